@@ -130,8 +130,7 @@ pub(crate) fn write_new(
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
 ) -> std::result::Result<PathBuf, WriteError> {
     let mut paths = paths.into_iter();
-    let no_path = || WriteError { path: String::new(), why: "no name to write to".into() };
-    let mut path = paths.next().ok_or_else(no_path)?;
+    let mut path = paths.next().ok_or_else(|| WriteError { path: String::new(), why: "no name to write to".into() })?;
     let mut file = write_temporary(&path, access, fill).map_err(|e| write_error(&path, &e))?;
     loop {
         // A single system call checks and renames; between two separate calls another program could take the name.
@@ -219,6 +218,12 @@ pub(crate) fn check_output_path(path: &Path) -> std::result::Result<(), WriteErr
             _ => Ok(()),
         },
     }
+}
+
+/// As [`check_output_path`]; also tries to create a file in the folder, which costs a write to the disk.
+pub(crate) fn try_output_path(path: &Path) -> std::result::Result<(), WriteError> {
+    check_output_path(path)?;
+    write_temporary(path, FileAccess::All, |_| Ok(())).map(drop).map_err(|e| write_error(path, &e))
 }
 
 /// Whether two paths name the same file, which need not exist.

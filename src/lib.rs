@@ -60,6 +60,7 @@ pub mod export;
 mod files;
 #[doc(hidden)]
 pub mod image;
+mod json;
 #[doc(hidden)]
 pub mod measure;
 mod memo;

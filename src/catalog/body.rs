@@ -309,8 +309,8 @@ pub struct Atmosphere {
     pub refractivity: Option<f64>,
     /// Luminance of its airglow in the zenith, seen from the ground; `None`: left out.
     pub airglow_cd_m2: Option<f64>,
-    /// Light that the air adds at large phase angles to that of the body's phase law, in rows of ascending phase angle. Each row: the phase angle in degrees,
-    /// then the mean radiance of the disc under irradiance 1, linear RGB, in the unit of the geometric albedo. Linear between rows, constant beyond them.
+    /// Light of haze or dust beside that of the ground, in rows of ascending phase angle. Each row: the phase angle in degrees, then the mean radiance of the
+    /// disc under irradiance 1, linear RGB, in the unit of the geometric albedo. Linear between rows, constant beyond them. A published phase law contains it.
     pub forward_light: Vec<[f64; 4]>,
     /// Rayleigh gas, Mie aerosol and absorption layers.
     pub species: Vec<Species>,

@@ -1,6 +1,6 @@
-//! A line of comma-separated values (RFC 4180, without line breaks in values), for all tables that users give in this form.
+//! A line of comma-separated values (RFC 4180, without line breaks in values), and the search for columns by name, for all tables that users give.
 //!
-//! In: the line. Out: its values as text. Not here: the meaning of columns.
+//! In: the line; the names of the columns. Out: its values as text; the columns of the caller's fields. Not here: the meaning of columns.
 
 use std::borrow::Cow;
 
@@ -33,12 +33,41 @@ pub(super) fn cells(line: &str) -> Result<Vec<Cow<'_, str>>, String> {
     if line.contains('"') {
         return Ok(values(line)?.into_iter().map(Cow::Owned).collect());
     }
-    Ok(line.split(',').map(|c| Cow::Borrowed(c.trim())).collect())
+    // The exact capacity, because a table of stars has thousands of lines.
+    let mut cells = Vec::with_capacity(line.bytes().filter(|byte| *byte == b',').count() + 1);
+    cells.extend(line.split(',').map(|cell| Cow::Borrowed(cell.trim())));
+    Ok(cells)
+}
+
+/// The column of each field: the one with the first of the field's accepted names that the table has. `names`: the names of all columns in the form of the
+/// accepted ones. The error is a name that counts and that several columns have, because it is unknown which of them is meant.
+pub(super) fn columns_of_fields<'n, const N: usize>(names: &'n [String], accepted: [&[&str]; N]) -> Result<[Option<usize>; N], &'n str> {
+    let mut columns = [None; N];
+    for (column, accepted) in columns.iter_mut().zip(accepted) {
+        *column = accepted.iter().find_map(|wanted| names.iter().position(|name| name == wanted));
+        if let Some(first) = *column
+            && names[first + 1..].contains(&names[first])
+        {
+            return Err(names[first].as_str());
+        }
+    }
+    Ok(columns)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_that_two_columns_have_is_an_error_if_it_counts() {
+        let find = |names: &[&str]| {
+            let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+            columns_of_fields(&names, [&["radeg", "ra"][..], &["vmag", "v"]]).map_err(str::to_owned)
+        };
+        assert_eq!(find(&["v", "ra", "radeg", "x", "x"]), Ok([Some(2), Some(0)]));
+        assert_eq!(find(&["ra", "radeg", "ra"]), Ok([Some(1), None]), "`ra` does not count beside `radeg`");
+        assert_eq!(find(&["radeg", "vmag", "v", "vmag"]), Err("vmag".to_owned()));
+    }
 
     #[test]
     fn only_a_quote_at_the_start_of_a_value_quotes_it() {

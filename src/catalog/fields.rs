@@ -25,9 +25,14 @@ pub(super) fn each_component(check: impl Fn(f64) -> bool) -> impl Fn(&[f64; 3]) 
 
 /// Reads an optional field whose value is one of a few words.
 pub(super) fn optional_word<T: Copy>(table: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<T> {
+    optional_word_with_line(table, field, words).map(|l| l.value)
+}
+
+/// Like [`optional_word`], with the line of the field.
+pub(super) fn optional_word_with_line<T: Copy>(table: &mut TableReader, field: &'static str, words: &[(&str, T)]) -> Option<WithLine<T>> {
     let allowed = format!("one of {}", words.iter().map(|(w, _)| format!("\"{w}\"")).collect::<Vec<_>>().join(", "));
-    let found = table.optional::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
-    words.iter().find(|(w, _)| *w == found.value).map(|(_, value)| *value)
+    let WithLine { value: word, source_line } = table.optional::<String>(field, &allowed, |v| words.iter().any(|(w, _)| w == v))?;
+    words.iter().find(|(w, _)| *w == word).map(|(_, value)| WithLine { value: *value, source_line })
 }
 
 /// Like [`optional_word`], but reports a missing field.

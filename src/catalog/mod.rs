@@ -28,6 +28,7 @@ pub mod nomenclature;
 mod overlay;
 mod read;
 mod read_body;
+mod read_ring;
 #[doc(hidden)]
 pub mod small_bodies;
 mod species;

@@ -10,44 +10,16 @@ use super::instrument::{Instrument, instrument};
 use super::layer_list::LayerList;
 use super::overlay;
 use super::read_body::{BodyDraft, body};
+use super::read_ring::{self, RingsOfFile, rings_of_file};
 use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine};
 use super::{
     AerosolField, AerosolPhase, Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay,
-    PerChannel, PhaseFunction, Ring, Species, is_name_of_barycenter, moments, normalized_name,
+    PerChannel, PhaseFunction, Species, is_name_of_barycenter, moments, normalized_name,
 };
 use crate::wording::echo_within;
 use glam::{DVec3, Vec3};
-use orrery_catalogs::CATALOG_FILES;
 use std::collections::{BTreeMap, BTreeSet};
-use std::rc::Rc;
 use std::sync::OnceLock;
-
-/// Single-scattering albedo of a ring for which the catalog gives none.
-const DEFAULT_RING_ALBEDO: [f64; 3] = [0.5; 3];
-
-/// Reads a `[[ring]]`: the body's name and the ring.
-fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
-    let body_name = table.required("body", "the name of a body", |_: &String| true);
-    let name = table.required("name", ALLOWED_NAME, is_name);
-    let inner_km = required_number(&mut table, "inner_km", "kilometres above 0", |x| x > 0.0);
-    let outer_km =
-        table.required("outer_km", "kilometres above inner_km", |x: &f64| x.is_finite() && inner_km.is_none_or(|inner| *x > inner));
-    let tau_normal = required_number(&mut table, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
-    let albedo = table.optional("albedo", "three numbers from 0 to 1 (red, green, blue)", each_component(|x| (0.0..=1.0).contains(&x)));
-    let dust = table.optional("dust", "a fraction from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
-    table.finish();
-    Some((
-        body_name?,
-        Ring {
-            name: name?.value,
-            inner_km: inner_km?,
-            outer_km: outer_km?.value,
-            tau_normal: tau_normal?,
-            albedo: albedo.map_or(DEFAULT_RING_ALBEDO, |l| l.value),
-            dust_fraction: dust.map_or(0.0, |l| l.value),
-        },
-    ))
-}
 
 /// Reads a `[[atmosphere.species]]`.
 fn species(mut table: TableReader) -> Option<Species> {
@@ -87,8 +59,6 @@ fn phase_function(table: &mut TableReader, fields: &[AerosolField]) -> PhaseFunc
 
 /// Number of species above which an atmosphere is rejected unread: a file of one megabyte could list thousands. A valid atmosphere has at most three.
 const MAX_SPECIES: usize = 16;
-/// Maximum number of rings of a body: each has two edges, and the table of edges (`scene::rings`) has room for 4,096.
-const MAX_RINGS: usize = 2000;
 
 /// What [`is_forward_light`] accepts, for messages.
 const ALLOWED_FORWARD_LIGHT: &str =
@@ -142,8 +112,7 @@ fn report_second_of_a_kind(table: &TableReader, species: &[WithLine<Species>]) {
 pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let problems = Problems::default();
     let mut drafts = BTreeMap::new();
-    // Per file: each name of a body in it, with the rings that the file gives under this name.
-    let mut rings: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
+    let mut rings = Vec::new();
     let mut atmospheres = Vec::new();
     let mut overlays = Vec::new();
     let mut unresolved_moments = Vec::new();
@@ -159,14 +128,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         for table in root.sections("body") {
             body(table, &mut drafts);
         }
-        let mut rings_of_file: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
-        for (body_name, ring) in root.sections("ring").into_iter().filter_map(ring) {
-            match rings_of_file.iter_mut().find(|(b, _)| b.value == body_name.value) {
-                Some((_, list)) => list.push(ring),
-                None => rings_of_file.push((body_name, vec![ring])),
-            }
-        }
-        rings.extend(rings_of_file);
+        rings.extend(rings_of_file(root.sections("ring")));
         overlays.extend(root.sections("overlay").into_iter().filter_map(overlay::overlay));
         atmospheres.extend(root.sections("atmosphere").into_iter().filter_map(atmosphere));
         layers.extend(root.sections("layer").into_iter().filter_map(data_layer::layer));
@@ -229,11 +191,6 @@ fn lines_of_fields((id, draft): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)
         .collect()
 }
 
-/// Whether a line is in one of the embedded files.
-fn is_embedded(source_line: &SourceLine) -> bool {
-    CATALOG_FILES.iter().any(|(file, _)| *file == &*source_line.file)
-}
-
 /// Maximum number of bodies that the message about a cycle of parents lists.
 const MAX_NAMES_OF_CYCLE: usize = 8;
 
@@ -250,7 +207,7 @@ fn report_parent_cycles(bodies: &[Body], parent_lines: &BTreeMap<i32, SourceLine
         // `assemble` reports a body that is its own parent.
         let Some(cycle) = cycle_start.map(|first| &path[first..]).filter(|cycle| cycle.len() > 1) else { continue };
         for (position, body) in cycle.iter().enumerate() {
-            let Some(source_line) = parent_lines.get(&body.id.0).filter(|source_line| !is_embedded(source_line)) else { continue };
+            let Some(source_line) = parent_lines.get(&body.id.0).filter(|source_line| !source_line.is_embedded()) else { continue };
             let from_parent = cycle[position + 1..].iter().chain(&cycle[..=position]);
             let names: Vec<&str> = from_parent.take(MAX_NAMES_OF_CYCLE).map(|b| b.name.as_str()).collect();
             let more = if cycle.len() > MAX_NAMES_OF_CYCLE { ", …" } else { "" };
@@ -263,7 +220,7 @@ fn report_parent_cycles(bodies: &[Body], parent_lines: &BTreeMap<i32, SourceLine
 /// atmospheres and overlays exist.
 fn assemble(
     drafts: BTreeMap<i32, BodyDraft>,
-    rings: Vec<(WithLine<String>, Vec<Ring>)>,
+    rings: Vec<RingsOfFile>,
     atmospheres: Vec<(WithLine<String>, Atmosphere)>,
     overlays: Vec<(WithLine<String>, Overlay)>,
     problems: &Problems,
@@ -285,8 +242,19 @@ fn assemble(
                 continue;
             };
             // The message points to the user's file, not to an embedded one.
-            let (source_line, owner_id) = if is_embedded(source_line) { (other_line, *id) } else { (source_line, other_id) };
+            let (source_line, owner_id) = if source_line.is_embedded() { (other_line, *id) } else { (source_line, other_id) };
             problems.add(source_line, format!("the name \"{name}\" is already that of body {owner_id}"));
+        }
+    }
+    // A renamed body keeps its former names as aliases, because other entries refer to it by them, unless they are now names of another body.
+    let mut kept_names: BTreeMap<i32, Vec<String>> = BTreeMap::new();
+    for (id, draft) in &drafts {
+        for WithLine { value: name, source_line } in &draft.former_names {
+            let (owner, _) = *owner_by_normalized_name.entry(normalized_name(name)).or_insert((*id, source_line));
+            if owner == *id && !id_by_name.contains_key(&name.to_lowercase()) {
+                id_by_name.insert(name.to_lowercase(), *id);
+                kept_names.entry(*id).or_default().push(name.clone());
+            }
         }
     }
     let known: Vec<&str> = id_by_name.keys().map(String::as_str).collect();
@@ -297,13 +265,19 @@ fn assemble(
         }
         id
     };
+    let radii_lines = drafts.iter().filter_map(|(id, draft)| Some((*id, draft.radii_km.as_ref()?.source_line.clone()))).collect();
     let parent_lines = drafts.iter().filter_map(|(id, draft)| Some((*id, draft.parent.as_ref()?.source_line.clone()))).collect();
     let ids_with_atmosphere: BTreeSet<i32> =
         atmospheres.iter().filter_map(|(owner, _)| id_by_name.get(&owner.value.to_lowercase()).copied()).collect();
     let mut bodies = Vec::with_capacity(drafts.len());
     for (id, draft) in drafts {
         let message_name = draft.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
-        let missing = |field: &str| problems.add(&draft.source_line, format!("{message_name}.{field} is missing"));
+        // A field whose value was refused has been reported.
+        let missing = |field: &str| {
+            if !draft.given.contains(field) {
+                problems.add(&draft.source_line, format!("{message_name}.{field} is missing"));
+            }
+        };
         // The value of a field of the draft; reports a missing one.
         macro_rules! required {
             ($field:ident, $name:literal) => {
@@ -328,13 +302,19 @@ fn assemble(
         }
         let (kind, radii, albedo, colour) = (
             required!(kind, "kind"),
-            required!(radii_km, "radii_km"),
+            required!(radii_km, "radii_km").map(|r| r.value),
             required!(geometric_albedo, "geometric_albedo"),
             required!(colour, "colour_linear_srgb"),
         );
-        if draft.parent.is_none() && kind.is_some_and(|k| k != BodyKind::Star) {
-            missing("parent");
+        if let Some(kind) = kind.as_ref().filter(|kind| draft.parent.is_none() && kind.value != BodyKind::Star) {
+            // A shipped star needs a parent only if the user's file makes it a body of another kind.
+            if draft.source_line.is_embedded() && !draft.given.contains("parent") {
+                problems.add(&kind.source_line, format!("{message_name}.parent is missing: all bodies but stars have one"));
+            } else {
+                missing("parent");
+            }
         }
+        let kind = kind.map(|k| k.value);
         let photometry = required!(photometry, "photometry");
         let motion = required!(motion, "motion").map(|m| m.value);
         let rotation = required!(rotation, "rotation").map(|r| r.value);
@@ -355,7 +335,7 @@ fn assemble(
         bodies.push(Body {
             id: NaifId(id),
             name,
-            aliases: draft.aliases.map(|l| l.value).unwrap_or_default(),
+            aliases: draft.aliases.into_iter().flat_map(|l| l.value).chain(kept_names.remove(&id).unwrap_or_default()).collect(),
             kind,
             parent,
             radii_km: DVec3::from_array(radii),
@@ -381,21 +361,7 @@ fn assemble(
         });
     }
     report_parent_cycles(&bodies, &parent_lines, problems);
-    // The rings of a file replace those of earlier files. The file is remembered by the body's id and not by its name, because a file may name a body in
-    // several ways: as `Saturn`, `saturn` or an alias.
-    let mut file_of_kept_rings: BTreeMap<i32, Rc<str>> = BTreeMap::new();
-    for (body_name, list) in rings {
-        let Some(b) = find_id(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) else { continue };
-        let file = &body_name.source_line.file;
-        if file_of_kept_rings.insert(b.id.0, Rc::clone(file)).is_none_or(|earlier| !Rc::ptr_eq(&earlier, file)) {
-            b.rings.clear();
-        }
-        b.rings.extend(list);
-        if b.rings.len() > MAX_RINGS {
-            let (body, count) = (echo_within(&body_name.value, 60), b.rings.len());
-            problems.add(&body_name.source_line, format!("{body} has {count} rings: expected at most {MAX_RINGS}"));
-        }
-    }
+    read_ring::add_to_bodies(rings, &mut bodies, &find_id, &radii_lines, problems);
     for (body_name, air) in atmospheres {
         if let Some(b) = find_id(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
             b.atmosphere = Some(air);

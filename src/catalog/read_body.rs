@@ -4,12 +4,12 @@
 //! same field. Photometry, motion, rotation, clouds and mesh are replaced as a whole; maps, sources and estimates one by one.
 
 use super::fields::{
-    ALLOWED_NAME, each_component, finite, invented, is_file_name, is_name, optional_percent, optional_word, read_map, required_number,
-    required_word, with_line,
+    ALLOWED_NAME, each_component, finite, invented, is_file_name, is_name, optional_percent, optional_word, optional_word_with_line,
+    read_map, required_number, required_word, with_line,
 };
 use super::table::{SourceLine, TableReader, WithLine};
 use super::{BodyKind, Clouds, Estimates, InventedRelief, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What [`is_colour`] accepts, for messages.
 const ALLOWED_COLOUR: &str = "three numbers from 0 to 100, not all below 1e-6";
@@ -27,14 +27,21 @@ fn required_pole_dec_deg(table: &mut TableReader) -> Option<f64> {
     required_number(table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0)
 }
 
-/// The fields of one body as read so far; see [`Body`](super::Body). `source_line`: where the body is first described. `sources`: citations by topic.
+/// The fields that every body needs (`parent`: every body but a star).
+const NEEDED_FIELDS: [&str; 9] =
+    ["name", "kind", "parent", "radii_km", "geometric_albedo", "colour_linear_srgb", "photometry", "motion", "rotation"];
+
+/// The fields of one body as read so far; see [`Body`](super::Body). `source_line`: where the body is first described. `given`: those of [`NEEDED_FIELDS`] that
+/// a file gives, also with a value that was refused. `former_names`: the names that later files have replaced. `sources`: citations by topic.
 pub(super) struct BodyDraft {
     pub source_line: SourceLine,
+    pub given: BTreeSet<&'static str>,
     pub name: Option<WithLine<String>>,
+    pub former_names: Vec<WithLine<String>>,
     pub aliases: Option<WithLine<Vec<String>>>,
-    pub kind: Option<BodyKind>,
+    pub kind: Option<WithLine<BodyKind>>,
     pub parent: Option<WithLine<String>>,
-    pub radii_km: Option<[f64; 3]>,
+    pub radii_km: Option<WithLine<[f64; 3]>>,
     pub gm_km3_s2: Option<f64>,
     pub geometric_albedo: Option<f64>,
     pub bond_albedo: Option<f64>,
@@ -242,6 +249,7 @@ fn estimates(mut table: TableReader) -> Estimates {
 
 /// Reads one `[[body]]` table and merges it into the draft of the same body, if there is one.
 pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
+    let given = NEEDED_FIELDS.into_iter().filter(|field| table.has(field)).collect();
     let name = table.optional("name", ALLOWED_NAME, is_name);
     let source_line = table.source_line.clone();
     if let Some(name) = &name {
@@ -253,9 +261,11 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
     }
     let mut draft = BodyDraft {
         source_line,
+        given,
         name,
+        former_names: Vec::new(),
         aliases: table.optional("aliases", "a list of names", |names: &Vec<String>| names.iter().all(is_name)),
-        kind: optional_word(
+        kind: optional_word_with_line(
             &mut table,
             "kind",
             &[
@@ -267,9 +277,7 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
             ],
         ),
         parent: table.optional("parent", "the name of a body", |_: &String| true),
-        radii_km: table
-            .optional("radii_km", "three lengths in km, above 0 and below 1e7", each_component(|x| x > 0.0 && x < 1e7))
-            .map(|l| l.value),
+        radii_km: table.optional("radii_km", "three lengths in km, above 0 and below 1e7", each_component(|x| x > 0.0 && x < 1e7)),
         gm_km3_s2: table.optional("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
         geometric_albedo: table.optional("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
         bond_albedo: table.optional("bond_albedo", "a number from 0 to 1", |v| (0.0..=1.0).contains(v)).map(|l| l.value),
@@ -301,7 +309,13 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
         };
         // Missing fields are reported where the body is first described.
         draft.source_line = earlier.source_line;
-        draft.name = draft.name.or(earlier.name);
+        draft.given.extend(earlier.given);
+        draft.former_names = earlier.former_names;
+        if draft.name.is_some() {
+            draft.former_names.extend(earlier.name);
+        } else {
+            draft.name = earlier.name;
+        }
         draft.aliases = draft.aliases.or(earlier.aliases);
         draft.kind = draft.kind.or(earlier.kind);
         draft.parent = draft.parent.or(earlier.parent);

@@ -5,6 +5,7 @@
 
 use super::{CatalogError, Problem};
 use crate::wording::{controls_terminal, echo_within};
+use orrery_catalogs::CATALOG_FILES;
 use serde::de::DeserializeOwned;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -17,6 +18,13 @@ pub(super) struct SourceLine {
     pub file: Rc<str>,
     /// Line number, starting at 1.
     pub line: usize,
+}
+
+impl SourceLine {
+    /// Whether the line is in one of the embedded files.
+    pub fn is_embedded(&self) -> bool {
+        CATALOG_FILES.iter().any(|(file, _)| *file == &*self.file)
+    }
 }
 
 /// A value with its file and line.

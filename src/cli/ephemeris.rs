@@ -212,7 +212,7 @@ impl Query {
 
     /// Parses a line of standard input; `source` is the default for lines without a source.
     fn from_json(line: &str, source: Option<Source>, quantity: Quantity) -> Result<Self, String> {
-        let value: Value = serde_json::from_str(line).map_err(|e| format!("not a JSON object: {e}"))?;
+        let value = crate::json::value(line).map_err(|e| if e.is_data() { e.to_string() } else { format!("not a JSON object: {e}") })?;
         let object = value.as_object().ok_or("not a JSON object; give {\"body\",\"center\",\"time\",\"source\"}")?;
         let known = ["body", "center", "time", "source"];
         if let Some(unknown) = object.keys().find(|k| !known.contains(&k.as_str())) {

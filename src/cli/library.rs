@@ -145,7 +145,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             }
             if !modules.damaged.is_empty() {
                 return Err(CliError::Failed(format!(
-                    "damaged entries: {}; each is replaced when it is next used, and `orrery library clear` removes all entries",
+                    "damaged entries: {}; a file is replaced when it is next used, and `orrery library clear` removes all entries",
                     modules.damaged.len()
                 )));
             }

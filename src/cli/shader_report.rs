@@ -106,7 +106,7 @@ fn group_text(causes: &str, changes: &[&ModuleChange]) -> String {
     let mut text = format!("\n{}\n  {}", causes_text(causes), counted(changes.len(), "module"));
     let (removed, added) = (most_lines(|c| c.removed), most_lines(|c| c.added));
     if removed + added > 0 {
-        let _ = write!(text, ", at most {removed} lines removed and {added} added");
+        let _ = write!(text, ", at most {} removed and {added} added", counted(removed, "line"));
     }
     if !features.is_empty() {
         let _ = write!(text, "; features: {}", features.into_iter().collect::<Vec<_>>().join(", "));

@@ -7,7 +7,7 @@ use super::CliError;
 use super::frames::FrameOutput;
 use super::output::stdout_error;
 use super::output_file::check_may_be_written;
-use crate::files::{FileAccess, check_output_path, write_atomic, write_new};
+use crate::files::{FileAccess, try_output_path, write_atomic, write_new};
 use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS, SharedBytes, overwrite_with_y4m_frame, write_y4m_header};
 use crate::render::frame::Frame;
 use crate::wording::echo;
@@ -60,7 +60,7 @@ impl VideoOutput {
             FrameOutput::One(_) | FrameOutput::Sequence(_) => Ok(Self::ImageFiles),
             FrameOutput::Stream => Ok(Self::Stream { rate, out: None, bytes: Vec::new() }),
             FrameOutput::Animation(path, format) => {
-                check_output_path(path)?;
+                try_output_path(path)?;
                 check_may_be_written("-o", path, overwrite)?;
                 if f64::from(size.0) * f64::from(size.1) * f64::from(frames) > MAX_ANIMATION_PIXELS {
                     return Err(CliError::Failed(format!(

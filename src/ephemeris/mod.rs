@@ -120,7 +120,8 @@ impl EphemerisError {
 #[derive(Clone, Copy, Debug)]
 struct LinkState {
     state: State,
-    source: Source,
+    /// `None` for a planet's centre that coincides with its system's barycentre.
+    source: Option<Source>,
     error_km: f64,
 }
 
@@ -233,14 +234,16 @@ impl Ephemeris {
             return Err(self.error_without_theory(incomplete.end(), t, source));
         };
         let mut result = SourcedState { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
+        let mut least_accurate = None;
         for (link, is_subtracted) in
             body_chain.links(body_len).map(|link| (link, false)).chain(center_chain.links(center_len).map(|link| (link, true)))
         {
             let evaluated = self.evaluate(link, t).ok_or_else(|| self.error_without_theory(link.target, t, source))?;
             result.state = if is_subtracted { result.state.minus(evaluated.state) } else { result.state.plus(evaluated.state) };
-            result.source = result.source.min(evaluated.source);
+            least_accurate = [least_accurate, evaluated.source].into_iter().flatten().min();
             result.error_km += evaluated.error_km;
         }
+        result.source = least_accurate.unwrap_or(result.source);
         Ok(result)
     }
 
@@ -272,14 +275,12 @@ impl Ephemeris {
     /// The position of `body` whose light reaches `observer_pos_km` (barycentric ICRF) at `t`: the barycentric position at the time of emission, and that
     /// time. An error about an earlier time than `t` says that the light left then.
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
-        // Most moons are within a light second of their system's barycentre, whose position takes less work.
         let mut emitted = self.emission_from_system(body, observer_pos_km, t).unwrap_or(t);
         // Each round multiplies the error by v/c, which is under 1e-3 for any body here, so that six rounds always suffice. The last correction, of less than a
         // second, is made along the velocity, which leaves 6 metres at most (Metis, whose path curves most; tests/ephemeris/positions.rs).
         for round in 0.. {
             let found = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None);
             if found.is_err() && round == 0 && emitted != t {
-                // The error about `t`, if there is one, comes first.
                 emitted = t;
                 continue;
             }
@@ -296,12 +297,14 @@ impl Ephemeris {
         unreachable!("the loop returns in its sixth round")
     }
 
-    /// When light that reaches the observer at `t` left the barycentre of the system of a planet or moon; `None` for other bodies.
+    /// When light that reaches the observer at `t` left the barycentre of a planet's or moon's system, whose position takes less work than a moon's.
     fn emission_from_system(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Option<Instant> {
         let system = (101..1000).contains(&body.0).then(|| NaifId(body.0 / 100))?;
         let State { pos_km, vel_km_s } = self.state(system, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).ok()?.state;
-        let light_time_s = |pos_km: DVec3| (pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
-        Some(t.plus_seconds(-light_time_s(pos_km - vel_km_s * light_time_s(pos_km))))
+        let light_s_from = |pos_km: DVec3| (pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
+        let light_s = light_s_from(pos_km - vel_km_s * light_s_from(pos_km));
+        // Farther away, the observer is in another system.
+        (light_s > 300.0).then(|| t.plus_seconds(-light_s))
     }
 
     /// The links from `target` towards the solar system barycentre, as far as the theories go.
@@ -361,7 +364,7 @@ impl Ephemeris {
             Theory::CentreFromMoons => return self.centre_from_barycentre(target, t),
             Theory::Orbit(motion) => return self.evaluate_orbit(target, motion, t),
         };
-        Some(LinkState { state, source, error_km })
+        Some(LinkState { state, source: Some(source), error_km })
     }
 
     /// The state of [`Theory::Mean`], relative to the target's origin ([`mean_elements::origin_of`]).
@@ -387,7 +390,7 @@ impl Ephemeris {
             Motion::Tass17 { index } => (self.moon_theories.saturn.state(*index, t)?, Source::Series, tass::error_km(*index, t)),
             Motion::MeanElements(elements) => (two_body::state(elements, t), Source::Mean, drift::error_km(target, elements, t)),
         };
-        Some(LinkState { state, source, error_km })
+        Some(LinkState { state, source: Some(source), error_km })
     }
 
     /// The centre of a planet relative to its system's barycentre, from the masses m of its moons and their positions r relative to the planet:
@@ -397,12 +400,12 @@ impl Ephemeris {
         if let Some((.., cached)) = recent_centres.iter().find(|(cached_planet, instant, _)| *cached_planet == planet && *instant == t) {
             return Some(*cached);
         }
-        let mut centre = LinkState { state: State::REST, source: Source::Kernel, error_km: OMITTED_MOONS_KM };
+        let mut centre = LinkState { state: State::REST, source: None, error_km: OMITTED_MOONS_KM };
         for share in self.mass_shares.get(&planet).map_or(&[][..], Vec::as_slice) {
             let moon = self.evaluate_orbit(share.moon, &self.orbits.get(&share.moon)?.motion, t)?;
             centre.state.pos_km -= moon.state.pos_km * share.mass_share;
             centre.state.vel_km_s -= moon.state.vel_km_s * share.mass_share;
-            centre.source = centre.source.min(moon.source);
+            centre.source = [centre.source, moon.source].into_iter().flatten().min();
             centre.error_km += moon.error_km * share.mass_share;
         }
         if recent_centres.len() >= MAX_RECENT_CENTRES {

@@ -50,7 +50,10 @@ impl Prober<'_> {
     /// # Errors
     /// One line that names the field and its allowed values.
     pub fn answer(&self, query: &str) -> Result<Value, ProbeError> {
-        let value: Value = serde_json::from_str(query).map_err(|e| format!("not a JSON object: {}", echo(&e.to_string())))?;
+        let value = crate::json::value(query).map_err(|e| {
+            let why = echo(&e.to_string());
+            if e.is_data() { why } else { format!("not a JSON object: {why}") }
+        })?;
         let Value::Object(mut given) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
         let known: Vec<&str> = QUERIES.iter().map(|k| k.name).collect();
         let kind = match given.remove("q") {

@@ -1,5 +1,5 @@
 //! `sunlight`: the fraction of the Sun's light that other bodies leave at a point on a body's ground. Not considered: whether the body itself (on its night
-//! side) or its rings keep sunlight from the point.
+//! side) or its rings keep sunlight from the point. Every body of the catalog counts, however little it blocks: in a transit of Mercury 3e-5.
 //!
 //! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
 //! `by`. `fraction` uses one law of limb darkening for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It is the
@@ -76,7 +76,7 @@ impl RequestedModel {
 
 pub(super) static KIND: QueryKind = QueryKind {
     name: "sunlight",
-    description: "the fraction of sunlight that other bodies (not the body itself, nor its rings) leave at a point on its ground",
+    description: "the fraction of sunlight that other bodies, however small (not the body itself, nor its rings), leave at a point on its ground",
     fields: &[
         required("body", "a body's name"),
         required("time", "ISO 8601 UTC or jd_tdb:DAY, when the light meets the ground"),
@@ -129,17 +129,16 @@ pub struct OccludedSun<'a> {
 }
 
 impl<'a> OccludedSun<'a> {
-    /// Finds the bodies whose penumbra touches the receiver; if more than four, those that block most light. Leaves out bodies that are far too
-    /// small to darken the receiver visibly.
+    /// Finds the bodies whose penumbra touches the receiver, however little they darken it; if more than four, those that block most light.
     ///
     /// # Errors
     /// One line: the catalog has no Sun.
     pub fn seen_from(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel_radii: 0.0 };
-        // Every penumbra that touches the receiver, however little it darkens.
-        let min_change = None;
-        let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, min_change).occluders;
+        let (min_change, min_blocked) = (None, 0.0);
+        let candidates = eclipse::candidates(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, min_blocked);
+        let occluders = eclipse::select_occluders(&candidates, sun, receiver, extent, min_change, min_blocked).occluders;
         Ok(Self { prober, receiver, sun, model_choice, occluders })
     }
 

@@ -12,7 +12,7 @@ use crate::scene::camera::viewpoint;
 use crate::scene::eclipse::occluders::{Occluder, Receiver};
 use crate::scene::error::SceneError;
 use crate::scene::light::brightness::{self, Irradiance};
-use crate::scene::light::photometry;
+use crate::scene::light::{disc_light, photometry};
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::Caches;
@@ -63,12 +63,12 @@ impl PlacedBody<'_> {
         (self.body.radii_km.max_element() / self.distance_km).min(1.0).asin()
     }
 
-    /// Factor on the photometric model that makes the disc as bright as the published phase law ([`photometry::phase_correction`]); for an emissive body, the
+    /// Factor on the photometric model that makes the disc as bright as the published phase law ([`disc_light::phase_correction`]); for an emissive body, the
     /// radiance of the Sun's disc.
     pub(crate) fn phase_brightness(&self) -> f64 {
         match self.body.photometry {
             Photometry::Emissive { .. } => photometry::sun_disc_radiance(),
-            _ => photometry::phase_correction(self.body, self.phase_angle_rad, self.distance_km / self.body.radii_km.x),
+            _ => disc_light::phase_correction(self.body, self.phase_angle_rad, self.distance_km / self.body.radii_km.x),
         }
     }
 

@@ -1,15 +1,16 @@
 //! Custom surfaces: a WESL function that colours the ground of one body, `--surface BODY=FILE`.
 //!
 //! In: bodies and files. Out: the catalog in which each of these bodies has a surface number, and the fragments that replace the built-in placeholders
-//! shaders/lib/custom/surface_1.wesl to surface_4.wesl. Always: each file is checked before anything is drawn, by compiling a module with it; errors name the
-//! user's file. Not here: the inputs of a surface function (shaders/lib/custom/surface_point.wesl).
+//! shaders/lib/custom/surface_1.wesl to surface_4.wesl. Always: each file is checked before anything is drawn, by compiling a module with it and
+//! lowering it for the software renderer; errors name the user's file. Not here: the inputs of a surface function (shaders/lib/custom/surface_point.wesl).
 
+use super::software_renderers::lowering;
 use crate::catalog::Catalog;
 use crate::files::read_text;
 use crate::scene::draw::{DrawFeatures, MAX_CUSTOM_SURFACES};
 use crate::shader::fragments::Fragments;
 use crate::shader::key::ShaderKey;
-use crate::shader::{Lowering, ModuleId, ShaderModule};
+use crate::shader::{ModuleId, ShaderModule};
 use crate::wording::echo;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -117,6 +118,9 @@ pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<C
 /// # Errors
 /// A file that cannot be read, a file with which a module does not compile, or more surfaces than placeholders.
 pub fn surface_fragments(surfaces: &[SurfaceFile], base: &Fragments) -> Result<Vec<(String, String)>, SurfaceError> {
+    if surfaces.is_empty() {
+        return Ok(Vec::new());
+    }
     let mut texts = Vec::new();
     for (number, surface) in numbered(surfaces)? {
         let file_error = |source| SurfaceError::File { body: echo(&surface.body), path: echo(&surface.file.display().to_string()), source };
@@ -124,10 +128,11 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], base: &Fragments) -> Result<V
         texts.push((fragment_path(number), text));
     }
     let fragments = base.clone().and_files(texts.iter().cloned());
+    let lowering = lowering();
     for (number, surface) in numbered(surfaces)? {
         let sample_features = DrawFeatures { custom_surface: number, lights: 1, ..DrawFeatures::MINIMAL };
         let id = ModuleId::Keyed(ShaderKey::for_draw(&sample_features));
-        if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::without_tape()) {
+        if let Err(e) = ShaderModule::build_with(&fragments, &id, &lowering) {
             let path = echo(&surface.file.display().to_string());
             // `echo` shortens the end of the error, after the place, before the path is inserted, so that a long path does not displace the error.
             let why = echo(&e.to_string()).replace(&format!("shaders/{}", fragment_path(number)), &path);

@@ -186,6 +186,8 @@ fn air_uniforms() -> AtmosphereUniforms {
         blend_mode: 0.0,
         map_weight: 0.0,
         night_radiance: 1e-3,
+        starlight: 1e-3,
+        second_light: Vec3::splat(0.1),
         rim_is_thin: 0.0,
         // Height of the floor above the ground, and 1 / height of the air's top.
         multi_scatter_heights: Vec2::new(0.0, 5.0),

@@ -31,7 +31,7 @@ pub mod translate;
 pub use emit::{Emitted, emit};
 pub use id::ModuleId;
 pub use library::ShaderLibrary;
-pub use module::{Lowering, LoweringFailure, ShaderModule};
+pub use module::{Lowering, LoweringFailure, ShaderModule, TapeFault};
 pub use reflect::{Layout, UniformWriter};
 pub use source_map::SourceMap;
 
@@ -82,7 +82,7 @@ pub enum ShaderError {
     Lowering {
         /// Which module.
         id: String,
-        /// The unsupported construct.
+        /// The unsupported construct, after its place.
         what: String,
     },
 }

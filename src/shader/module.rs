@@ -11,8 +11,18 @@ use super::source_map::SourceMap;
 use super::{Emitted, ShaderError};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
-/// Why a lowering rejects a module or a tape, in one line.
-pub type LoweringFailure = Box<dyn std::error::Error + Send + Sync>;
+/// Why a lowering rejects a module, in one line.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{what}")]
+pub struct LoweringFailure {
+    /// The unsupported construct.
+    pub what: String,
+    /// Its position in the module's text; undefined if it has none.
+    pub span: naga::Span,
+}
+
+/// Why bytes are not the tape of a module, in one line.
+pub type TapeFault = Box<dyn std::error::Error + Send + Sync>;
 
 /// The lowering: converts validated modules to tapes, the programs of the software renderer. The caller of [`super::ShaderLibrary`] supplies these functions,
 /// so that `shader` depends on no renderer.
@@ -23,7 +33,7 @@ pub struct Lowering {
     /// Lowers validated IR to the bytes of a tape; the error names the unsupported construct.
     pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, LoweringFailure>,
     /// Checks that bytes from disk are a tape with this module's entry points and bindings, and that all indices are in range.
-    pub check: fn(&naga::Module, &[u8]) -> Result<(), LoweringFailure>,
+    pub check: fn(&naga::Module, &[u8]) -> Result<(), TapeFault>,
 }
 
 impl Lowering {
@@ -57,6 +67,14 @@ pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
 
+/// The line of an emitted text in which naga's parser found a fault: that of the first label which has a position. If a value has the wrong type, the value's
+/// label counts, because the first label is then the place that asks for another type, such as a member of a struct in another fragment.
+fn unparsable_line(e: &naga::front::wgsl::ParseError, wgsl: &str) -> Option<u32> {
+    let labels: Vec<(naga::Span, &str)> = e.labels().filter(|(span, _)| span.is_defined()).collect();
+    let wrong_value = labels.iter().find(|(_, text)| text.starts_with("this expression has type"));
+    wrong_value.or(labels.first()).map(|(span, _)| span.location(wgsl).line_number)
+}
+
 /// The line of an emitted text in which naga's validator found a fault: that of the narrowest of the parts that it names, the first of which is the function
 /// around the fault.
 fn invalid_line(e: &naga::WithSpan<naga::valid::ValidationError>, wgsl: &str) -> Option<u32> {
@@ -77,7 +95,7 @@ pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
         Err(_) => return None,
     };
     let (message, emitted_line) = match naga::front::wgsl::parse_str(&wgsl) {
-        Err(e) => (e.emit_to_string_with_path(&wgsl, &id.to_string()), e.location(&wgsl).map(|l| l.line_number)),
+        Err(e) => (e.emit_to_string_with_path(&wgsl, &id.to_string()), unparsable_line(&e, &wgsl)),
         Ok(module) => {
             let e = validate(&module).err()?;
             (e.emit_to_string_with_path(&wgsl, &id.to_string()), invalid_line(&e, &wgsl))
@@ -108,7 +126,7 @@ impl ShaderModule {
             None => String::new(),
         };
         let module = naga::front::wgsl::parse_str(&wgsl).map_err(|e| {
-            let place = place_text(e.location(&wgsl).map(|l| l.line_number));
+            let place = place_text(unparsable_line(&e, &wgsl));
             ShaderError::Parse { id: name(), what: format!("{place}{}", e.message()) }
         })?;
         let info = validate(&module).map_err(|e| {
@@ -122,7 +140,10 @@ impl ShaderModule {
             ShaderError::Invalid { id: name(), what }
         })?;
         let layout = Layout::of(&module).map_err(|source| ShaderError::Layout { id: name(), source })?;
-        let tape = (lowering.lower)(&module, &info).map_err(|e| ShaderError::Lowering { id: name(), what: e.to_string() })?;
+        let tape = (lowering.lower)(&module, &info).map_err(|e| {
+            let place = place_text(e.span.is_defined().then(|| e.span.location(&wgsl).line_number));
+            ShaderError::Lowering { id: name(), what: format!("{place}{}", e.what) }
+        })?;
         Ok(Self { id: id.clone(), wgsl, module, info, layout, source_map, tape })
     }
 }

@@ -6,6 +6,7 @@
 //! is rejected; the error counts all its errors and lists the first of them. This module reads no file.
 
 use crate::catalog::{Catalog, NaifId};
+use crate::json;
 use crate::session::{Session, SessionError};
 use crate::time::Instant;
 use crate::view::app::body_positions::SessionPositions;
@@ -151,23 +152,21 @@ impl PartialView {
             if self.fields.get(path).is_some_and(Value::is_object) {
                 return Err(format!("`{}` is both a value and a group of fields", shortened(path)));
             }
-            self.fields.insert(path.to_owned(), value);
-            return Ok(());
+            return insert_once(&mut self.fields, path, path, value);
         };
         if name.contains('.') {
             return Err(format!("`{}`: fields are nested one level deep", shortened(path)));
         }
         let group = self.fields.entry(parent).or_insert_with(|| Value::Object(Map::new()));
         let map = group.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", shortened(path)))?;
-        map.insert(name.to_owned(), value);
-        Ok(())
+        insert_once(map, name, path, value)
     }
 
     fn of_json(text: &str) -> Self {
-        match serde_json::from_str(text) {
-            Ok(fields) => Self { fields, errors: Vec::new() },
+        match json::value(text) {
+            Ok(Value::Object(fields)) => Self { fields, errors: Vec::new() },
             Err(e) if text.trim_start().starts_with('{') => Self::from_error(e.to_string()),
-            Err(_) => Self::from_error(format!("neither a link ({SCHEME}…) nor the text of a saved view")),
+            _ => Self::from_error(format!("neither a link ({SCHEME}…) nor the text of a saved view")),
         }
     }
 
@@ -304,6 +303,14 @@ impl PartialView {
             self.set_field::<CameraPose>("eye.", &mut merged, &name, value);
         }
         Some(merged)
+    }
+}
+
+/// Adds a field that `map` does not have yet. `path`: the field's path, for the error.
+fn insert_once(map: &mut Map<String, Value>, name: &str, path: &str, value: Value) -> Result<(), String> {
+    match map.insert(name.to_owned(), value) {
+        None => Ok(()),
+        Some(_) => Err(format!("`{}` is given twice", shortened(path))),
     }
 }
 

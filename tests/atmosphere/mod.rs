@@ -6,6 +6,7 @@ mod clouds_with_ground;
 mod draft;
 mod limb_profile;
 mod model_bounds;
+mod night_sky;
 mod refracted_limb;
 mod shadows;
 mod single_scattering;

@@ -15,6 +15,7 @@ use orrery::time::Instant;
 const SIDE: u32 = 24;
 const TIME: &str = "2024-06-16T11:00:00Z";
 const MARS: NaifId = NaifId(499);
+const VENUS: NaifId = NaifId(299);
 /// Degrees of longitude from the place under the Sun: by day and in twilight.
 const DEGREES_FROM_NOON: [f64; 2] = [40.0, 95.0];
 
@@ -92,6 +93,35 @@ fn light_and_exposure_do_not_jump_at_the_top_of_the_air() {
                 let step = relative_step(light(&bare), lights[2], white);
                 assert!(step > 0.1, "only {step}: the check above cannot fail");
             }
+        }
+    }
+}
+
+/// By night, too, the light does not jump there, at the longest exposure that the meter chooses: by at most 3e-4 of white or 3 %. Negative control: ground that
+/// the night sky lights in full up to the top of the air of Venus, above which no air is drawn over the disc.
+#[test]
+fn the_light_of_the_night_side_does_not_jump_at_the_top_of_the_air() {
+    const STOPS: f64 = 19.0;
+    const MIN_STEP: f64 = 3e-4;
+    let in_units_of_min_step = |light: [f64; 3]| light.map(|channel| channel * 1e-3 / MIN_STEP);
+    for (body, top_km) in bodies_with_air() {
+        let longitude_deg = (noon_deg(body) + 165.0) % 360.0;
+        let at = |part: f64| {
+            let request = view(body, TIME, longitude_deg, part * top_km);
+            scene(&ViewRequest { exposure: ExposureRequest::Stops(STOPS), ..request })
+        };
+        let step = |below: &Scene, above: &Scene| {
+            let [below, above] = [below, above].map(|scene| in_units_of_min_step(light(scene)));
+            relative_step(below, above, (-STOPS).exp2())
+        };
+        let (mut below, above) = (at(1.0 - 1e-5), at(1.0 + 1e-5));
+        let found = step(&below, &above);
+        assert!(found < 0.03, "{body:?}: {:?} to {:?}", light(&below), light(&above));
+        if body == VENUS {
+            for draw in &mut below.draws {
+                draw.uniforms.air.night_radiance = 1.5e-9;
+            }
+            assert!(step(&below, &above) > 0.1, "the check above cannot fail");
         }
     }
 }

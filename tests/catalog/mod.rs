@@ -3,3 +3,4 @@
 mod atmospheres;
 mod entries;
 mod moments;
+mod user_files;

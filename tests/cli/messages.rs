@@ -174,6 +174,27 @@ fn invalid_json_lines_get_short_errors_in_order() {
     }
 }
 
+/// One of the two times would have been lost without a word. Negative control: the same line with one time.
+#[test]
+fn a_field_given_twice_is_an_error_of_its_line() {
+    use std::io::Write;
+    let line = r#"{"body":"mars","center":"sun","time":"2024-01-01"}"#;
+    let lines = format!("{}\n{line}\n", line.replace("\"time\"", "\"time\":\"2023-01-01\",\"time\""));
+    let mut child = Command::new(crate::support::program::path())
+        .args(["ephemeris", "--stdin", "--cache", path_text(&CACHE)])
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .expect("starts");
+    child.stdin.take().expect("a pipe").write_all(lines.as_bytes()).expect("written");
+    let out = child.wait_with_output().expect("ends");
+    let answers: Vec<serde_json::Value> =
+        String::from_utf8_lossy(&out.stdout).lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+    let error = answers[0]["error"].as_str().unwrap_or_default();
+    assert!(error.starts_with("field `time` is given twice"), "{answers:?}");
+    assert!(answers.len() == 2 && answers[1].get("ok").is_some(), "{answers:?}");
+}
+
 #[test]
 fn similar_names_are_suggested_everywhere() {
     for (args, suggestion) in [

@@ -1,6 +1,7 @@
-//! Sunlight that bodies block: reference tables, exact contacts, overlapping discs, totality.
+//! Sunlight that bodies block: reference tables, exact contacts, overlapping discs, totality, faint transits.
 
 mod draft;
+mod faint_transits;
 mod linear_penumbra;
 mod overlapping_limbs;
 mod reference_tables;

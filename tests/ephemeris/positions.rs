@@ -283,6 +283,34 @@ fn the_best_source_that_covers_the_date_is_used() {
     assert!(ephemeris.state(NaifId::EARTH, NaifId(0), Instant::from_jd_tdb(3_000_000.0), None).is_err());
 }
 
+/// `source` selects among the theories that a body has; the answer names what was used.
+#[test]
+fn the_answer_names_the_source_that_was_used() {
+    let ephemeris = ephemeris();
+    let t = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+    for (body, center, requested, source) in [
+        // L1.2 and TASS are the only theories of these moons.
+        (501, 599, Source::Mean, Source::Series),
+        (606, 699, Source::Mean, Source::Series),
+        (501, 599, Source::Kernel, Source::Series),
+        // Mean elements are the only theory of Phobos.
+        (401, 499, Source::Series, Source::Mean),
+        // Jupiter's place relative to the Sun is from mean elements.
+        (501, 10, Source::Mean, Source::Mean),
+        (599, 10, Source::Mean, Source::Mean),
+        (399, 10, Source::Series, Source::Series),
+        // Mars coincides with its barycentre; nothing was evaluated.
+        (499, 4, Source::Series, Source::Series),
+        (399, 399, Source::Mean, Source::Mean),
+    ] {
+        let answer = ephemeris.state(NaifId(body), NaifId(center), t, Some(requested)).expect("a place");
+        assert_eq!(answer.source, source, "{body} relative to {center} by {requested:?}");
+        // Without a request the source is the same or a better one.
+        let best = ephemeris.state(NaifId(body), NaifId(center), t, None).expect("a place");
+        assert!(best.source >= answer.source, "{body} relative to {center}: {:?}", best.source);
+    }
+}
+
 #[test]
 fn moons_move_almost_linearly_while_light_crosses_their_system() {
     let catalog = Catalog::embedded();

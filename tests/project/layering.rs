@@ -10,6 +10,7 @@ use std::path::Path;
 const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("units", &[], &["naga", "wgpu", "winit", "softbuffer"]),
     ("wording", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("json", &["wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("message", &["message"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("random", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("unwinding", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
@@ -37,7 +38,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "probe",
-        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe", "wording"],
+        &["units", "time", "catalog", "ephemeris", "scene", "shader", "render", "image", "session", "probe", "json", "wording"],
         &["naga", "wgpu", "winit", "softbuffer", "std::fs"],
     ),
     (
@@ -87,6 +88,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
             "measure",
             "view",
             "files",
+            "json",
             "wording",
             "message",
         ],
@@ -123,6 +125,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
             "view",
             "cli",
             "files",
+            "json",
             "message",
             "wording",
         ],

@@ -97,10 +97,21 @@ fn errors_name_the_users_file() {
         let message = error_of(&[("moon", "surface.wesl", text)]);
         assert!(message.contains(expected) && !message.contains('\n') && !message.contains("lib/custom/surface_1"), "{message}");
     }
-    // Mistakes that naga's parser and its validator find, in a line after the function's first line, which is the third. The messages are longer than what is
-    // quoted of them.
-    for mistake in ["return point.albedo;", "let x = point.albedo * vec2f(1.0, 2.0);", "if point.albedo { }", "let x = foo(point.albedo);"]
-    {
+    // Mistakes that naga's parser, its validator and the lowering find, in a line after the function's first line, which is the third. Some messages are longer
+    // than what is quoted of them. Of a number in place of a vector or a struct, naga also names the place that asks for another type: in another fragment, or
+    // nowhere.
+    for mistake in [
+        "return point.albedo;",
+        "let x = point.albedo * vec2f(1.0, 2.0);",
+        "if point.albedo { }",
+        "let x = foo(point.albedo);",
+        "return CustomSurface(point.albedo, 1.0);",
+        "let x = SurfacePoint(1.0);",
+        "return 1.0;",
+        "loop { }",
+        "let x = frexp(point.position.x);",
+        "var x: array<f32, 20000>;",
+    ] {
         for lines_before in [0, 3] {
             let text = CHECKERS.replace("{\n", &format!("{{\n{}    {mistake}\n", "\n".repeat(lines_before)));
             let (message, expected) = (error_of(&[("moon", "surface.wesl", &text)]), format!("surface.wesl:{}: ", 4 + lines_before));

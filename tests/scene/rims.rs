@@ -1,6 +1,7 @@
 //! Bodies with air in front of the Sun, seen from afar: automatic exposure shows the ring of air around them, and the light meter's estimate of its radiance is
 //! that of the drawn ring.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
@@ -72,6 +73,37 @@ fn the_ring_of_air_around_a_backlit_body_is_exposed() {
         let without_air = ViewRequest { effects: EffectOverrides::parse("-atmosphere").expect("an effect"), ..view(body, 180.0, 20.0) };
         let without_air = SESSION.scene(&without_air).expect("a scene").exposure.stops;
         assert!(without_air > stops[0] + 5.0, "{body:?}: {without_air} stops without air, {stops:?}");
+    }
+}
+
+/// A body with air in front of the Sun becomes smaller, from a disc of 7 pixels to a point of 1.4: with or without a target, the exposure does not jump. While
+/// the ring of air counted on discs of more than 4 pixels alone, there were steps of 4 to 14 stops, and Mars that was not the target was not metered from 4 to
+/// 2 pixels.
+#[test]
+fn the_exposure_is_continuous_where_a_backlit_disc_becomes_a_point() {
+    let diameters_px: Vec<f64> = (0..=81).map(|k| 7.0 * 0.98_f64.powi(k)).collect();
+    // The greatest change from the largest disc to any smaller one. The crescent of the Earth without its ring is metered as brighter than its point.
+    for (body, phase_deg, has_target, most_stops) in
+        [(499, 175.0, true, 3.5), (499, 178.0, false, 3.5), (606, 175.0, true, 3.5), (299, 177.0, true, 6.0), (399, 165.0, true, 8.0)]
+    {
+        let stops: Vec<f64> = diameters_px
+            .iter()
+            .map(|diameter_px| {
+                // A narrow field of view, so that the Sun is beside it.
+                let fov_deg = 1.0_f64;
+                let distance_radii = 2.0 * f64::from(SIDE) / diameter_px / fov_deg.to_radians();
+                let request = view_at("2024-10-10T00:00:00Z", NaifId(body), phase_deg, distance_radii);
+                let Position::Offset { offset_km, axes, .. } = request.position else { panic!("an offset") };
+                let request = ViewRequest { fov_deg: Some(fov_deg), ..request };
+                let look = Look::Along { direction: -offset_km, axes };
+                let request = if has_target { request } else { ViewRequest { target: None, look, ..request } };
+                SESSION.scene(&request).expect("a scene").exposure.stops
+            })
+            .collect();
+        let greatest_step = stops.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, larger);
+        let greatest_change = stops.iter().map(|s| (s - stops[0]).abs()).fold(0.0, larger);
+        println!("{body} at {phase_deg}: {:.2} to {:.2} stops, steps of {greatest_step:.2}", stops[0], stops[stops.len() - 1]);
+        assert!(greatest_step < 1.0 && greatest_change < most_stops, "{body} at {phase_deg} degrees: {stops:.2?}");
     }
 }
 

@@ -87,6 +87,8 @@ fn libraries_are_compared_by_their_entries() {
     let report = compare_revisions(&open(old.path()).expect("a library"), &open(new.path()).expect("a library"), &[]);
     assert_eq!((report.equal, report.changed.len()), (2, 0));
     assert_eq!((report.only_first, report.only_second), (vec!["point".to_owned()], vec!["emissive.sun0.sphere".to_owned()]));
+    // `doctor` names the folder `orrery` in the cache folder.
+    assert_eq!(open(&old.path().join("orrery")).expect("a library").ids().map(|ids| ids.len()), Some(3));
 
     // A library has a folder for each generator, named by a digest of fragments, emitter and lowering. With two such folders the path alone
     // does not say which revision is meant.

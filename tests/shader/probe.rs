@@ -52,6 +52,7 @@ fn an_invalid_query_gets_an_error_of_one_line() {
         (r#"{"q":"disc-overlap","k":1,"d":1,"model":"square"}"#, "square"),
         (r#"{"q":"disc-overlap","k":-1,"d":1,"model":"linear"}"#, "\"k\""),
         (r#"{"q":"disc-overlap","k":1,"d":1,"model":"linear","e":1}"#, "`e`"),
+        (r#"{"q":"disc-overlap","k":1,"d":1,"k":2}"#, "field `k` is given twice"),
         // In f32, the limb of such a disc would miss the Sun even where it crosses the Sun's centre.
         (r#"{"q":"disc-overlap","k":1e8,"d":1e8}"#, "at most 1e6 solar radii"),
         (r#"{"q":"disc-overlap","semi_major":1e8,"semi_minor":1,"centre_distance":0}"#, "\"semi_major\" is 1e8"),

@@ -46,6 +46,14 @@ fn an_error_in_a_fragment_has_line_and_column() {
     }
 }
 
+/// naga's first label is the wanted type, which has no position here; the second is the value.
+#[test]
+fn a_value_of_the_wrong_type_is_shown_at_its_own_line() {
+    let text = "fn reflectance(cos_incidence: f32, cos_emission: f32, cos_phase: f32) -> f32 {\n    return vec2(1.0);\n}\n";
+    let shown = diagnosis(&with_fragment(text), &"lambert.sun1.sphere".parse().expect("a key")).expect("a diagnosis");
+    assert!(shown.starts_with("shaders/lib/photometry/lambert.wesl, line 2\n"), "{shown}");
+}
+
 #[test]
 fn conditions_on_any_item_leave_out_the_item_and_the_comments_above_it() {
     let text = "// Head.\n\n// Import.\n@if(lights_2)\nimport super::super::screen::screen_corner;\n\n// Both.\n@if(lights_2) const A = 2.0; // two\n\

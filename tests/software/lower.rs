@@ -21,7 +21,7 @@ fn parse(wgsl: &str) -> (naga::Module, naga::valid::ModuleInfo) {
 pub(super) fn compile(wgsl: &str) -> Program {
     let (module, info) = parse(wgsl);
     let name = module.entry_points[0].name.clone();
-    let program = lower(&module, &info, &name).unwrap_or_else(|e| panic!("{}", e.with_source(wgsl)));
+    let program = lower(&module, &info, &name).unwrap_or_else(|e| panic!("{e}"));
     let bytes = lower_to_bytes(&module, &info).expect("lowers to bytes");
     assert_eq!(programs_from_bytes(&bytes).expect("reads back")[0], program, "the bytes encode another program");
     program
@@ -402,12 +402,22 @@ fn what_is_not_supported_is_refused_with_the_reason() {
         ("@fragment fn main(@location(0) @interpolate(linear) p: vec2f) -> @location(0) vec4f {\n return vec4f(p, p); }", "Linear"),
     ] {
         let (module, info) = parse(source);
-        let error = lower(&module, &info, "main").expect_err("refused").with_source(source);
+        let error = lower(&module, &info, "main").expect_err("refused");
         assert!(error.to_string().contains(reason), "{error}");
     }
-    let (module, info) = parse("@fragment fn main() -> @location(0) vec4f {\n var x = 1.0;\n loop { x += 1.0; }\n return vec4f(x); }");
-    let endless = lower(&module, &info, "main").expect_err("refused");
-    assert!(endless.to_string().contains("never ends"), "{endless}");
+    // The construct is in line 2, the body of the loop in line 3, the call of the function in line 6.
+    for (construct, reason) in [
+        ("var x = 1.0; loop {\n x += 1.0;\n }", "never ends"),
+        ("let x = frexp(p.x).fract;\n\n", "Frexp"),
+        ("var x: array<f32, 20000>;\n\n", "numbers"),
+    ] {
+        let function = format!("fn f(p: vec2f) -> f32 {{\n {construct}\n return 1.0; }}\n");
+        let source = format!("{function}@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ return vec4f(f(p)); }}");
+        let (module, info) = parse(&source);
+        let error = lower(&module, &info, "main").expect_err("refused");
+        let line = error.span.location(&source).line_number;
+        assert!(error.to_string().contains(reason) && line == 2, "line {line}: {error}");
+    }
 }
 
 #[test]

@@ -1,13 +1,18 @@
-//! The search for events: in steps, up to the ends of the ephemeris, and in a calendar year.
+//! The search for events: in steps, up to the ends of the ephemeris, and in a calendar year. Moons' events as seen from a place.
 
 use crate::view::events::{between, greatest_tdb_s, open_events, parse_time};
 use crate::view::input::window_without_images;
 use crate::view::interface::session;
-use crate::view::search::window_after_search;
+use crate::view::search::{search, window_after_search};
 use egui::Event;
 use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
-use orrery::view::app::event_search::{EventKind, EventSearch, events_between};
+use orrery::ephemeris::topocentric::{Observer, ObserverSky};
+use orrery::time::Instant;
+use orrery::view::app::event_search::{EventFromPlace, EventKind, EventSearch, SkyEvent, events_between};
+use orrery::view::app::settings::Home;
+
+const JUPITER: NaifId = NaifId(599);
 
 /// Whether two lists have the same events. An event near the end of a step is refined from another starting value, so its time may differ by less than a
 /// second.
@@ -111,4 +116,69 @@ fn a_leap_year_is_searched_to_its_end() {
     let (start, length_s) = (parse_time("2028-01-01"), 365.25 * 86_400.0);
     let found = events_between(session().catalog(), session().ephemeris(), &[EventKind::Lunar], start, start.plus_seconds(length_s));
     assert_eq!(found.expect("within the theories").len(), 2);
+}
+
+/// The first event of a day with this title.
+fn moons_event(title: &str, day: &str, next_day: &str) -> SkyEvent {
+    let mut events = between(&[EventKind::Moons], day, next_day).into_iter();
+    events.find(|event| event.title(session().catalog()) == title).expect(title)
+}
+
+/// Altitude of Jupiter's centre at a place, degrees, without refraction.
+fn jupiter_altitude_deg(home: Home, time: Instant) -> f64 {
+    let place = Observer { body: NaifId::EARTH, lat_graphic_deg: home.latitude_deg, lon_east_deg: home.longitude_deg, height_km: 0.0 };
+    let sky = ObserverSky { catalog: session().catalog(), ephemeris: session().ephemeris(), place };
+    sky.topocentric(JUPITER, time).expect("a place").altitude_deg
+}
+
+fn seen_from(event: &SkyEvent, home: Home) -> EventFromPlace {
+    event.seen_from(session().catalog(), session().ephemeris(), home).expect("a place")
+}
+
+/// In Greenwich Jupiter rose 50 minutes after the middle of this transit of Callisto. *From this place* showed the ground at the middle of the event, and
+/// *Watch it* began three hours before Jupiter rose.
+#[test]
+fn a_moons_event_is_shown_while_its_planet_is_up() {
+    let transit = moons_event("Callisto in front of Jupiter", "2026-12-11", "2026-12-12");
+    let seen = seen_from(&transit, Home::default());
+    let maximum = seen.contacts.iter().find(|contact| contact.name == "maximum").expect("a maximum");
+    // Jupiter rises when its centre is at -34 arcmin.
+    let rise_deg = -34.0 / 60.0;
+    assert!(seen.is_visible && maximum.is_up && (maximum.altitude_deg - rise_deg).abs() < 0.01, "{maximum:?}");
+    // Negative control: the middle is below the horizon, as is the first contact.
+    assert!(jupiter_altitude_deg(Home::default(), transit.greatest()) < -5.0 && !seen.contacts[0].is_up, "{seen:?}");
+    let mut window = window_without_images(JUPITER);
+    window.state_mut().viewer.view.tdb_s = parse_time("2026-12-11T18:00:00Z").tdb_seconds_past_j2000();
+    search(&mut window, "jupiter moons");
+    window.run_steps(10);
+    window.get_by_label_contains("Callisto in front of Jupiter, 2026-12-11").click_accesskit();
+    window.run_steps(3);
+    window.get_by_label("From this place").click_accesskit();
+    window.run_steps(3);
+    let shown_deg = jupiter_altitude_deg(Home::default(), window.state().viewer.view.time());
+    assert!((shown_deg - rise_deg).abs() < 0.01, "Jupiter at {shown_deg} degrees");
+    window.get_by_label("Watch it").click_accesskit();
+    window.run_steps(3);
+    // The playback begins before the rise by a twentieth of the 95 minutes until the last contact. Jupiter rises by less than 0.25 degrees a minute.
+    let start_deg = jupiter_altitude_deg(Home::default(), window.state().viewer.view.time());
+    assert!(start_deg > rise_deg - 0.25 * 95.0 / 20.0, "Jupiter at {start_deg} degrees");
+}
+
+/// At the polar circle Jupiter was above the horizon for two hours between two contacts of this event, which was called invisible.
+#[test]
+fn a_moons_event_is_visible_between_contacts_below_the_horizon() {
+    let shadow = moons_event("Ganymede's shadow on Jupiter", "2031-09-09", "2031-09-10");
+    let home = Home { latitude_deg: 67.0, longitude_deg: -95.7 };
+    let seen = seen_from(&shadow, home);
+    let (maxima, contacts): (Vec<_>, Vec<_>) = seen.contacts.iter().partition(|contact| contact.name == "maximum");
+    assert!(seen.is_visible && maxima.len() == 1 && maxima[0].is_up && maxima[0].time == shadow.greatest(), "{seen:?}");
+    // Negative control: by the contacts alone, it is invisible.
+    assert!(contacts.len() == 4 && contacts.iter().all(|contact| !contact.is_up), "{contacts:?}");
+    let (rise, set) = (seen.rise.expect("a rise"), seen.set.expect("a set"));
+    for (time, is_up) in [(rise.plus_seconds(-300.0), false), (rise.plus_seconds(300.0), true), (set.plus_seconds(300.0), false)] {
+        assert_eq!(jupiter_altitude_deg(home, time) > -34.0 / 60.0, is_up, "{time:?}");
+    }
+    // On the other side of the Earth, Jupiter is below the horizon.
+    let opposite = seen_from(&shadow, Home { longitude_deg: 84.3, ..home });
+    assert!(!opposite.is_visible && opposite.contacts.iter().all(|contact| !contact.is_up), "{opposite:?}");
 }

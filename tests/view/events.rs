@@ -100,16 +100,16 @@ fn the_view_of_a_moons_eclipse_contains_the_moon() {
 #[test]
 fn contacts_below_the_horizon_are_marked() {
     let event = between(&[EventKind::Lunar], "2022-05-01", "2022-06-01").remove(0);
-    let (lines, is_visible) = event.seen_from(session().catalog(), session().ephemeris(), Home::default()).expect("a place");
-    assert!(is_visible);
+    let seen = event.seen_from(session().catalog(), session().ephemeris(), Home::default()).expect("a place");
+    assert!(seen.is_visible);
     for (name, is_up) in [("P1", true), ("U1", true), ("U2", true), ("U3", false), ("U4", false), ("P4", false)] {
-        assert_eq!(lines.iter().find(|l| l.name == name).map(|l| l.is_up), Some(is_up), "{name}");
+        assert_eq!(seen.contacts.iter().find(|l| l.name == name).map(|l| l.is_up), Some(is_up), "{name}");
     }
     // In Greenwich Jupiter was above the horizon in the night of the triple shadow, and below it at noon.
     let events = between(&[EventKind::Moons], "2015-01-24", "2015-01-25");
     let is_up_around = |hour: f64| {
         let lines =
-            events.iter().flat_map(|e| e.seen_from(session().catalog(), session().ephemeris(), Home::default()).expect("a place").0);
+            events.iter().flat_map(|e| e.seen_from(session().catalog(), session().ephemeris(), Home::default()).expect("a place").contacts);
         let near =
             |t: Instant| (t.tdb_seconds_past_j2000() - parse_time("2015-01-24").tdb_seconds_past_j2000() - hour * 3600.0).abs() < 5400.0;
         lines.filter(|l| near(l.time)).map(|l| l.is_up).collect::<Vec<_>>()

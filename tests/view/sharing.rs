@@ -292,3 +292,94 @@ fn the_length_of_an_event_is_offered_only_near_its_time() {
     window.run_steps(3);
     assert_eq!(window.query_all_by_label("Whole event").count(), 0);
 }
+
+/// A missing folder was noticed after the last frame, and all frames were lost.
+#[test]
+fn a_recording_that_cannot_be_written_does_not_start() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (file, starts) in [("none/a.gif", false), ("a.gif", true)] {
+        let mut window = animating(&folder.path().join(file));
+        window.get_by_label("Number of frames").set_value_accesskit(50.0);
+        window.run_steps(2);
+        window.get_by_label("Record animation").click_accesskit();
+        window.run_steps(6);
+        let reply = window.state().reply_text().to_owned();
+        assert_eq!((window.state().is_saving(), reply.contains("there is no folder")), (starts, !starts), "{file}: {reply}");
+    }
+    assert_eq!(names_in(folder.path()), Vec::<String>::new(), "the trial leaves no file");
+}
+
+/// To quit during a recording, which loses it, one must ask twice.
+#[test]
+fn a_recording_is_not_lost_by_one_key() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut window = animating(&folder.path().join("a.gif"));
+    assert!(window.state_mut().may_quit(), "nothing would be lost");
+    for recording in 0..2 {
+        window.get_by_label("Number of frames").set_value_accesskit(50.0);
+        window.run_steps(2);
+        window.get_by_label("Record animation").click_accesskit();
+        window.run_steps(6);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Q);
+        window.run_steps(1);
+        assert!(window.state().quit_requested && window.state().is_saving(), "recording {recording}");
+        assert!(!window.state_mut().may_quit() && !window.state().quit_requested, "recording {recording}");
+        // The messages about later frames keep the warning.
+        for _ in 0..3 {
+            let reply = window.state().reply_text();
+            assert!(reply.contains("quit again"), "recording {recording}: {reply}");
+            window.run_steps(1);
+        }
+        if recording == 0 {
+            window.get_by_label("Cancel").click_accesskit();
+            window.run_steps(3);
+            assert!(!window.state().is_saving());
+        }
+    }
+    assert!(window.state_mut().may_quit(), "asked for the second time");
+}
+
+/// The frames of a sequence began in the middle of the event, at the shown time.
+#[test]
+fn the_frames_of_a_whole_event_begin_before_it_and_end_after_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut window = window_after_search("eclipse 2027");
+    window.get_by_label_contains("Total solar eclipse, 2027-08-02 10:0").click();
+    window.run_steps(3);
+    window.state_mut().tab = Some(Tab::Share);
+    window.run_steps(3);
+    for (field, value) in [("Width, pixels", 24.0), ("Height, pixels", 16.0), ("Number of frames", 2.0)] {
+        window.get_by_label(field).set_value_accesskit(value);
+        window.run_steps(2);
+    }
+    // Minutes from the greatest phase to each frame.
+    let minutes_of_frames = |window: &mut Window, file: &str| {
+        let file = folder.path().join(file);
+        window.get_by_label_contains("Image file: .png or .exr").set_text_value_accesskit(&file.display().to_string());
+        window.run_steps(2);
+        window.get_by_label("Export sequence").click_accesskit();
+        window.run_steps(12);
+        let greatest = Instant::parse("2027-08-02T10:06:42Z").expect("a time");
+        [0, 1].map(|frame| {
+            let path = file.with_file_name(format!("{}-{frame:05}.png", file.file_stem().expect("a stem").display()));
+            let png = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).expect("a frame"))).read_info().expect("a PNG");
+            let text = png.info().utf8_text.iter().find(|text| text.keyword == "Creation Time").expect("a time");
+            let time = Instant::parse(&text.get_text().expect("a text")).expect("a time");
+            (time.tdb_seconds_past_j2000() - greatest.tdb_seconds_past_j2000()) / 60.0
+        })
+    };
+    // Negative control: without the choice, the sequence begins at the shown time, that of the greatest phase.
+    let [first, _] = minutes_of_frames(&mut window, "shown.png");
+    assert!(first.abs() < 1.0, "{first} minutes");
+    window.get_by_label("Whole event").click_accesskit();
+    window.run_steps(3);
+    let [first, last] = minutes_of_frames(&mut window, "event.png");
+    // At the place of greatest eclipse, first and last contact are 85 minutes before and 81 minutes after the greatest phase; a twentieth of the length is
+    // added at either end.
+    assert!((-100.0..-80.0).contains(&first) && (80.0..100.0).contains(&last), "{first} to {last} minutes");
+    // The shown time does not matter.
+    window.state_mut().viewer.view.tdb_s += 3600.0;
+    window.run_steps(3);
+    let later = minutes_of_frames(&mut window, "later.png");
+    assert!((later[0] - first).abs() < 0.1 && (later[1] - last).abs() < 0.1, "{later:?}");
+}

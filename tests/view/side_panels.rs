@@ -1,9 +1,10 @@
-//! The panels at the sides: their controls neither widen them nor are cut off, and each panel keeps its scroll position.
+//! The panels at the sides: their controls neither widen them nor are cut off, every control can be scrolled to, and each panel keeps its scroll position.
 
+use crate::support::sweep;
 use crate::view::input::{SATURN, TIME, Window, window_without_images};
 use crate::view::interface::{harness, interface, session, settle};
-use egui::Rect;
-use egui::accesskit::Role;
+use egui::accesskit::{Role, Toggled};
+use egui::{Event, Modifiers, MouseWheelSource, MouseWheelUnit, Order, Pos2, Rect, TouchPhase, pos2, vec2};
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::moments::KINDS;
 use orrery::view::app::settings::Bookmark;
@@ -20,7 +21,7 @@ fn window(language: Language, [width, height]: [f32; 2], kept: Option<Tab>, open
     interface.language = language;
     (interface.kept_tab, interface.tab) = (kept, Some(open));
     let mut window = harness(interface);
-    window.set_size(egui::vec2(width, height));
+    window.set_size(vec2(width, height));
     settle(&mut window);
     window
 }
@@ -113,7 +114,7 @@ fn a_panel_keeps_its_width_whatever_it_shows() {
 #[test]
 fn each_panel_keeps_its_own_scroll_position() {
     let mut window = window_without_images(SATURN);
-    window.set_size(egui::vec2(1100.0, 640.0));
+    window.set_size(vec2(1100.0, 640.0));
     window.state_mut().tab = Some(Tab::Moments);
     window.run_steps(5);
     let top = |window: &Window, name: &str| window.get_by_label(name).rect().top();
@@ -134,5 +135,75 @@ fn each_panel_keeps_its_own_scroll_position() {
         (window.state_mut().tab, window.state_mut().kept_tab) = tabs;
         window.run_steps(5);
         assert!((top(&window, first) - scrolled).abs() < 2.0, "{tabs:?}: {} instead of {scrolled}", top(&window, first));
+    }
+}
+
+/// The pages of the Shader panel, by their English names.
+const SHADER_PAGES: [&str; 6] = ["Source", "Values", "Cost", "Probe", "Gallery", "Key"];
+
+/// The lowest widget of a panel at this place: all of it, and its part that is visible. Widgets that begin at the right edge or beyond are left out.
+fn lowest_widget(window: &Window, panel: Rect) -> [Rect; 2] {
+    let is_in_panel = |widget: Rect| widget.left() >= panel.left() - 2.0 && widget.left() <= panel.right() - 16.0;
+    // No part of a panel is visible below its place: this widget belongs to the time bar.
+    let is_below = |visible: Rect| visible.is_positive() && visible.top() >= panel.bottom() - 1.0;
+    let lowest = window.ctx.viewport(|viewport| {
+        let layers = viewport.prev_pass.widgets.layers().filter(|(layer, _)| layer.order == Order::Background);
+        let widgets = layers.flat_map(|(_, widgets)| widgets).filter(|w| w.sense.interactive() && is_in_panel(w.rect));
+        let widgets = widgets.filter(|w| !is_below(w.interact_rect)).map(|w| [w.rect, w.interact_rect]);
+        widgets.max_by(|a, b| a[0].bottom().total_cmp(&b[0].bottom()))
+    });
+    lowest.expect("a widget")
+}
+
+/// Turns the wheel far down.
+fn scroll_to_the_end(window: &mut Window, pointer: Pos2) {
+    window.hover_at(pointer);
+    // At first a list may not be below the pointer; then the panel scrolls before the list.
+    for _ in 0..4 {
+        let (unit, phase, source) = (MouseWheelUnit::Point, TouchPhase::Move, MouseWheelSource::Wheel);
+        window.event(Event::MouseWheel { unit, delta: vec2(0.0, -1e5), phase, source, modifiers: Modifiers::NONE });
+        window.run_steps(8);
+    }
+}
+
+/// With all sections open, the list of effects was below the window's edge, where nothing scrolled. In points, a window of 1280 by 800 pixels is one of 640 by
+/// 400 at text size 2. The last size is the smallest to which the size of the text may reduce a window.
+#[test]
+fn every_control_can_be_scrolled_to() {
+    let sizes = [[1280.0, 800.0], [640.0, 400.0], [600.0, 340.0]];
+    let cases = LANGUAGES.into_iter().flat_map(|language| sizes.map(|size| (language, size)));
+    for (_, ((language, sky_name, close_name), size)) in cases.enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
+        let mut window = window(language, size, None, Tab::Moments);
+        window.state_mut().body_browser_shown = false;
+        for tab in Tab::ALL {
+            window.state_mut().tab = Some(tab);
+            settle(&mut window);
+            // All of its sections.
+            let sections = window
+                .query_all_by_role(Role::DisclosureTriangle)
+                .filter(|section| section.accesskit_node().toggled() != Some(Toggled::True));
+            let sections: Vec<String> = sections.filter_map(|section| section.accesskit_node().label()).collect();
+            for section in sections {
+                window.get_by_role_and_label(Role::DisclosureTriangle, &section).click_accesskit();
+                window.run_steps(1);
+            }
+            let pages = if tab == Tab::Shader && language == Language::English { &SHADER_PAGES[..] } else { &[""][..] };
+            for page in pages {
+                if !page.is_empty() {
+                    window.get_all_by_role_and_label(Role::Button, page).next().expect(page).click_accesskit();
+                }
+                settle(&mut window);
+                let (title, close) = title_and_close(&window, tab, close_name);
+                let bottom = window.get_by_label_contains(sky_name).rect().bottom();
+                let panel = Rect::from_min_max(pos2(title.left(), close.top()), pos2(close.right(), bottom));
+                let is_seen = |[whole, visible]: [Rect; 2]| visible.is_positive() && visible.bottom() >= whole.bottom() - 1.0;
+                let case = format!("{language:?}, {size:?}: {tab:?} {page}, in {panel}");
+                let lowest = lowest_widget(&window, panel);
+                assert!(tab != Tab::Effects || !is_seen(lowest), "{case}: {lowest:?} fits, so that this test sees nothing");
+                scroll_to_the_end(&mut window, pos2(panel.center().x, bottom - 12.0));
+                let lowest = lowest_widget(&window, panel);
+                assert!(is_seen(lowest), "{case}: {lowest:?}");
+            }
+        }
     }
 }

@@ -2,9 +2,11 @@
 
 use crate::view::input::{TIME, Window, click, pausable_window};
 use crate::view::interface::{interface, session, settle};
-use egui::{Event, Modifiers, PointerButton, Pos2};
+use egui::epaint::ColorMode;
+use egui::{Color32, Event, Modifiers, PointerButton, Pos2, Rect, Shape, vec2};
 use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
+use orrery::scene::request::Projection;
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::Tab;
 use std::sync::Arc;
@@ -44,7 +46,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let screen_position = |window: &Window, px: glam::DVec2| {
         let rendered = window.state().shown().expect("an image");
         let points_per_px = f64::from(sky.width()) / f64::from(rendered.width);
-        sky.min + egui::vec2((px.x * points_per_px) as f32, (px.y * points_per_px) as f32)
+        sky.min + vec2((px.x * points_per_px) as f32, (px.y * points_per_px) as f32)
     };
     let star_at = |window: &Window| {
         let px = orrery::scene::labels::star_px(&window.state().shown().expect("an image").scene, star).expect("Rigel is drawn");
@@ -58,7 +60,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     // With Ctrl: the angle from the star to another point of the sky.
     ctrl_click(&mut window, star_pos);
     assert!(window.state().reply_text().contains("second place"), "{}", window.state().reply_text());
-    ctrl_click(&mut window, star_pos + egui::vec2(200.0, 150.0));
+    ctrl_click(&mut window, star_pos + vec2(200.0, 150.0));
     let message = window.state().reply_text();
     let angle_deg: f64 =
         message.strip_prefix("Angle: ").and_then(|rest| rest.strip_suffix('°')?.parse().ok()).unwrap_or_else(|| panic!("{message}"));
@@ -84,4 +86,54 @@ fn a_body_has_no_distance_from_itself_after_a_motion_of_the_camera() {
     ctrl_click(&mut window, centre);
     let message = window.state().reply_text();
     assert!(message.starts_with("Angle: ") && !message.contains("km"), "{message}");
+}
+
+/// The lines of a measured arc in the window, and the rectangles of a text.
+fn arc_and_text(window: &Window, text: &str) -> (Vec<Vec<Pos2>>, Vec<Rect>) {
+    const ARC_COLOUR: Color32 = Color32::from_rgb(255, 200, 90);
+    fn walk(shape: &Shape, text: &str, lines: &mut Vec<Vec<Pos2>>, rects: &mut Vec<Rect>) {
+        match shape {
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| walk(shape, text, lines, rects)),
+            Shape::Path(path) if path.stroke.color == ColorMode::Solid(ARC_COLOUR) => lines.push(path.points.clone()),
+            Shape::Text(shown) if shown.galley.job.text == text => rects.push(Rect::from_min_size(shown.pos, shown.galley.size())),
+            _ => {}
+        }
+    }
+    let (mut lines, mut rects) = (Vec::new(), Vec::new());
+    window.output().shapes.iter().for_each(|clipped| walk(&clipped.shape, text, &mut lines, &mut rects));
+    (lines, rects)
+}
+
+/// In a whole-sphere image the arc between two places at its left and right edges is short and in two parts. A line joined the parts across the entire image,
+/// and the angle was cut off.
+#[test]
+fn a_measured_arc_is_interrupted_at_the_edge_of_a_whole_sphere_image() {
+    let mut interface = interface(NaifId(699), TIME);
+    interface.viewer.view.composition.projection = Projection::Equirectangular;
+    let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 700.0);
+    window.run_steps(20);
+    settle(&mut window);
+    let sky = window.get_by_label_contains("The sky: ").rect();
+    let (left, right) = (sky.left_center(), sky.right_center());
+    for (ends, is_cut) in
+        [([left + vec2(60.0, 40.0), right - vec2(60.0, 40.0)], true), ([120.0, 240.0].map(|x| left + vec2(x, 40.0)), false)]
+    {
+        ends.into_iter().for_each(|end| ctrl_click(&mut window, end));
+        window.run_steps(1);
+        let message = window.state().reply_text().to_owned();
+        let angle = message.strip_prefix("Angle: ").and_then(|rest| rest.split(';').next()).unwrap_or_else(|| panic!("{message}"));
+        let (lines, rects) = arc_and_text(&window, angle);
+        assert_eq!(lines.len(), if is_cut { 2 } else { 1 }, "{message}: {lines:?}");
+        for line in &lines {
+            // Neighbouring points are less than a degree apart; away from the poles that is much less than a tenth of the image.
+            assert!(line.windows(2).all(|pair| pair[0].distance(pair[1]) < 0.1 * sky.width()), "{message}: {line:?}");
+        }
+        // The arc reaches an edge where it is cut, to within the missing segment, and only there.
+        for edge in [left.x, right.x] {
+            let nearest = lines.iter().flatten().map(|point| (point.x - edge).abs()).fold(f32::INFINITY, f32::min);
+            assert_eq!(nearest < 5.0, is_cut, "{message}: {nearest} points from the edge at {edge}");
+        }
+        // The angle, and its shadow.
+        assert!(rects.len() == 2 && rects.iter().all(|rect| sky.expand(1.5).contains_rect(*rect)), "{message}: {rects:?} in {sky}");
+    }
 }

@@ -16,12 +16,16 @@ pub(super) struct Columns {
     coordinate_names: [&'static str; 2],
 }
 
+/// The letters and digits of a name, in lower case.
+fn normalized(name: &str) -> String {
+    name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase()
+}
+
 impl Columns {
     /// Finds the columns by name. Only letters and digits are compared, without regard to case. `on_body`: the points are given by latitude and longitude, not
     /// by declination and right ascension.
     pub fn of(names: &[String], on_body: bool) -> Result<Self, String> {
-        let normalized = |name: &String| name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
-        let names: Vec<String> = names.iter().map(normalized).collect();
+        let names: Vec<String> = names.iter().map(|name| normalized(name)).collect();
         let coordinates: [&[&str]; 2] = match on_body {
             true => [&["latdeg", "lat", "latitude"], &["londeg", "lon", "longitude", "lng"]],
             false => [&["decdeg", "dec", "dedeg", "deicrs", "dej2000"], &["radeg", "ra", "raicrs", "raj2000"]],
@@ -40,6 +44,12 @@ impl Columns {
             _ => return Err(format!("has no columns {}", missing.join(" and "))),
         }
         Ok(Self { indices, column_count: names.len(), coordinate_names })
+    }
+
+    /// The name of a column of a point, if a later column has the same name. `names`: those of all columns.
+    pub fn repeated_name<'n>(&self, names: &'n [String]) -> Option<&'n str> {
+        let is_repeated = |column: &usize| names[column + 1..].iter().any(|later| normalized(later) == normalized(&names[*column]));
+        self.indices.into_iter().flatten().find(is_repeated).map(|column| names[column].as_str())
     }
 
     /// The indices of the columns of latitude and longitude (or declination and right ascension).

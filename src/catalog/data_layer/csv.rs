@@ -5,6 +5,7 @@
 use super::columns::Columns;
 use super::layer::Content;
 use crate::catalog::csv_line::values;
+use crate::wording::echo_within;
 
 /// The points of a table. `on_body`: its columns are latitude and longitude, not declination and right ascension. The error is a line number and what is wrong
 /// there.
@@ -13,6 +14,11 @@ pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)
     let (head_line_number, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
     let names = values(head).map_err(|why| (head_line_number, why))?;
     let columns = Columns::of(&names, on_body).map_err(|why| (head_line_number, format!("the line of column names {why}")))?;
+    // A VOTable, which a program writes, may have several columns of one name.
+    if let Some(name) = columns.repeated_name(&names) {
+        let shown = echo_within(name, 40);
+        return Err((head_line_number, format!("two columns are named `{shown}` (only letters and digits count); leave one out")));
+    }
     let mut content = Content::default();
     for (line_number, line) in lines {
         let values = values(line).map_err(|why| (line_number, why))?;
@@ -37,5 +43,12 @@ mod tests {
         // A comment precedes the line of column names, which is then the second line.
         let error = read("# places\nlat,place\n1,here\n", ON_BODY).expect_err("no longitude");
         assert_eq!(error, (2, "the line of column names has no column lon_deg".to_owned()));
+    }
+
+    #[test]
+    fn two_columns_of_one_name_are_an_error_if_it_counts() {
+        let error = read("lat,lon,Lat\n1,2,3\n", ON_BODY).expect_err("two latitudes");
+        assert_eq!(error, (1, "two columns are named `lat` (only letters and digits count); leave one out".to_owned()));
+        assert!(read("lat_deg,lon,name,Name,lat\n1,2,a,b,3\n", ON_BODY).is_ok(), "`lat` does not count beside `lat_deg`");
     }
 }

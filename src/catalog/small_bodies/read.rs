@@ -8,7 +8,7 @@ use super::rows::{
     PERIHELION_DISTANCE, PERIHELION_PASSAGE, SEMI_MAJOR_AXIS, Values, body, number,
 };
 use super::{SmallBody, SmallBodyFileError, mpcorb};
-use crate::catalog::csv_line::cells;
+use crate::catalog::csv_line::{cells, columns_of_fields};
 use crate::wording::{echo, echo_within, json_error_text};
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -34,11 +34,11 @@ fn normalized(name: &str) -> String {
 }
 
 impl Columns {
-    /// Finds the columns by name. The error names a required column that is missing.
+    /// Finds the columns by name. The error names a required column that is missing, or one that the table has twice.
     fn of(names: &[String]) -> Result<Self, String> {
         // The earlier of a field's accepted names has precedence: `M_deg` before `m`, which may be a magnitude.
-        let column_of = |known: &[&str]| known.iter().find_map(|column| names.iter().position(|n| n == column));
-        let by_field = FIELDS.each_ref().map(|f| column_of(f.columns));
+        let repeated = |name: &str| format!("two columns are named `{name}` (only letters and digits count); leave one out");
+        let by_field = columns_of_fields(names, FIELDS.each_ref().map(|f| f.columns)).map_err(repeated)?;
         let has_any = |alternatives: &[usize]| alternatives.iter().any(|k| by_field[*k].is_some());
         let missing = |alternatives: &[usize]| {
             let names: Vec<_> = alternatives.iter().map(|k| format!("`{}`", FIELDS[*k].name)).collect();
@@ -60,8 +60,9 @@ impl Columns {
         if !has_any(&[PERIHELION_PASSAGE, EPOCH, EPOCH_MJD]) {
             return missing(&[EPOCH, EPOCH_MJD]);
         }
-        let designation = column_of(&["number", "pdes", "designation", "desig"]);
-        Ok(Self { by_field, designation, name: column_of(&["name"]), full_name: column_of(&["fullname"]), column_count: names.len() })
+        let texts = [&["number", "pdes", "designation", "desig"][..], &["name"], &["fullname"]];
+        let [designation, name, full_name] = columns_of_fields(names, texts).map_err(repeated)?;
+        Ok(Self { by_field, designation, name, full_name, column_count: names.len() })
     }
 
     /// The body of a row.
@@ -251,6 +252,8 @@ mod tests {
         assert_eq!(why("name,a_au,i_deg,node_deg,argp_deg,M_deg,epoch_mjd,H\n"), "m.csv:1: no column `e`; the first line must name it");
         assert_eq!(why("e,i,om,w,ma,epoch,H\n"), "m.csv:1: no column `a_au` or `q_au`; the first line must name it");
         assert!(why(&HEAD.replace(",epoch_mjd", "")).contains("no column `epoch_jd` or `epoch_mjd`"));
+        let twice = why(&HEAD.replace("e,a_au", "e,E,a_au"));
+        assert_eq!(twice, "m.csv:1: two columns are named `e` (only letters and digits count); leave one out");
         let row = |text: &str| why(&format!("{HEAD}x,0.1,2.5,3,4,5,6,60000,9,\n{text}\n"));
         assert_eq!(row("y,-0.1,2.5,3,4,5,6,60000,9,"), "m.csv:3: e is `-0.1`; expected an eccentricity from 0 to 100");
         assert!(row("y,1.2,2.5,3,4,5,6,60000,9,").contains("m.csv:3: a_au is `2.5` and e `1.2`"));

@@ -5,7 +5,7 @@
 //! 2007, CDS I/311), whose positions are of J1991.25. Not read: the measurement errors of the values.
 
 use super::{Star, StarFileError, julian_epoch};
-use crate::catalog::csv_line::cells;
+use crate::catalog::csv_line::{cells, columns_of_fields};
 use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, RAD_PER_ARCSEC, SECONDS_PER_DAY};
 use crate::wording::{echo, echo_within};
 use glam::DVec3;
@@ -103,7 +103,10 @@ impl Columns {
         let names: Vec<String> =
             titles.iter().map(|name| name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()).collect();
         // The earlier of a field's accepted names has precedence: `hip` before `id`, which may be the table's own number.
-        let by_field = FIELDS.each_ref().map(|f| f.columns.iter().find_map(|column| names.iter().position(|n| n == column)));
+        let by_field = match columns_of_fields(&names, FIELDS.each_ref().map(|f| f.columns)) {
+            Ok(by_field) => by_field,
+            Err(name) => return Some(Err(format!("two columns are named `{name}` (only letters and digits count); leave one out"))),
+        };
         if by_field[RA].is_none() && by_field[DEC].is_none() && !names.iter().any(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())) {
             return None;
         }
@@ -259,6 +262,7 @@ mod tests {
         assert_eq!(why("ra_deg,v\n1,2\n"), "s.csv:1: no column `dec_deg` (degrees); the first line must name it");
         assert_eq!(why("ra,dec,v\n1,2,3\n1,95,3\n"), "s.csv:3: dec_deg is `95`; expected degrees from -90 to 90");
         assert_eq!(why("ra,dec,v\n1,2,\n"), "s.csv:2: v_mag is empty; expected magnitudes from -30 to 30");
+        assert_eq!(why("ra,dec,v,V\n1,2,3,4\n"), "s.csv:1: two columns are named `v` (only letters and digits count); leave one out");
         assert_eq!(why("ra,dec,v\n1,2\n"), "s.csv:2: 2 values, and the first line names 3 columns");
         assert!(why("ra,dec,v\n1,2,NaN\n").contains("v_mag is `NaN`") && why("ra,dec,v\n1,inf,1\n").contains("dec_deg"));
         assert_eq!(why("hip,ra,dec,v\n32349.5,1,2,3\n"), "s.csv:2: hip is `32349.5`; expected a whole number from 0 to 4000000000");

@@ -163,8 +163,8 @@ fn sampling_draw(
     scissor: [u32; 4],
     provider: &impl ResourceProvider,
 ) -> Result<PlanDraw, PlanError> {
-    // The module evaluates the first light source only, the Sun; planet-shine is left out.
-    uniforms.lights.truncate(1);
+    // The air scatters the first lights only.
+    uniforms.lights.truncate(usize::from(features.lights));
     // The module reads no map.
     let map_taps = 1;
     let module = ModuleId::Keyed(ShaderKey::for_draw(features));

@@ -17,7 +17,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_CHANGE;
-use glam::{DVec3, DVec4, Vec2};
+use glam::{DVec3, DVec4, Vec2, Vec3};
 use std::collections::BTreeSet;
 
 /// Fraction of scattered light that reaches the ground as skylight: Rayleigh scattering sends half downwards and half upwards.
@@ -27,12 +27,19 @@ const DOWNWARD_FRACTION: f64 = 0.5;
 /// second. The luminance varies by a factor of two over the sky and between the planets, because zodiacal light is fainter farther from the Sun.
 const NIGHT_SKY_CD_M2: f64 = 75.0 * 8.3e-7;
 
-/// Radiance of the moonless night sky, without city lights; 0 for air without optical depth.
-fn night_radiance(air: &Atmosphere) -> f64 {
+/// Radiances of the moonless night sky without city lights: airglow, and the mean of the light from beyond the air; 0 for air without optical depth.
+fn night_radiances(air: &Atmosphere) -> [f64; 2] {
     if vertical_optical_depth(air).max_element() <= 0.0 {
-        return 0.0;
+        return [0.0; 2];
     }
-    (NIGHT_SKY_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / CD_M2_PER_RADIANCE
+    [air.airglow_cd_m2.unwrap_or(0.0), NIGHT_SKY_CD_M2].map(|luminance| luminance / CD_M2_PER_RADIANCE)
+}
+
+/// Sets the light of the night sky in a draw of the sky. The ground is lit by all of it, but zodiacal light, Milky Way and stars are drawn behind the air by
+/// layers of their own. So the sky itself has the airglow, and of the light from beyond only the part that the air scatters. `above`: [`night_sky_above`].
+pub(crate) fn set_night_sky(uniforms: &mut AtmosphereUniforms, air: &Atmosphere, above: f64) {
+    let [airglow, starlight] = night_radiances(air).map(|radiance| camera::narrow_scalar(radiance * above));
+    (uniforms.night_radiance, uniforms.starlight) = (airglow, starlight);
 }
 
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
@@ -111,20 +118,6 @@ pub(crate) fn model(requested: Option<AtmosphereModel>, quality: Quality, in_dra
         _ => reason!("air-samples-chosen", few = few, many = many),
     };
     (model, reason)
-}
-
-/// Whether the colours of the body's map and disc are those of the ground without the atmosphere; the colours of other bodies include the atmosphere.
-pub(crate) fn colours_exclude_air(body: &Body) -> bool {
-    body.clear_sky_albedo.is_some()
-}
-
-/// Vertical optical depth in the clearest channel above which an atmosphere is visible over the disc: Mars' dust (0.5) is, the clear gas of the giant
-/// planets is not.
-const MIN_DEPTH_OVER_DISC: f64 = 0.3;
-
-/// Whether the atmosphere is visible over the disc: its scattered light extends past the terminator, so that it is drawn even over a map that includes it.
-pub(crate) fn is_visible_over_disc(air: &Atmosphere) -> bool {
-    vertical_optical_depth(air).min_element() > MIN_DEPTH_OVER_DISC
 }
 
 /// Height of the camera above a body's ground: the height in the unit-sphere frame times the equatorial radius; 0 below the ground.
@@ -233,7 +226,9 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         ground_depth: Default::default(),
         blend_mode: 0.0,
         map_weight: 0.0,
-        night_radiance: camera::narrow_scalar(night_radiance(air)),
+        night_radiance: camera::narrow_scalar(night_radiances(air).iter().sum()),
+        starlight: 0.0,
+        second_light: Vec3::ZERO,
         rim_is_thin: 0.0,
         coarse_bound: Vec2::ZERO,
         coarse_first_row: 0.0,

@@ -12,7 +12,7 @@ use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::features::choice::FeatureSelection;
 use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
-use crate::scene::light::{lights, photometry};
+use crate::scene::light::{disc_light, lights};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::detail;
 use glam::DVec3;
@@ -85,7 +85,7 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
     let features = decisions.chosen.cloud_features(body, inputs.pixel_view())?;
     let rect = Outline::of(inputs.frame.camera, &shell).rect(inputs.frame.camera)?;
     let mut uniforms = globe::uniforms(inputs, &shell, rect, MapSet::default(), &decisions.secondary_lights);
-    let brightness = photometry::phase_correction(body, placed.phase_angle_rad, placed.distance_km / body.radii_km.x);
+    let brightness = disc_light::phase_correction(body, placed.phase_angle_rad, placed.distance_km / body.radii_km.x);
     uniforms.air = air::uniforms(body, shell_scale);
     air::set_ends(&mut uniforms, air::FarEnd::Ground);
     uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness));

@@ -7,6 +7,7 @@ use crate::catalog::{Atmosphere, Body};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::atmosphere::rim::{self, Rim};
+use crate::scene::atmosphere::species::{colours_exclude_air, is_visible_over_disc};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, ClipRect, Placement};
 use crate::scene::draw::features::{AtmosphereModel, MapSet, PixelView, RingShadow};
@@ -14,6 +15,7 @@ use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
+use crate::scene::light::lights::{self, IncidentLight};
 use crate::scene::request::effects::Effect;
 use crate::scene::stated_errors;
 
@@ -32,6 +34,24 @@ fn may_be_seen(inputs: &DecisionInputs<'_, '_>, shell: &Placement) -> bool {
 fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Placement) -> (AtmosphereModel, Reason) {
     let request = inputs.frame.context.request;
     air::model(request.effects.air_model(), request.quality, air::table_in_drafts(inputs.placed, air, shell))
+}
+
+/// Part of the air's light below which the light of another body is left out, relative to the smallest visible part. By day the sky is about equally bright
+/// everywhere; in twilight it is up to some twenty times darker opposite the Sun than in the mean.
+const MIN_SECOND_LIGHT_RATIO: f64 = 0.05;
+
+/// Whether a light that falls on the body, besides the Sun's, is visible in its air, with the reason. By day it is not, for a camera in the air.
+fn second_light(inputs: &DecisionInputs<'_, '_>, light: &IncidentLight) -> (bool, Reason) {
+    let source = inputs.frame.reflectors.iter().find(|r| r.body.id == light.from).map_or("?", |r| r.body.name.as_str());
+    let Some(around) = inputs.frame.air.filter(|a| a.body.id == inputs.body().id) else {
+        return (true, reason!("air-shine-outside", body = source));
+    };
+    let to_sun_km = inputs.placed.body_to_sun_km;
+    let sunlit = around.exposure_radiance(to_sun_km, lights::sunlight(to_sun_km).irradiance.y);
+    let part = around.exposure_radiance(light.direction, light.irradiance.y) / sunlit.max(f64::MIN_POSITIVE);
+    let min_part = MIN_SECOND_LIGHT_RATIO * inputs.threshold().min_change();
+    let reason = reason!("air-shine", body = source, part = format_args!("{part:.1e}"), threshold = format_args!("{min_part:.1e}"));
+    (part > min_part, reason)
 }
 
 /// Whether the body's draws may read a table of multiple scattering.
@@ -65,6 +85,16 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     log.record("air-samples", true, reason);
     let chosen = &mut decisions.chosen;
     chosen.air_model = model;
+    if !chosen.ring_shine
+        && inputs.pixel_view().shows_radiance()
+        && let Some(light) = decisions.secondary_lights.first()
+    {
+        let (on, reason) = second_light(inputs, light);
+        if log.record("planet-shine-in-air", on, reason) {
+            chosen.second_light_in_air = true;
+            decisions.second_light = camera::narrow(light.irradiance / lights::sunlight(inputs.placed.body_to_sun_km).irradiance);
+        }
+    }
     log.set_stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));
     if chosen.eclipse.occluders > 0 {
         let spreads_into_shadow = model == AtmosphereModel::Table;
@@ -78,10 +108,10 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     // Unless the catalog gives the ground's own colour, the disc's colour was measured from space and already includes the atmosphere. A camera above the
     // atmosphere sees that colour. The deeper the camera is in the atmosphere, the more the colour counts as the ground's own, seen through the air. The pixel
     // view of the optical depth shows all of the air.
-    let map_includes_air = !air::colours_exclude_air(body) && inputs.pixel_view() != PixelView::OpticalDepth;
+    let map_includes_air = !colours_exclude_air(body) && inputs.pixel_view() != PixelView::OpticalDepth;
     let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
     let colour_includes_air = map_includes_air && !camera_is_inside;
-    let continues_disc = colour_includes_air && !air::is_visible_over_disc(air);
+    let continues_disc = colour_includes_air && !is_visible_over_disc(air);
     let rim = Rim::of(body, air, inputs.diameter_px, inputs.placed.phase_angle_rad, continues_disc);
     let rim_is_left_out = !camera_is_inside && rim.is_negligible();
     if !camera_is_inside && rim.is_low() {
@@ -104,8 +134,12 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         log.record("air-over-ground", true, reason!("air-partly-in-colours", percent = format_args!("{:.2}", 100.0 * map_weight)));
     }
     decisions.map_weight = camera::narrow_scalar(map_weight);
+    if map_includes_air && !air::is_visible_over_disc(air) {
+        // Seen from above such air no air is drawn over the disc, and its night side has no light of the night sky.
+        decisions.night_fraction_on_ground = camera::narrow_scalar(air::night_sky_above(air, height_km));
+    }
     // The modes of `air_blend_mode`: everywhere, where brighter than the map, outside the disc.
-    decisions.blend_mode = match (map_weight > 0.0, air::is_visible_over_disc(air)) {
+    decisions.blend_mode = match (map_weight > 0.0, is_visible_over_disc(air)) {
         (false, _) => 0.0,
         (true, true) => 1.0,
         (true, false) => 2.0,
@@ -116,9 +150,10 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     // A small disc is drawn as a disc and as a point or with glare, which share its light. There is no such sprite if the globe is not in the frame (only the
     // atmosphere beyond the limb is), or if the camera is in the air.
     let fraction = if inputs.disc_fraction > 0.0 && !camera_is_inside { inputs.drawn_fraction() } else { 1.0 };
-    let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), &[], fraction);
+    let secondary_lights = decisions.secondary_lights.get(..usize::from(features.lights) - 1).unwrap_or_default();
+    let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), secondary_lights, fraction);
     air::set_ends(&mut uniforms, air::FarEnd::Top);
-    uniforms.air.night_radiance *= camera::narrow_scalar(air::night_sky_above(air, height_km));
+    air::set_night_sky(&mut uniforms.air, air, air::night_sky_above(air, height_km));
     if !camera_is_inside && rim.height_px < rim::MIN_SAMPLED_SHADOW_PX && features.ring_shadow != RingShadow::None {
         features.ring_shadow = RingShadow::PointSun;
         uniforms.air.rim_is_thin = 1.0;

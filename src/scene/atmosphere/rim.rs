@@ -6,6 +6,7 @@
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::{density, extinction, scattering};
 use crate::scene::atmosphere::phase;
+use crate::scene::atmosphere::species::{colours_exclude_air, is_visible_over_disc};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smooth_rise;
 use glam::DVec3;
@@ -84,11 +85,18 @@ pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_
     (depth, scattered)
 }
 
+/// Opacity along the ray that grazes at a height: the mean of the channels.
+pub(crate) fn opacity_along_limb(air: &Atmosphere, radius_km: f64, height_km: f64) -> f64 {
+    // The depth does not depend on the scattering angle.
+    let cos_scattering = 0.0;
+    (DVec3::ONE - (-tangent_ray(air, radius_km, height_km, cos_scattering).0).exp()).element_sum() / 3.0
+}
+
 /// Area that the air hides beyond the limb, divided by the disc's area: the air's opacity along grazing rays (mean of the channels), summed over height.
 pub(crate) fn hidden_area_ratio(body: &Body, air: &Atmosphere) -> f64 {
     let radius_km = body.radii_km.max_element();
     let step_km = air.top_km / HEIGHT_STEPS as f64;
-    let opacity = |height_km: f64| (DVec3::ONE - (-tangent_ray(air, radius_km, height_km, 0.0).0).exp()).element_sum() / 3.0;
+    let opacity = |height_km: f64| opacity_along_limb(air, radius_km, height_km);
     // A ring one step high has the area 2 pi times its radius times the step; the disc has pi times its radius squared.
     let rings_km = (0..HEIGHT_STEPS).map(|k| (k as f64 + 0.5) * step_km).map(|height_km| opacity(height_km) * (radius_km + height_km));
     2.0 * step_km * rings_km.sum::<f64>() / radius_km.powi(2)
@@ -98,6 +106,28 @@ pub(crate) fn hidden_area_ratio(body: &Body, air: &Atmosphere) -> f64 {
 /// to 1 at 0.5, as in `disc_beyond_limb` of shaders/lib/air/in_front.wesl. `limb_opacity`: the opacity along the limb, the mean of the channels.
 pub(crate) fn continued_part(limb_opacity: f64) -> f64 {
     smooth_rise((0.2, 0.5), limb_opacity)
+}
+
+/// Whether the air that is opaque along the limb continues the disc's colour, for a camera above the air.
+pub(crate) fn continues_disc(body: &Body, air: &Atmosphere) -> bool {
+    !colours_exclude_air(body) && !is_visible_over_disc(air)
+}
+
+/// Light of a rim that continues the disc's colour, relative to that of a disc with the radiance of ground under a Sun in the zenith, and divided by the sine
+/// of the phase angle: see [`light_ratio`].
+fn light_if_continued(air: &Atmosphere, radius_km: f64) -> f64 {
+    let step_km = air.top_km / HEIGHT_STEPS as f64;
+    let opaque_km = (0..HEIGHT_STEPS).map(|k| opacity_along_limb(air, radius_km, (k as f64 + 0.5) * step_km)).sum::<f64>() * step_km;
+    2.0 * opaque_km / (opacity_along_limb(air, radius_km, 0.0).max(1e-12) * PI * radius_km)
+}
+
+/// Light of the part of a body's rim that continues the disc's colour, relative to that of a disc with the radiance of ground under a Sun in the zenith, and
+/// divided by the sine of the phase angle, for a distant camera. 0 without such a rim.
+pub(crate) fn continued_light(body: &Body) -> f64 {
+    let Some(air) = body.atmosphere.as_ref().filter(|air| continues_disc(body, air)) else { return 0.0 };
+    let radius_km = body.radii_km.max_element();
+    let part = continued_part(opacity_along_limb(air, radius_km, 0.0));
+    if part > 0.0 { part * light_if_continued(air, radius_km) } else { 0.0 }
 }
 
 /// The rim's light divided by the disc's.
@@ -115,13 +145,11 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_di
     let radius_km = body.radii_km.max_element();
     let cos_scattering = -phase_angle_rad.cos();
     let step_km = air.top_km / HEIGHT_STEPS as f64;
-    let ray_at = |height_km: f64| tangent_ray(air, radius_km, height_km, cos_scattering);
-    let (mut scattered_km, mut opaque_km) = (DVec3::ZERO, DVec3::ZERO);
+    let mut scattered_km = DVec3::ZERO;
     for k in 0..HEIGHT_STEPS {
-        let (depth, scattered) = ray_at((k as f64 + 0.5) * step_km);
+        let (depth, scattered) = tangent_ray(air, radius_km, (k as f64 + 0.5) * step_km, cos_scattering);
         let opacity = DVec3::ONE - (-depth).exp();
         scattered_km += scattered * opacity / depth.max(DVec3::splat(1e-12)) * step_km;
-        opaque_km += opacity * step_km;
     }
     let disc = body.colour.as_dvec3().element_sum() * body.geometric_albedo * photometry::phase(body, phase_angle_rad);
     let scattered = ALL_ORDERS_TO_SINGLE_RATIO * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
@@ -129,10 +157,8 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_di
         return scattered;
     }
     let model_disc = photometry::model_geometric_albedo(&body.photometry)[0] * photometry::model_phase(&body.photometry, phase_angle_rad);
-    let limb_opacity = (DVec3::ONE - (-ray_at(0.0).0).exp()).element_sum() / 3.0;
-    let relative_km = opaque_km.element_sum() / 3.0 / limb_opacity.max(1e-12);
-    let continued = 2.0 * phase_angle_rad.sin() * relative_km / (PI * radius_km * model_disc.max(1e-12));
-    scattered + (continued - scattered) * continued_part(limb_opacity)
+    let continued = phase_angle_rad.sin() * light_if_continued(air, radius_km) / model_disc.max(1e-12);
+    scattered + (continued - scattered) * continued_part(opacity_along_limb(air, radius_km, 0.0))
 }
 
 #[cfg(test)]

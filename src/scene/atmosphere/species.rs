@@ -1,7 +1,7 @@
 //! The species of an atmosphere.
 //!
 //! In: the catalog's atmosphere, with at most one gas, one aerosol and one absorption layer. Out: each of these species, the vertical optical depth of all
-//! together, and the features of draws.
+//! together, what of them the disc shows, and the features of draws.
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::{extinction, scattering};
@@ -31,6 +31,20 @@ pub(crate) fn vertical_optical_depth(air: &Atmosphere) -> DVec3 {
 /// The part of the vertical optical depth that is due to scattering, per channel.
 pub(crate) fn vertical_scattering_depth(air: &Atmosphere) -> DVec3 {
     vertical_integral(air, scattering)
+}
+
+/// Whether the colours of the body's map and disc are those of the ground without the atmosphere; the colours of other bodies include the atmosphere.
+pub(crate) fn colours_exclude_air(body: &Body) -> bool {
+    body.clear_sky_albedo.is_some()
+}
+
+/// Vertical optical depth in the clearest channel above which an atmosphere is visible over the disc: Mars' dust (0.5) is, the clear gas of the giant
+/// planets is not.
+const MIN_DEPTH_OVER_DISC: f64 = 0.3;
+
+/// Whether the atmosphere is visible over the disc: its scattered light extends past the terminator, so that it is drawn even over a map that includes it.
+pub(crate) fn is_visible_over_disc(air: &Atmosphere) -> bool {
+    vertical_optical_depth(air).min_element() > MIN_DEPTH_OVER_DISC
 }
 
 /// The vertical integral of a coefficient summed over all species. `of_species`: [`scattering`] or [`extinction`].

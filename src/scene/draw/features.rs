@@ -292,6 +292,9 @@ impl Detail {
     pub const ALL: [Self; 4] = [Self::None, Self::Craters, Self::Hills, Self::Billows];
 }
 
+/// Maximum number of lights that the air scatters: the Sun, and the strongest light of another body.
+pub const MAX_AIR_LIGHTS: u8 = 2;
+
 /// Maximum number of custom surfaces (the user's WESL functions that colour the ground) in one run.
 pub const MAX_CUSTOM_SURFACES: u8 = 4;
 
@@ -356,7 +359,7 @@ impl DrawFeatures {
         self.air_pass.is_reader().then_some(Self {
             // Lambert stands for any ground: the air's light does not depend on the ground's photometric model.
             surface: if self.surface == Surface::Cloud { Surface::Cloud } else { Surface::Lambert },
-            lights: 1,
+            lights: self.lights.min(MAX_AIR_LIGHTS),
             eclipse: self.eclipse,
             air: self.air,
             air_pass: AirPass::Drawn,

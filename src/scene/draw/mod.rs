@@ -10,8 +10,8 @@ pub mod uniforms;
 use crate::catalog::NaifId;
 pub use crate::scene::constants;
 pub use features::{
-    Air, AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, EclipseModel, INSTRUCTIONS_PER_READ, MAX_CUSTOM_SURFACES,
-    MAX_OCCLUDERS, MapSet, MeshFlags, PixelView, RingShadow, Shape, Surface,
+    Air, AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, EclipseModel, INSTRUCTIONS_PER_READ, MAX_AIR_LIGHTS,
+    MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, MapSet, MeshFlags, PixelView, RingShadow, Shape, Surface,
 };
 use glam::Vec3;
 pub use tables::{LimbTable, RingShine, RingTable};

@@ -17,9 +17,7 @@ pub(crate) mod sun_occluders;
 pub mod uniforms;
 
 pub use model::{EclipseModelChoice, choose_eclipse_model};
-pub use occluders::{
-    FoundOccluders, Occluder, Receiver, ReceiverExtent, candidates, find, limb_darkening, max_occluders, select_occluders,
-};
+pub use occluders::{FoundOccluders, Occluder, Receiver, ReceiverExtent, candidates, limb_darkening, max_occluders, select_occluders};
 pub use refraction::LAYERS as REFRACTING_LAYERS;
 pub use shadow_region::ReceiverShape;
 pub(crate) use uniforms::uniforms_of_occluders;

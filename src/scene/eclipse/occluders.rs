@@ -97,9 +97,9 @@ impl Axis {
 /// (tests/ephemeris/positions.rs).
 const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 
-/// A body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of the smallest visible change. Seen from the systems of Mercury
-/// to Jupiter, planets in transit block less, except Venus and the Earth.
-const MIN_BLOCKED_FRACTION: f64 = 0.1 * VISIBLE_CHANGE;
+/// In images, a body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of the smallest visible change. Seen from the systems
+/// of Mercury to Jupiter, planets in transit block less, except Venus and the Earth.
+pub const MIN_BLOCKED_IN_IMAGES: f64 = 0.1 * VISIBLE_CHANGE;
 
 /// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.
 #[derive(Clone, Debug)]
@@ -164,39 +164,31 @@ pub struct FoundOccluders<'a> {
     pub reason: Reason,
 }
 
-/// Finds the occluders of `receiver` among `bodies`. `min_change`: as for [`select_occluders`].
-pub fn find<'a>(
-    ephemeris: &Ephemeris,
-    bodies: impl Iterator<Item = &'a Body>,
-    sun: &Body,
-    receiver: &Receiver<'_>,
-    extent: ReceiverExtent,
-    min_change: Option<f64>,
-) -> FoundOccluders<'a> {
-    select_occluders(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, min_change)
-}
-
-/// The first part of the search, and the only one that evaluates the ephemeris: the bodies between the receiver and the Sun that are large enough to matter,
-/// even if their shadows miss the receiver.
+/// The first part of the search for occluders, and the only one that evaluates the ephemeris: the bodies between the receiver and the Sun that can block at
+/// least the fraction `min_blocked` of its sunlight, even if their shadows miss it. [`MIN_BLOCKED_IN_IMAGES`], or 0 for every body of the catalog.
 pub fn candidates<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
     sun: &Body,
     receiver: &Receiver<'_>,
+    min_blocked: f64,
 ) -> Vec<Occluder<'a>> {
     let Some(axis) = Axis::of(receiver, sun) else { return Vec::new() };
-    let others = bodies.filter(|b| b.id != receiver.body.id && b.id != sun.id && can_occlude(b, receiver.body));
-    others.filter_map(|body| Occluder::of(ephemeris, body, receiver, &axis, sun)).collect()
+    let can_block = |b: &Body| min_blocked <= 0.0 || can_occlude(b, receiver.body);
+    let others = bodies.filter(|b| b.id != receiver.body.id && b.id != sun.id && can_block(b));
+    others.filter_map(|body| Occluder::of(ephemeris, body, receiver, &axis, sun, min_blocked)).collect()
 }
 
 /// The second part of the search: selects those candidates of `receiver` whose shadows matter, and the reason for the selection. `min_change`: the relative
 /// change of a pixel above which a shadow in the image matters; `None`: every shadow whose penumbra touches the receiver matters, in the image or not.
+/// `min_blocked`: as for [`candidates`].
 pub fn select_occluders<'a>(
     candidates: &[Occluder<'a>],
     sun: &Body,
     receiver: &Receiver<'_>,
     extent: ReceiverExtent,
     min_change: Option<f64>,
+    min_blocked: f64,
 ) -> FoundOccluders<'a> {
     let Some(axis) = Axis::of(receiver, sun) else {
         return FoundOccluders { occluders: Vec::new(), reason: reason!("inside-sun") };
@@ -205,7 +197,7 @@ pub fn select_occluders<'a>(
     let mut nearest_miss: Option<(f64, &'a str)> = None;
     for occluder in candidates {
         let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver.radius_km());
-        if occluder.max_blocked_fraction < MIN_BLOCKED_FRACTION {
+        if occluder.max_blocked_fraction < min_blocked {
             continue;
         }
         let body = occluder.body;
@@ -239,7 +231,7 @@ pub fn select_occluders<'a>(
             if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
         (None, Some((gap_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{gap_ratio:.2}")),
-        (None, None) => reason!("eclipse-none", part = format_args!("{:.2e}", min_change.unwrap_or(0.0).max(MIN_BLOCKED_FRACTION))),
+        (None, None) => reason!("eclipse-none", part = format_args!("{:.2e}", min_change.unwrap_or(0.0).max(min_blocked))),
     };
     FoundOccluders { occluders, reason }
 }
@@ -258,7 +250,7 @@ fn max_blocked_fraction(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64
 }
 
 impl<'a> Occluder<'a> {
-    fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body) -> Option<Self> {
+    fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body, min_blocked: f64) -> Option<Self> {
         let receiver_radius_km = receiver.radius_km();
         let radius = body.radii_km.max_element() / receiver_radius_km;
         // The geometric position, not corrected for light time, is enough to reject bodies that are far too small. Half the distance leaves a margin for its
@@ -269,7 +261,7 @@ impl<'a> Occluder<'a> {
         let distance = distance_km / receiver_radius_km;
         let along = receiver.apparent_offset(geometric.pos_km - receiver.position_km).dot(axis.sunward);
         let is_between = along > -1e-3 * distance && along < axis.sun_distance + 1e-3 * distance;
-        if !is_between || max_blocked_fraction(radius, axis, sun, 0.5 * distance) < MIN_BLOCKED_FRACTION {
+        if !is_between || max_blocked_fraction(radius, axis, sun, 0.5 * distance) < min_blocked {
             return None;
         }
         let light_time_s = distance_km / SPEED_OF_LIGHT_KM_S;
@@ -409,8 +401,8 @@ mod tests {
     use crate::catalog::Catalog;
     use crate::random::Random;
 
-    /// Mercury in front of the Sun, seen from Venus, is too small to be an occluder, even if every shadow counts. Venus has no other, so no draw needs a module
-    /// with an eclipse of Venus. A body with five times Mercury's radius is an occluder.
+    /// Mercury in front of the Sun, seen from Venus, is too small to be an occluder in images, even if every shadow counts. Venus has no other, so no draw needs
+    /// a module with an eclipse of Venus. A body with five times Mercury's radius is an occluder, and so is Mercury where every body counts.
     #[test]
     fn a_body_too_small_to_be_seen_is_no_occluder() {
         let catalog = Catalog::embedded();
@@ -424,7 +416,7 @@ mod tests {
             body_to_sun_km: DVec3::X * 1.08e8,
         };
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel_radii: 0.0 };
-        let count = |radii_of_mercury: f64| {
+        let count = |radii_of_mercury: f64, min_blocked: f64| {
             let semi_axes = DVec2::splat(mercury.radii_km.x * radii_of_mercury / venus.radii_km.x);
             let body = Body { radii_km: mercury.radii_km * radii_of_mercury, ..mercury.clone() };
             let (long_axis, distance_along) = (DVec2::X, 5e7 / venus.radii_km.x);
@@ -437,11 +429,11 @@ mod tests {
                 max_blocked_fraction: 0.0,
                 has_umbra: false,
             };
-            select_occluders(&[occluder], sun, &receiver, extent, None).occluders.len()
+            select_occluders(&[occluder], sun, &receiver, extent, None, min_blocked).occluders.len()
         };
-        assert_eq!((count(1.0), count(5.0)), (0, 1));
+        assert_eq!([count(1.0, MIN_BLOCKED_IN_IMAGES), count(5.0, MIN_BLOCKED_IN_IMAGES), count(1.0, 0.0)], [0, 1, 1]);
         assert_eq!(max_occluders(catalog.bodies(), venus).0, 0);
-        let reason = select_occluders(&[], sun, &receiver, extent, Some(0.01)).reason.to_string();
+        let reason = select_occluders(&[], sun, &receiver, extent, Some(0.01), 0.0).reason.to_string();
         assert!(reason.contains("1.00e-2"), "the reason names the threshold: {reason}");
     }
 

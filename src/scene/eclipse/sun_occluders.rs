@@ -9,7 +9,7 @@ use crate::scene::atmosphere::clouds;
 use crate::scene::camera::Camera;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::model::{EclipseModelChoice, choose_eclipse_model, requested_model};
-use crate::scene::eclipse::occluders::{self, Occluder, Receiver, ReceiverExtent};
+use crate::scene::eclipse::occluders::{self, MIN_BLOCKED_IN_IMAGES, Occluder, Receiver, ReceiverExtent};
 use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -46,7 +46,7 @@ pub(crate) fn receiver_and_candidates<'p, 'a>(
             velocity_km_s: state.map_or(DVec3::ZERO, |found| found.state.vel_km_s),
             body_to_sun_km: placed.body_to_sun_km,
         };
-        let candidates = occluders::candidates(context.ephemeris, placed.catalog.bodies().iter(), sun, &receiver);
+        let candidates = occluders::candidates(context.ephemeris, placed.catalog.bodies().iter(), sun, &receiver, MIN_BLOCKED_IN_IMAGES);
         (receiver, candidates)
     });
     Some((receiver, sun, candidates))
@@ -86,10 +86,10 @@ pub(crate) fn sun_occluders<'a>(
     let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
     // The body's disc is two radii wide.
     let extent = ReceiverExtent { max_radius, shape, camera: Some(camera_position), frustum, pixel_radii: 2.0 / diameter_px.max(1e-9) };
-    // With the effect forced on, every shadow counts.
+    // With the effect forced on, every shadow of these bodies counts.
     let is_forced = context.request.effects.override_of(Effect::Eclipse) == Some(true);
     let min_change = (!is_forced).then(|| context.request.purpose.min_change());
-    let found = occluders::select_occluders(candidates, sun, &receiver, extent, min_change);
+    let found = occluders::select_occluders(candidates, sun, &receiver, extent, min_change, MIN_BLOCKED_IN_IMAGES);
     Some(SunOccluders { receiver, sun, camera: camera_position, occluders: found.occluders, reason: found.reason })
 }
 

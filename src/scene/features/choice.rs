@@ -6,7 +6,8 @@
 use crate::catalog::{Body, InventedRelief, MAX_OVERLAYS, NaifId, Photometry};
 use crate::scene::atmosphere::species;
 use crate::scene::draw::features::{
-    AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, MapSet, MeshFlags, PixelView, RingShadow, Shape, Surface,
+    AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, MAX_AIR_LIGHTS, MapSet, MeshFlags, PixelView, RingShadow, Shape,
+    Surface,
 };
 use crate::scene::thresholds::MAX_LIGHTS;
 
@@ -80,6 +81,8 @@ pub struct FeatureSelection {
     pub overlays: u8,
     /// Number of lights in addition to the Sun.
     pub secondary_light_count: u8,
+    /// Whether the sky's draw shows the light of the strongest of these lights.
+    pub second_light_in_air: bool,
     /// The eclipse of the sunlight on globe, air and clouds.
     pub eclipse: Eclipse,
     /// The eclipse of the sunlight on the body's rings.
@@ -254,7 +257,7 @@ impl FeatureSelection {
             ring_shine: false,
             limb_heights: false,
             thin_limb: self.thin_rim,
-            lights: 1,
+            lights: if self.second_light_in_air && view.shows_radiance() { ground.lights.clamp(1, MAX_AIR_LIGHTS) } else { 1 },
             air_pass: AirPass::None,
             ..ground
         };

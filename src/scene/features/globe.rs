@@ -11,8 +11,8 @@ use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::DecisionInputs;
+use crate::scene::light::disc_light;
 use crate::scene::light::lights::{self, IncidentLight};
-use crate::scene::light::photometry;
 use crate::scene::surface::{crescent, detail};
 use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
 use glam::DVec3;
@@ -85,7 +85,7 @@ pub(crate) fn uniforms_of_fraction(
     let sun_phase_correction = placed.phase_brightness();
     let phase_ratio = |l: &IncidentLight| {
         let phase_angle_rad = crate::ephemeris::angle_rad(l.direction, -placed.placement.centre_km);
-        photometry::phase_correction(body, phase_angle_rad, placed.distance_km / body.radii_km.x) / sun_phase_correction.max(1e-6)
+        disc_light::phase_correction(body, phase_angle_rad, placed.distance_km / body.radii_km.x) / sun_phase_correction.max(1e-6)
     };
     let irradiance_factor = |l: &IncidentLight| {
         if inputs.pixel_view() == PixelView::Sunlight {

@@ -20,7 +20,7 @@ use crate::scene::request::effects::{Effect, EffectOverrides};
 use crate::scene::resources::Context;
 use crate::scene::rings::view::RingView;
 use crate::scene::surface::meshes;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -148,6 +148,10 @@ pub(crate) struct Decisions<'c> {
     pub blend_mode: f32,
     /// The value of [`crate::scene::draw::AtmosphereUniforms::map_weight`].
     pub map_weight: f32,
+    /// The value of [`crate::scene::draw::AtmosphereUniforms::second_light`].
+    pub second_light: Vec3,
+    /// Fraction of the night sky's light that lights ground and clouds.
+    pub night_fraction_on_ground: f32,
     /// Direction of the Sun in body axes and its angular radius in radians, if a mesh casts shadows on itself.
     pub self_shadow: Option<(DVec3, f64)>,
     /// The draw of the atmosphere beyond the limb.
@@ -169,6 +173,8 @@ impl<'c> Decisions<'c> {
             overlays: Vec::new(),
             blend_mode: 0.0,
             map_weight: 0.0,
+            second_light: Vec3::ZERO,
+            night_fraction_on_ground: 1.0,
             self_shadow: None,
             sky: None,
             clouds: None,

@@ -57,7 +57,7 @@ const ALL_DECISIONS: [DecideEffect; 11] = [
 ];
 
 /// The decisions about a body of which at most the atmosphere is in the image.
-const AIR_ONLY_DECISIONS: [DecideEffect; 2] = [eclipse::decision::decide, atmosphere::decision::decide];
+const AIR_ONLY_DECISIONS: [DecideEffect; 3] = [light::planet_shine::decide, eclipse::decision::decide, atmosphere::decision::decide];
 
 /// The decisions about effects that read maps.
 const MAP_DECISIONS: [DecideEffect; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
@@ -300,6 +300,10 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
         draw.uniforms.air.map_weight = decided.map_weight;
+        draw.uniforms.air.second_light = decided.second_light;
+        if draw.part != BodyPart::Sky {
+            draw.uniforms.air.night_radiance *= decided.night_fraction_on_ground;
+        }
         if draw.features.air_pass != AirPass::None {
             atmosphere::air_pass::set_bound(&mut draw.uniforms, inputs);
         }

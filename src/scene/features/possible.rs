@@ -135,8 +135,12 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                     };
                                     all.extend(possible_globes(chosen, body, view));
                                     all.extend(possible_clouds(chosen, body, view));
-                                    let skies = both.map(|thin_rim| FeatureSelection { thin_rim, ..chosen }.sky_features(body, view));
-                                    all.extend(skies.into_iter().flatten());
+                                    let skies = both.into_iter().flat_map(|thin_rim| {
+                                        both.map(|second_light_in_air| {
+                                            FeatureSelection { thin_rim, second_light_in_air, ..chosen }.sky_features(body, view)
+                                        })
+                                    });
+                                    all.extend(skies.flatten());
                                 }
                             }
                         }

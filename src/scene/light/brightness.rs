@@ -4,7 +4,7 @@
 //! 0.15 for Saturn with rings (tests/scene/magnitudes.rs).
 
 use crate::catalog::Body;
-use crate::scene::light::photometry;
+use crate::scene::light::{disc_light, ellipsoid, photometry};
 use crate::scene::rings::ring_light::RingLight;
 use crate::scene::rings::ring_table::RingTables;
 use crate::units::{KM_PER_AU, luminance};
@@ -13,10 +13,12 @@ use glam::DVec3;
 /// Irradiance at the viewer, in units of the Sun's at 1 au.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Irradiance {
-    /// Luminance of the light that follows the body's phase function. It has the body's colour.
-    of_phase_function: f64,
-    /// Light that thick air adds at large phase angles, linear RGB ([`photometry::forward_light`]).
+    /// Luminance of the light of the ground, which has the body's colour.
+    of_ground: f64,
+    /// Light of the air, linear RGB ([`disc_light::air_irradiance_at_viewer`]).
     of_air: DVec3,
+    /// Light of the rings, linear RGB.
+    of_rings: DVec3,
 }
 
 impl Irradiance {
@@ -27,30 +29,28 @@ impl Irradiance {
 
     /// Its luminance.
     pub(crate) fn luminance(self) -> f64 {
-        self.of_phase_function + luminance(self.of_air.to_array())
+        self.of_ground + luminance((self.of_air + self.of_rings).to_array())
     }
 
     /// Its colour, linear RGB.
     pub(crate) fn rgb(self, body: &Body) -> DVec3 {
-        body.colour.as_dvec3() * self.of_phase_function + self.of_air
+        body.colour.as_dvec3() * self.of_ground + self.of_air + self.of_rings
     }
 }
 
-/// Irradiance from the globe, without its rings and their shadow. Parameters as for [`irradiance`].
+/// Irradiance from the globe, without its rings and their shadow; that of an elongated body depends on the sides that face the Sun and the viewer
+/// ([`ellipsoid`]). Parameters as for [`irradiance`].
 pub(crate) fn globe_irradiance(body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> Irradiance {
-    let projected_radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer_km.normalize());
-    let (sun_distance_km, viewer_distance_km) = (sun_distance_km(sun_km), viewer_km.length());
-    let mean_irradiance =
-        photometry::irradiance_at_viewer(body, phase_angle_rad, sun_distance_km, viewer_distance_km, projected_radius_sq_km2);
+    let radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer_km.normalize());
+    let (alpha, sun_distance_km, viewer_distance_km) = (phase_angle_rad, sun_distance_km(sun_km), viewer_km.length());
+    let mean_of_ground = match ellipsoid::phase_times_radius_sq_km2(body, sun_km.normalize_or_zero(), viewer_km.normalize()) {
+        Some(km2) => body.geometric_albedo * km2 * (KM_PER_AU / (sun_distance_km * viewer_distance_km)).powi(2),
+        None => disc_light::ground_irradiance_at_viewer(body, alpha, sun_distance_km, viewer_distance_km, radius_sq_km2),
+    };
     Irradiance {
-        of_phase_function: mean_irradiance * photometry::light_curve(body, sun_km.normalize_or_zero(), viewer_km.normalize()),
-        of_air: photometry::forward_irradiance_at_viewer(
-            body,
-            phase_angle_rad,
-            sun_distance_km,
-            viewer_distance_km,
-            projected_radius_sq_km2,
-        ),
+        of_ground: mean_of_ground * photometry::light_curve(body, sun_km.normalize_or_zero(), viewer_km.normalize()),
+        of_air: disc_light::air_irradiance_at_viewer(body, alpha, sun_distance_km, viewer_distance_km, radius_sq_km2),
+        of_rings: DVec3::ZERO,
     }
 }
 
@@ -68,9 +68,9 @@ pub(crate) fn irradiance(ring_tables: &RingTables, body: &Body, phase_angle_rad:
     let (viewer_distance_km, viewer, sun_distance_km) = (viewer_km.length(), viewer_km.normalize(), sun_distance_km(sun_km));
     let rings = RingLight::of(ring_tables, body, sun_km.normalize(), viewer);
     // `ring_albedo` is relative to a disc of the equatorial radius.
-    let rings_irradiance = rings.ring_albedo * (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2);
     Irradiance {
-        of_phase_function: of_globe.of_phase_function * rings.globe_light_fraction + rings_irradiance,
+        of_ground: of_globe.of_ground * rings.globe_light_fraction,
         of_air: of_globe.of_air * rings.globe_light_fraction,
+        of_rings: rings.ring_albedo * (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2),
     }
 }

@@ -8,7 +8,7 @@
 //! green channel.
 
 use crate::catalog::{Body, NaifId};
-use crate::scene::light::photometry;
+use crate::scene::light::disc_light;
 use crate::scene::thresholds::MAX_LIGHTS;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
@@ -47,9 +47,7 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
     let phase_angle_rad = crate::ephemeris::angle_rad(-to_source, source.body_to_sun_km);
     let radius_sq_km2 = source.body.radii_km.element_product().cbrt().powi(2);
     let sun_distance_km = source.body_to_sun_km.length();
-    let of_disc = photometry::irradiance_at_viewer(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
-    let of_air = photometry::forward_irradiance_at_viewer(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
-    let irradiance = source.body.colour.as_dvec3() * of_disc + of_air;
+    let irradiance = disc_light::irradiance_without_sides(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
     Some(IncidentLight { from: source.body.id, direction: to_source / distance_km, irradiance })
 }
 

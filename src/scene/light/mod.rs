@@ -8,6 +8,10 @@ pub(crate) mod brightness;
 pub mod corona;
 // The glare of small discs.
 pub(crate) mod disc_glare;
+// The light of a disc by phase angle, divided between ground and air.
+pub mod disc_light;
+// Light that globes of unequal axes reflect.
+pub(crate) mod ellipsoid;
 // The factor from radiance to display values.
 pub mod exposure;
 // The Sun's glare.
@@ -22,7 +26,7 @@ pub(crate) mod meter;
 pub mod night_lights;
 // Published phase laws of planets and the Moon.
 pub(crate) mod phase_laws;
-// Reflectance, geometric albedo and phase functions; irradiance at the viewer, magnitudes.
+// Reflectance, geometric albedo and phase functions; bright and dark sides, magnitudes.
 pub mod photometry;
 // The decision on planet-shine.
 pub(crate) mod planet_shine;

@@ -7,6 +7,7 @@
 //! 66: 0.026 a + 4.0e-9 a^4 mag, a in degrees.
 
 use crate::catalog::NaifId;
+use glam::DVec3;
 
 /// A curve of magnitude by phase angle. Coefficients begin with the constant term.
 enum Curve {
@@ -32,6 +33,8 @@ pub(crate) struct PhaseLaw {
     pieces: &'static [(f64, Curve)],
     /// Largest phase angle to which the law was fitted, degrees.
     pub limit_deg: f64,
+    /// Direction from which the body was measured, body axes, if it always shows this side. The laws of the others are means over their rotation.
+    pub measured_side: Option<DVec3>,
 }
 
 impl PhaseLaw {
@@ -51,6 +54,7 @@ use Curve::{Flux, Magnitude};
 const MERCURY: PhaseLaw = PhaseLaw {
     pieces: &[(170.0, Magnitude(&[-0.613, 6.3280e-2, -1.6336e-3, 3.3644e-5, -3.4265e-7, 1.6893e-9, -3.0334e-12]))],
     limit_deg: 170.0,
+    measured_side: None,
 };
 const VENUS: PhaseLaw = PhaseLaw {
     pieces: &[
@@ -58,23 +62,28 @@ const VENUS: PhaseLaw = PhaseLaw {
         (179.0, Magnitude(&[236.05828, -2.81914, 8.39034e-3])),
     ],
     limit_deg: 179.0,
+    measured_side: None,
 };
-const EARTH: PhaseLaw = PhaseLaw { pieces: &[(170.0, Magnitude(&[-3.99, -1.060e-3, 2.054e-4]))], limit_deg: 170.0 };
-const MOON: PhaseLaw = PhaseLaw { pieces: &[(150.0, Magnitude(&[0.0, 0.026, 0.0, 0.0, 4.0e-9]))], limit_deg: 150.0 };
+const EARTH: PhaseLaw = PhaseLaw { pieces: &[(170.0, Magnitude(&[-3.99, -1.060e-3, 2.054e-4]))], limit_deg: 170.0, measured_side: None };
+const MOON: PhaseLaw =
+    PhaseLaw { pieces: &[(150.0, Magnitude(&[0.0, 0.026, 0.0, 0.0, 4.0e-9]))], limit_deg: 150.0, measured_side: Some(DVec3::X) };
 const MARS: PhaseLaw = PhaseLaw {
     pieces: &[(50.0, Magnitude(&[-1.601, 2.267e-2, -1.302e-4])), (120.0, Magnitude(&[-0.367, -2.573e-2, 3.445e-4]))],
     limit_deg: 120.0,
+    measured_side: None,
 };
 const JUPITER: PhaseLaw = PhaseLaw {
     pieces: &[(12.0, Magnitude(&[-9.395, -3.7e-4, 6.16e-4])), (130.0, Flux(-9.428, &[1.0, -1.507, -0.363, -0.062, 2.809, -1.876]))],
     limit_deg: 130.0,
+    measured_side: None,
 };
 const SATURN: PhaseLaw = PhaseLaw {
     pieces: &[(6.5, Magnitude(&[-8.95, -3.7e-4, 6.16e-4])), (150.0, Magnitude(&[-8.94, 2.446e-4, 2.672e-4, -1.506e-6, 4.767e-9]))],
     limit_deg: 150.0,
+    measured_side: None,
 };
-const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, Magnitude(&[-7.110, 6.587e-3, 1.045e-4]))], limit_deg: 154.0 };
-const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, Magnitude(&[-7.00, 7.944e-3, 9.617e-5]))], limit_deg: 133.0 };
+const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, Magnitude(&[-7.110, 6.587e-3, 1.045e-4]))], limit_deg: 154.0, measured_side: None };
+const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, Magnitude(&[-7.00, 7.944e-3, 9.617e-5]))], limit_deg: 133.0, measured_side: None };
 
 /// The published law of a body; `None` if there is none.
 pub(crate) fn law(body: NaifId) -> Option<&'static PhaseLaw> {

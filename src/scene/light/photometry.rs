@@ -1,12 +1,10 @@
-//! Photometry: reflectance and geometric albedo of each photometric model; phase functions of models and bodies; the irradiance that a body causes at a viewer;
-//! magnitudes.
+//! Photometry: reflectance and geometric albedo of each photometric model; phase functions of models and bodies; bright and dark sides; magnitudes.
 //!
 //! Units: a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi), and irradiance 1 is the Sun's at 1 au. A body of geometric albedo p
 //! at full phase then has the mean radiance p times its irradiance. `alpha` is the phase angle in radians, 0..=pi.
 
-use crate::catalog::{Body, NaifId, Photometry};
+use crate::catalog::{Body, Photometry};
 use crate::scene::light::phase_laws;
-use crate::scene::numeric::smoothstep;
 use crate::units::{KM_PER_AU, SUN_RADIUS_KM};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -113,8 +111,8 @@ pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
     value.max(0.0)
 }
 
-/// Phase function of the body without the light of [`forward_light`]: the published law if there is one, else the model's phase function. Beyond its limit the
-/// published law is continued in proportion to the model's phase function.
+/// Phase function of the body: the published law if there is one, else the model's phase function. Beyond its limit the published law is continued in
+/// proportion to the model's phase function. The law is the light of ground and air together; `disc_light` divides it between the two.
 pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
     let limit_rad = law.limit_deg.to_radians();
@@ -123,37 +121,6 @@ pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     } else {
         law.brightness(law.limit_deg) * model_phase(&body.photometry, alpha) / model_phase(&body.photometry, limit_rad).max(1e-12)
     }
-}
-
-/// Light that thick or dusty air adds at large phase angles to that of the body's phase function (`phase`): mean radiance of the disc under irradiance 1,
-/// linear RGB, from the catalog's table. It belongs to the body's point; a disc has it from its drawn air.
-pub fn forward_light(body: &Body, alpha: f64) -> DVec3 {
-    let rows = body.atmosphere.as_ref().map_or(&[][..], |air| air.forward_light.as_slice());
-    let alpha_deg = alpha.to_degrees();
-    let next = rows.partition_point(|[phase_deg, ..]| *phase_deg <= alpha_deg);
-    let rgb = |[_, rgb @ ..]: [f64; 4]| DVec3::from_array(rgb);
-    match (next.checked_sub(1).and_then(|last| rows.get(last)), rows.get(next)) {
-        (Some(from), Some(to)) => rgb(*from).lerp(rgb(*to), (alpha_deg - from[0]) / (to[0] - from[0])),
-        (Some(row), None) | (None, Some(row)) => rgb(*row),
-        (None, None) => DVec3::ZERO,
-    }
-}
-
-/// Distances of the viewer, in radii of the body, between which [`phase_correction`] sets in. Chosen, not derived: within the first a viewer sees a landscape
-/// whose phase angle varies from point to point, beyond the second the entire disc at nearly one phase angle.
-const PHASE_CORRECTION_RADII: [f64; 2] = [4.0, 20.0];
-
-/// Factor by which the drawn radiance is multiplied so that the disc's total brightness follows the published phase law. It applies in full beyond the second
-/// of `PHASE_CORRECTION_RADII`, is 1 within the first, and changes smoothly with the logarithm of the distance in between.
-pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
-    let model = model_phase(&body.photometry, alpha);
-    // At a phase angle of 180 degrees the model has no light that could be corrected.
-    if model < 1e-9 || matches!(body.photometry, Photometry::Emissive { .. }) {
-        return 1.0;
-    }
-    let [from, to] = PHASE_CORRECTION_RADII;
-    let weight = smoothstep((distance_radii / from).ln() / (to / from).ln());
-    (phase(body, alpha) / model).powf(weight)
 }
 
 /// Factor by which the map or colour is multiplied: the inverse of the model's geometric albedo. A map whose mean is the catalog's geometric albedo then
@@ -196,6 +163,18 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
     if light_of_uniform_albedo > 0.0 { map.relative_mean * light / light_of_uniform_albedo } else { 1.0 }
 }
 
+/// What the published law of a body that was measured from one side (the Moon) contains of that side's bright and dark parts: the [`light_curve`] of the side,
+/// as the mean over a crescent and its mirror image, relative to full phase. 1 for other bodies. Beyond the law's limit it is that at the limit.
+pub fn measured_side_curve(body: &Body, alpha: f64) -> f64 {
+    let Some(law) = phase_laws::law(body.id) else { return 1.0 };
+    let Some(side) = law.measured_side else { return 1.0 };
+    // The Sun is near the plane of the equator.
+    let across = DVec3::Z.cross(side).normalize_or_zero();
+    let (sin, cos) = alpha.min(law.limit_deg.to_radians()).sin_cos();
+    let crescents: f64 = [sin, -sin].map(|sin| light_curve(body, side * cos + across * sin, side)).iter().sum();
+    0.5 * crescents / light_curve(body, side, side).max(1e-12)
+}
+
 /// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.
 pub(crate) fn sun_disc_radiance() -> f64 {
     (KM_PER_AU / SUN_RADIUS_KM).powi(2)
@@ -205,29 +184,6 @@ pub(crate) fn sun_disc_radiance() -> f64 {
 pub(crate) fn projected_radius_sq_km2(radii_km: DVec3, n: DVec3) -> f64 {
     let (a, b, c) = (radii_km.x, radii_km.y, radii_km.z);
     ((b * c * n.x).powi(2) + (a * c * n.y).powi(2) + (a * b * n.z).powi(2)).sqrt()
-}
-
-/// Irradiance that the body causes at a viewer, in units of the Sun's at 1 au, without the light of [`forward_light`].
-///
-/// `sun_distance_km`, `viewer_distance_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a circle with the area
-/// of the body's outline.
-pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
-    let solid_angle = radius_sq_km2 / (viewer_distance_km * viewer_distance_km);
-    if body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. }) {
-        return sun_disc_radiance() * solid_angle;
-    }
-    body.geometric_albedo * phase(body, alpha) * solid_angle * (KM_PER_AU / sun_distance_km).powi(2)
-}
-
-/// Irradiance at a viewer by the light of [`forward_light`], linear RGB. Parameters as for [`irradiance_at_viewer`].
-pub(crate) fn forward_irradiance_at_viewer(
-    body: &Body,
-    alpha: f64,
-    sun_distance_km: f64,
-    viewer_distance_km: f64,
-    radius_sq_km2: f64,
-) -> DVec3 {
-    forward_light(body, alpha) * (radius_sq_km2 * (KM_PER_AU / (viewer_distance_km * sun_distance_km)).powi(2))
 }
 
 /// Visual magnitude of an irradiance in units of the Sun's at 1 au.

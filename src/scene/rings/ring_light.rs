@@ -9,7 +9,6 @@ use crate::catalog::Body;
 use crate::scene::rings::phase::{MIN_COSINE, dust_phase, large_particle_phase};
 use crate::scene::rings::ring_shine::scattered;
 use crate::scene::rings::ring_table::{RingInterval, RingTables};
-use crate::units::luminance;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -35,16 +34,16 @@ static DIRECTIONS: LazyLock<[DVec2; AZIMUTHS]> =
 /// The light of rings and their effect on the globe's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RingLight {
-    /// I/F integrated over the visible sunlit area of the rings as projected towards the viewer, divided by pi and the squared equatorial radius. It
-    /// corresponds to the globe's geometric albedo times its phase function.
-    pub ring_albedo: f64,
+    /// I/F integrated over the visible sunlit area of the rings as projected towards the viewer, divided by pi and the squared equatorial radius, linear RGB.
+    /// It corresponds to the globe's geometric albedo times its phase function.
+    pub ring_albedo: DVec3,
     /// Fraction of the globe's light that is neither in the rings' shadow nor hidden by them.
     pub globe_light_fraction: f64,
 }
 
 impl RingLight {
     /// The value for a body without rings.
-    pub(crate) const NONE: Self = Self { ring_albedo: 0.0, globe_light_fraction: 1.0 };
+    pub(crate) const NONE: Self = Self { ring_albedo: DVec3::ZERO, globe_light_fraction: 1.0 };
 
     /// `sun` and `viewer`: unit vectors from the body's centre, body axes.
     pub(crate) fn of(tables: &RingTables, body: &Body, sun: DVec3, viewer: DVec3) -> Self {
@@ -68,9 +67,10 @@ impl RingLight {
             let scattered = scattered(interval.tau, 1.0 / mu, 1.0 / mu0, is_same_side);
             let area = PI * (interval.outer - interval.inner) * (interval.outer + interval.inner) * viewer.z.abs();
             let phase = large_particle_phase * (1.0 - interval.dust_fraction) + dust_phase * interval.dust_fraction;
-            0.25 * phase * luminance(interval.albedo) * scattered * area * visible_at(0.5 * (interval.inner + interval.outer))
+            let of_white = 0.25 * phase * scattered * area * visible_at(0.5 * (interval.inner + interval.outer));
+            DVec3::from_array(interval.albedo) * of_white
         };
-        let ring_albedo = if sun.z == 0.0 { 0.0 } else { intervals.iter().map(reflected).sum::<f64>() / PI };
+        let ring_albedo = if sun.z == 0.0 { DVec3::ZERO } else { intervals.iter().map(reflected).sum::<DVec3>() / PI };
         Self { ring_albedo, globe_light_fraction: globe.transmitted_fraction(&intervals, sun, viewer) }
     }
 }
@@ -231,6 +231,7 @@ fn transmittance_of(interval: &RingInterval, towards: DVec3) -> f64 {
 mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
+    use crate::units::luminance;
 
     fn direction(latitude_deg: f64, longitude_deg: f64) -> DVec3 {
         let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
@@ -242,7 +243,7 @@ mod tests {
         let catalog = Catalog::embedded();
         let saturn = catalog.body(NaifId(699)).expect("Saturn");
         let edge_on = RingLight::of(&RingTables::default(), saturn, direction(10.0, 0.0), direction(0.0, 3.0));
-        assert!(edge_on.ring_albedo < 1e-3 && edge_on.globe_light_fraction > 0.5, "{edge_on:?}");
+        assert!(edge_on.ring_albedo.max_element() < 1e-3 && edge_on.globe_light_fraction > 0.5, "{edge_on:?}");
         let moon = catalog.body(NaifId(301)).expect("the Moon");
         assert_eq!(RingLight::of(&RingTables::default(), moon, DVec3::X, DVec3::X), RingLight::NONE);
     }
@@ -253,8 +254,8 @@ mod tests {
         let saturn = catalog.body(NaifId(699)).expect("Saturn");
         let ring_albedo: Vec<f64> = (0..=9)
             .map(|k| {
-                RingLight::of(&RingTables::default(), saturn, direction(3.0 * f64::from(k), 0.0), direction(3.0 * f64::from(k), 2.0))
-                    .ring_albedo
+                let [sun, viewer] = [0.0, 2.0].map(|longitude_deg| direction(3.0 * f64::from(k), longitude_deg));
+                luminance(RingLight::of(&RingTables::default(), saturn, sun, viewer).ring_albedo.to_array())
             })
             .collect();
         assert!(ring_albedo.windows(2).all(|w| w[1] > w[0]), "{ring_albedo:?}");

@@ -3,7 +3,9 @@
 //! In: any features. Out: the canonical features that give the same image, and the rules that led there, each with its reason.
 
 use super::dimension::{DIMENSIONS, Dimension, MAX_LIGHTS};
-use crate::scene::draw::{AirPass, AtmosphereModel, Detail, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
+use crate::scene::draw::{
+    AirPass, AtmosphereModel, Detail, DrawFeatures, EclipseModel, MAX_AIR_LIGHTS, PixelView, RingShadow, Shape, Surface,
+};
 use std::sync::OnceLock;
 
 /// A rule: for features for which `applies` holds, setting `dimension` to `value` does not change the image.
@@ -255,7 +257,13 @@ pub static RULES: &[CanonicalRule] = &[
         applies: |f| fills_coarse_image(f) && f.surface != Surface::Cloud,
         because: DRAWN_ALONE,
     },
-    CanonicalRule { dimension: "lights", value: "sun1", applies: |f| fills_coarse_image(f) && f.lights > 1, because: DRAWN_ALONE },
+    CanonicalRule { dimension: "lights", value: "sun1", applies: |f| draws_sunlight_alone(f) && f.lights > 1, because: DRAWN_ALONE },
+    CanonicalRule {
+        dimension: "lights",
+        value: "sun2",
+        applies: |f| (f.surface == Surface::Sky || fills_coarse_image(f)) && f.lights > MAX_AIR_LIGHTS,
+        because: "the air scatters the light of the Sun and of one other body",
+    },
     omitted_in_coarse_image("albedo"),
     omitted_in_coarse_image("normal"),
     omitted_in_coarse_image("specular"),

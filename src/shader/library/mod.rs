@@ -293,6 +293,10 @@ impl ShaderLibrary {
         if self.write_error_reported.load(Ordering::Relaxed) {
             return;
         }
+        // A folder or a pipe in the place of this entry is never replaced. It says nothing about other entries, and `read` has reported it.
+        if path.metadata().is_ok_and(|existing| !existing.is_file()) {
+            return;
+        }
         let start = Instant::now();
         let Some(bytes) = entry::encode(generator_digest, module) else { return };
         match write_cached(path, &bytes) {

@@ -71,6 +71,20 @@ pub struct ContactAtPlace {
     pub is_up: bool,
 }
 
+/// An event as seen from a place on the Earth.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EventFromPlace {
+    /// Contacts and `maximum`, the greatest phase above the horizon, ordered by time; none if the event does not occur at the place. If the whole event is
+    /// below the horizon, the maximum ignores the horizon.
+    pub contacts: Vec<ContactAtPlace>,
+    /// Whether any part of the event is above the horizon.
+    pub is_visible: bool,
+    /// First rising of the observed body between first and last contact.
+    pub rise: Option<Instant>,
+    /// First setting of the observed body between first and last contact.
+    pub set: Option<Instant>,
+}
+
 /// Events of the given kinds whose greatest phase is in `from..to`, ordered by time.
 ///
 /// # Errors
@@ -333,12 +347,11 @@ impl SkyEvent {
         (time_of(contacts.first()), time_of(contacts.last()))
     }
 
-    /// Contacts and greatest phase (of moons' events only contacts) as seen from a place, ordered by time, and whether any part of the event is above the
-    /// horizon of this place. No contacts if the event does not occur at this place.
+    /// The event as seen from a place.
     ///
     /// # Errors
     /// If the ephemeris does not cover the event.
-    pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, home: Home) -> Result<(Vec<ContactAtPlace>, bool), EphemerisError> {
+    pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, home: Home) -> Result<EventFromPlace, EphemerisError> {
         let place = GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
         let seen = match self {
             Self::Solar(e) => e.seen_from(place),
@@ -351,22 +364,51 @@ impl SkyEvent {
                     lon_east_deg: place.longitude_deg,
                     height_km: 0.0,
                 };
-                let sky = ObserverSky { catalog, ephemeris, place: observer };
-                let contact = |(name, time): &(&'static str, Instant)| -> Result<ContactAtPlace, EphemerisError> {
-                    let altitude_deg = sky.topocentric(e.planet, *time)?.altitude_deg;
-                    Ok(ContactAtPlace { name, time: *time, altitude_deg, is_up: altitude_deg > -HORIZON_REFRACTION_DEG })
-                };
-                let contacts = e.contacts.iter().map(contact).collect::<Result<Vec<_>, _>>()?;
-                let is_visible = contacts.iter().any(|c| c.is_up);
-                return Ok((contacts, is_visible));
+                return moons_event_seen_from(e, self.span(), &ObserverSky { catalog, ephemeris, place: observer });
             }
         };
-        let Some(seen) = seen else { return Ok((Vec::new(), false)) };
+        let Some(seen) = seen else { return Ok(EventFromPlace::default()) };
         let contact =
             |c: &events::LocalContact| ContactAtPlace { name: c.name, time: c.time, altitude_deg: c.altitude_deg, is_up: c.is_up() };
         let mut contacts: Vec<ContactAtPlace> = seen.contacts.iter().map(contact).collect();
         contacts.push(contact(&seen.maximum));
         contacts.sort_by(|a, b| tdb_s(a.time).total_cmp(&tdb_s(b.time)));
-        Ok((contacts, seen.is_visible))
+        Ok(EventFromPlace { contacts, is_visible: seen.is_visible, rise: seen.rise, set: seen.set })
     }
+}
+
+/// A moons' event in the sky of a place. `first` and `last`: the times of its first and last contact.
+fn moons_event_seen_from(
+    event: &MoonEvent,
+    (first, last): (Instant, Instant),
+    sky: &ObserverSky<'_>,
+) -> Result<EventFromPlace, EphemerisError> {
+    let found = sky.rise_set_times(event.planet, first, tdb_s(last) - tdb_s(first))?;
+    // When the planet is above the horizon. An event takes hours, so that the planet rises and sets at most once.
+    let up_spans = match (found.is_up_at_start, found.rise, found.set) {
+        (true, Some(rise), Some(set)) => vec![(first, set), (rise, last)],
+        (true, None, Some(set)) => vec![(first, set)],
+        (true, _, None) => vec![(first, last)],
+        (false, Some(rise), set) => vec![(rise, set.unwrap_or(last))],
+        (false, None, _) => Vec::new(),
+    };
+    // The time nearest to the greatest phase at which the planet is up. As in eclipses, it may be that of rising or setting.
+    let nearest_within = |(from, to): (Instant, Instant)| match event.greatest {
+        greatest if greatest < from => from,
+        greatest if greatest > to => to,
+        greatest => greatest,
+    };
+    let distance_s = |time: &Instant| (tdb_s(*time) - tdb_s(event.greatest)).abs();
+    let visible_maximum = up_spans.into_iter().map(nearest_within).min_by(|a, b| distance_s(a).total_cmp(&distance_s(b)));
+    let contact = |(name, time): &(&'static str, Instant)| -> Result<ContactAtPlace, EphemerisError> {
+        let altitude_deg = sky.topocentric(event.planet, *time)?.altitude_deg;
+        Ok(ContactAtPlace { name, time: *time, altitude_deg, is_up: altitude_deg > -HORIZON_REFRACTION_DEG })
+    };
+    let mut contacts = event.contacts.iter().map(contact).collect::<Result<Vec<_>, _>>()?;
+    let is_visible = visible_maximum.is_some();
+    let maximum = contact(&("maximum", visible_maximum.unwrap_or(event.greatest)))?;
+    // At rising and setting, rounding errors would decide whether the planet is up.
+    contacts.push(ContactAtPlace { is_up: is_visible, ..maximum });
+    contacts.sort_by(|a, b| tdb_s(a.time).total_cmp(&tdb_s(b.time)));
+    Ok(EventFromPlace { contacts, is_visible, rise: found.rise, set: found.set })
 }

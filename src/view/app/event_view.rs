@@ -4,7 +4,7 @@
 //! of the event and tracks the observed body. Not here: the search for events, and their contacts at a place (`event_search`).
 
 use super::body_positions::BodyPositions;
-use super::event_search::{ContactAtPlace, SkyEvent};
+use super::event_search::{EventFromPlace, SkyEvent};
 use super::view_state::{CameraPose, GROUND_CAMERA_HEIGHT_KM, ViewState};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::angle_rad;
@@ -100,15 +100,13 @@ impl SkyEvent {
         EventPlayback::of_span(first, last)
     }
 
-    /// Playback at a place with these contacts, ordered by time. If the observed body rises during the event, playback begins with the last contact before
-    /// it rises; if the body sets during the event, playback ends with the first contact after it sets.
-    pub(crate) fn playback_at(&self, contacts: &[ContactAtPlace]) -> EventPlayback {
-        let first_up = contacts.iter().position(|contact| contact.is_up).unwrap_or(0);
-        let last_up = contacts.iter().rposition(|contact| contact.is_up).unwrap_or(contacts.len());
-        match (contacts.get(first_up.saturating_sub(1)), contacts.get(last_up + 1).or(contacts.last())) {
-            (Some(first), Some(last)) => EventPlayback::of_span(first.time, last.time),
-            _ => self.playback(),
-        }
+    /// Playback at a place. If the observed body rises during the event, playback begins when it rises; if the body sets during the event, playback ends
+    /// when it sets.
+    pub(crate) fn playback_at(&self, seen: &EventFromPlace) -> EventPlayback {
+        let (Some(first), Some(last)) = (seen.contacts.first(), seen.contacts.last()) else { return self.playback() };
+        let start = seen.rise.filter(|_| !first.is_up).unwrap_or(first.time);
+        let end = seen.set.filter(|_| !last.is_up).unwrap_or(last.time);
+        EventPlayback::of_span(start, end)
     }
 
     /// First and last contact as seen in [`SkyEvent::view`]. For a solar eclipse these are the contacts at the place of greatest eclipse: an eclipse is

@@ -151,6 +151,23 @@ fn misspelt_words_in_a_link_get_a_suggestion() {
     assert!(of_link("orrery://view?qqqq=1").is_err_and(|why| !why.contains("did you mean")), "nothing is similar");
 }
 
+/// Of both values one would have been lost without a word. The same field in two groups, or beside its group's, is no repetition.
+#[test]
+fn a_field_given_twice_is_an_error() {
+    for (query, field) in [
+        ("target=599&target=699", "target"),
+        ("fov_deg=3&orbits=true&fov_deg=3", "fov_deg"),
+        ("eye.body=301&eye.distance_radii=9&eye.body=399", "eye.body"),
+    ] {
+        let why = of_link(&format!("orrery://view?{query}")).expect_err(query);
+        assert!(why.contains(&format!("`{field}` is given twice")), "{query}: {why}");
+    }
+    let of_json = |text: &str| with_test_defaults(PartialView::of_json(text));
+    let why = of_json("{\"target\": 599, \"eye\": {\"body\": 301, \"body\": 399}}").expect_err("two bodies");
+    assert!(why.contains("field `body` is given twice"), "{why}");
+    assert!(of_link("orrery://view?target=599&eye.body=599").is_ok() && of_json("{\"target\": 599, \"eye\": {\"body\": 599}}").is_ok());
+}
+
 /// A value of the wrong kind is reported in plain words, without the names of Rust's types.
 #[test]
 fn wrong_kinds_of_values_are_reported_in_plain_words() {

@@ -9,13 +9,13 @@ use crate::ephemeris::angle_rad;
 use crate::view::language::numbers::grouped;
 use crate::view::language::{body_name, text};
 use crate::view::panels::theme::BODY_TEXT_POINTS;
-use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
+use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke, vec2};
 use glam::DVec3;
 
 /// Colour of the points, the arc and the angle.
 const COLOUR: Color32 = Color32::from_rgb(255, 200, 90);
-/// Number of line segments of the arc.
-const SEGMENTS: u32 = 48;
+/// Number of line segments of the arc. Where the edge of the image cuts the arc, a segment is missing, at most a degree long.
+const SEGMENTS: u32 = 180;
 
 /// The measured angle, with the clicked points: two at most.
 #[derive(Debug, Default)]
@@ -88,8 +88,8 @@ impl MeasuredAngle {
     }
 
     /// Draws the points, the great-circle arc between them, and the angle. `project`: the position of an ICRF direction in the window, if it is in the
-    /// image.
-    pub(super) fn paint(&self, painter: &egui::Painter, project: impl Fn(DVec3) -> Option<Pos2>) {
+    /// image. `is_cut`: whether the short arc between two directions leaves the image at one edge and continues at the opposite edge.
+    pub(super) fn paint(&self, painter: &egui::Painter, project: impl Fn(DVec3) -> Option<Pos2>, is_cut: impl Fn(DVec3, DVec3) -> bool) {
         for position in self.points.iter().filter_map(|point| project(point.direction)) {
             painter.circle_stroke(position, 4.0, Stroke::new(1.5, COLOUR));
         }
@@ -100,17 +100,23 @@ impl MeasuredAngle {
         let angle_between_rad = angle_rad(*a, *b);
         // The direction of the arc at `a`.
         let Some(tangent) = (b - a * a.dot(*b)).try_normalize() else { return };
-        let arc_position =
-            |fraction: f64| project(*a * (angle_between_rad * fraction).cos() + tangent * (angle_between_rad * fraction).sin());
-        let arc: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| arc_position(f64::from(k) / f64::from(SEGMENTS))).collect();
-        // Parts of the arc outside the image interrupt the line.
-        for visible in arc.split(Option::is_none).filter(|part| part.len() > 1) {
-            painter.add(Shape::line(visible.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
+        let direction_at = |fraction: f64| *a * (angle_between_rad * fraction).cos() + tangent * (angle_between_rad * fraction).sin();
+        let arc: Vec<DVec3> = (0..=SEGMENTS).map(|k| direction_at(f64::from(k) / f64::from(SEGMENTS))).collect();
+        for part in arc.chunk_by(|from, to| !is_cut(*from, *to)) {
+            let positions: Vec<Option<Pos2>> = part.iter().map(|direction| project(*direction)).collect();
+            // Parts of the arc outside the image interrupt the line.
+            for visible in positions.split(Option::is_none).filter(|positions| positions.len() > 1) {
+                painter.add(Shape::line(visible.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
+            }
         }
-        if let Some(middle) = arc_position(0.5) {
+        let bounds = painter.clip_rect();
+        if let Some(middle) = project(direction_at(0.5)).filter(|middle| bounds.contains(*middle)) {
             let font = FontId::proportional(BODY_TEXT_POINTS);
-            painter.text(middle + egui::vec2(1.0, 1.0), Align2::CENTER_BOTTOM, &text, font.clone(), Color32::BLACK);
-            painter.text(middle, Align2::CENTER_BOTTOM, &text, font, COLOUR);
+            let size = painter.layout_no_wrap(text.clone(), font.clone(), COLOUR).size();
+            // Above the middle of the arc, but within the viewport.
+            let position = middle.max(bounds.min + vec2(0.5 * size.x, size.y)).min(bounds.max - vec2(0.5 * size.x, 0.0));
+            painter.text(position + vec2(1.0, 1.0), Align2::CENTER_BOTTOM, &text, font.clone(), Color32::BLACK);
+            painter.text(position, Align2::CENTER_BOTTOM, &text, font, COLOUR);
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::view::language::{body_name, decimal, reason_text, signed, text, trans
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
 use crate::view::worker::session_inputs::SessionInputs;
-use egui::{ComboBox, ScrollArea, SliderClamping};
+use egui::{ComboBox, SliderClamping};
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let view = &mut interface.viewer.view;
@@ -88,30 +88,28 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let effect_with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
     let effects_with_cost: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(effect_with_cost).collect();
     measure_costs(interface, ui.ctx(), worker, only_body, &effects_with_cost);
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        // Effects that are drawn or were switched by hand come first; the others follow, one line each.
-        let (first, rest): (Vec<Effect>, Vec<Effect>) =
-            Effect::ALL.into_iter().partition(|e| set_by_hand.contains(e) || decisions.iter().any(|d| d.on && d.effect == e.name()));
-        for (effects, is_one_line) in [(first, false), (rest, true)] {
-            for effect in effects {
-                let decision = decisions.iter().find(|d| d.effect == effect.name());
-                row(
-                    ui,
-                    effect,
-                    decision.map(|d| (d.on, reason_text(&d.description()))),
-                    interface.effect_costs.cache.known(&effect),
-                    is_one_line,
-                    edited,
-                );
-            }
-            ui.separator();
+    // Effects that are drawn or were switched by hand come first; the others follow, one line each.
+    let (first, rest): (Vec<Effect>, Vec<Effect>) =
+        Effect::ALL.into_iter().partition(|e| set_by_hand.contains(e) || decisions.iter().any(|d| d.on && d.effect == e.name()));
+    for (effects, is_one_line) in [(first, false), (rest, true)] {
+        for effect in effects {
+            let decision = decisions.iter().find(|d| d.effect == effect.name());
+            row(
+                ui,
+                effect,
+                decision.map(|d| (d.on, reason_text(&d.description()))),
+                interface.effect_costs.cache.known(&effect),
+                is_one_line,
+                edited,
+            );
         }
-        // Decisions that are not about an effect have no switch.
-        for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.effect)) {
-            let sign = if d.on { "+" } else { "−" };
-            ui.label(format!("{sign} {}: {}", translated_name("effect", d.effect), reason_text(&d.description())));
-        }
-    });
+        ui.separator();
+    }
+    // Decisions that are not about an effect have no switch.
+    for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.effect)) {
+        let sign = if d.on { "+" } else { "−" };
+        ui.label(format!("{sign} {}: {}", translated_name("effect", d.effect), reason_text(&d.description())));
+    }
     overrides.prune();
     interface.viewer.view.effects = overrides;
 }

@@ -8,16 +8,17 @@ mod details;
 
 use super::Interface;
 use super::icons::{self, Icon};
+use super::theme::MIN_LIST_HEIGHT;
 use crate::catalog::Catalog;
 use crate::ephemeris::EphemerisError;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::civil_time::ShownTimeZone;
-use crate::view::app::event_search::{ContactAtPlace, EventKind, EventSearch, SkyEvent};
+use crate::view::app::event_search::{EventFromPlace, EventKind, EventSearch, SkyEvent};
 use crate::view::app::event_view::EventPlayback;
 use crate::view::app::settings::Home;
-use crate::view::app::view_state::ViewState;
+use crate::view::app::view_state::{CameraPose, ViewState};
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::minute_text;
@@ -64,15 +65,15 @@ impl Row {
 /// change before the result is taken.
 type StepAnswer = (EventSearch, Vec<SkyEvent>);
 
-/// The contacts of an event at a place, and whether the event is visible from this place; or the text of an error.
-type LocalContacts = Result<(Vec<ContactAtPlace>, bool), String>;
+/// An event as seen from a place, or the text of an error.
+type SeenFromPlace = Result<EventFromPlace, String>;
 
 /// The chosen event as seen from a place.
 struct EventAtPlace {
     event: Arc<SkyEvent>,
     home: Home,
-    pending: Pending<LocalContacts>,
-    contacts: Option<LocalContacts>,
+    pending: Pending<SeenFromPlace>,
+    seen: Option<SeenFromPlace>,
 }
 
 /// State of the Events panel.
@@ -99,15 +100,18 @@ pub(crate) struct EventsPanel {
 }
 
 impl EventsPanel {
-    /// The span and rate at which the chosen event is played or would be played; `None` if no event is chosen.
-    pub(crate) fn playback_of_chosen(&self) -> Option<EventPlayback> {
+    /// The span and rate at which the chosen event is played, or would be played with this camera; `None` if no event is chosen. `home`: the observer's
+    /// place.
+    pub(crate) fn playback_of_chosen(&self, camera_pose: &CameraPose, home: Home) -> Option<EventPlayback> {
         let chosen = self.chosen.as_ref()?;
-        Some(self.playback.unwrap_or_else(|| chosen.playback()))
+        let seen = self.seen_from(chosen, home).and_then(|seen| seen.as_ref().ok());
+        let at_place = seen.filter(|seen| seen.is_visible && details::stands_at(camera_pose, home)).map(|seen| chosen.playback_at(seen));
+        Some(self.playback.or(at_place).unwrap_or_else(|| chosen.playback()))
     }
 
-    /// The contacts of an event at a place, if they were asked for and have arrived. `self.at_place` may still hold the contacts of another event or place.
-    fn contacts_at(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&LocalContacts> {
-        self.at_place.as_ref().filter(|seen| Arc::ptr_eq(&seen.event, event) && seen.home == home)?.contacts.as_ref()
+    /// An event as seen from a place, if that was asked for and has arrived. `self.at_place` may still hold that of another event or place.
+    fn seen_from(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&SeenFromPlace> {
+        self.at_place.as_ref().filter(|asked| Arc::ptr_eq(&asked.event, event) && asked.home == home)?.seen.as_ref()
     }
 
     /// Whether the search includes the kind of an event.
@@ -175,19 +179,24 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         begin(interface, worker);
     }
     progress(&mut interface.events, ui);
-    if let Some(event) = interface.events.chosen.clone() {
-        // The details scroll if they are taller than this.
-        let available = ui.available_height();
-        let max_height = (available - MIN_VISIBLE_ROWS * (row_height(ui) + ui.spacing().item_spacing.y)).max(0.5 * available);
-        Panel::bottom("event").resizable(false).show(ui, |ui| {
-            ScrollArea::vertical()
-                .auto_shrink([false, true])
-                .max_height(max_height)
-                .min_scrolled_height(max_height)
-                .show(ui, |ui| details::show(interface, ui, worker, &event, actions));
-        });
-    }
-    list(interface, ui, worker, actions);
+    // The details need as much room as the list.
+    let min_height = if interface.events.chosen.is_some() { 2.0 * MIN_LIST_HEIGHT } else { MIN_LIST_HEIGHT };
+    ui.scope(|ui| {
+        ui.set_max_height(ui.available_height().max(min_height));
+        if let Some(event) = interface.events.chosen.clone() {
+            // The details scroll if they are taller than this.
+            let available = ui.available_height();
+            let max_height = (available - MIN_VISIBLE_ROWS * (row_height(ui) + ui.spacing().item_spacing.y)).max(0.5 * available);
+            Panel::bottom("event").resizable(false).show(ui, |ui| {
+                ScrollArea::vertical()
+                    .auto_shrink([false, true])
+                    .max_height(max_height)
+                    .min_scrolled_height(max_height)
+                    .show(ui, |ui| details::show(interface, ui, worker, &event, actions));
+            });
+        }
+        list(interface, ui, worker, actions);
+    });
 }
 
 /// Shows the controls for kinds, direction and range; returns whether to search again.
@@ -283,9 +292,9 @@ pub(crate) fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
         panel.rows.truncate(MAX_ROWS);
     }
     if let Some(at_place) = &mut panel.at_place
-        && let Some(contacts) = at_place.pending.take()
+        && let Some(seen) = at_place.pending.take()
     {
-        at_place.contacts = Some(contacts);
+        at_place.seen = Some(seen);
     }
     end_playback(interface);
 }

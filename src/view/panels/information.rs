@@ -6,6 +6,7 @@ mod sizes_and_distances;
 
 use self::sizes_and_distances::SizeComparison;
 use super::fact::line;
+use super::theme::MIN_LIST_HEIGHT;
 use super::{Interface, accessible};
 use crate::catalog::cities::{self, City};
 use crate::catalog::{Catalog, NaifId};
@@ -120,7 +121,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let selected = interface.viewer.selected;
     let time = interface.viewer.view.time();
     let Some(body) = interface.shown().and_then(|rendered| rendered.scene.body(selected)).cloned() else { return };
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    ScrollArea::vertical().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
         ui.strong(body_name(&body.name));
         facts_from_camera(ui, &body, interface.information.unit, worker.session().catalog());
         ui.separator();

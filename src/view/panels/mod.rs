@@ -335,6 +335,16 @@ impl Interface {
         self.share.is_busy()
     }
 
+    /// Whether the program may quit. During an export the first request is refused, with a message, because the rest of the export would be lost.
+    pub fn may_quit(&mut self) -> bool {
+        let may_quit = self.share.may_quit();
+        if !may_quit {
+            self.quit_requested = false;
+            self.show_reply(text!("export-quit"));
+        }
+        may_quit
+    }
+
     /// The name of a recent view, and of a bookmark that the user has not named.
     fn name_of_view(&self, view: &ViewState) -> String {
         format!("{} {}", self.viewer.name(view.target), minute_in_digits(view.time()))

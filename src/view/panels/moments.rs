@@ -3,6 +3,7 @@
 //! In: the catalog, clicks. Out: actions that show a view; a started tour.
 
 use super::share::dialog::{self, FileField};
+use super::theme::MIN_LIST_HEIGHT;
 use super::{Interface, tour, what_to_see_now};
 use crate::catalog::moments::{KINDS, Moment};
 use crate::view::app::body_positions::SessionPositions;
@@ -32,7 +33,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         [catalog_text("moment", &moment.name), (&moment.name).into()].iter().any(|name| name.to_lowercase().contains(&filter))
     };
     let catalog = worker.session().catalog();
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    ScrollArea::vertical().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
         if filter.is_empty() {
             ui.strong(text!("now"));
             ui.horizontal_wrapped(|ui| what_to_see_now::thumbnail_row(interface, ui, worker, actions));

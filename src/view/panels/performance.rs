@@ -7,7 +7,6 @@ use super::Interface;
 use crate::session::Stage;
 use crate::view::language::{decimal, text, translated_name};
 use crate::view::worker::render_worker::RenderedView;
-use egui::ScrollArea;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 use std::collections::VecDeque;
 
@@ -172,10 +171,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line(text!("perf-shaders-repaired"), library.repaired.to_string());
         line(text!("perf-memory"), resident_mib().map_or(text!("perf-not-available").into(), |m| format!("{m:.0} MiB")));
     };
-    // The table may be taller than the window.
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        egui::Grid::new("performance").num_columns(2).striped(true).show(ui, table_rows);
-    });
+    egui::Grid::new("performance").num_columns(2).striped(true).show(ui, table_rows);
 }
 
 /// Resident memory of the process, MiB; `None` if the system has no /proc, which Linux has.

@@ -2,8 +2,8 @@
 //!
 //! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them, up to half the
 //! width of the window. Always: the open panel and the kept panel are on opposite sides of the viewport. The kept panel is hidden while the window is too
-//! narrow for two panels; the list of bodies is hidden while it has no room beside the panels. Controls do not widen a panel: they wrap or scroll. A panel
-//! whose title is dragged to the other half of the window moves there, and the other panel takes its side.
+//! narrow for two panels; the list of bodies is hidden while it has no room beside the panels. Controls do not widen a panel: they wrap or scroll, all of
+//! them together if the panel is too low. A panel whose title is dragged to the other half of the window moves there, and the other panel takes its side.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, body_browser, camera_controls};
@@ -159,16 +159,19 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     interface.settings.panels.kept_panel = interface.kept_tab.map(|tab| tab.name().to_owned());
 }
 
-/// Shows a panel's title, and below it its controls. Controls that are wider than the panel scroll sideways; egui would widen the panel for them, or, where
-/// there is no room for that, cut them off.
+/// Shows a panel's title, and below it its controls, which scroll in both directions if the panel has no room for them: egui would widen the panel for them,
+/// or, where there is no room for that, cut them off. A list within a panel fills the rest of it, but has a minimum height
+/// ([`MIN_LIST_HEIGHT`](super::theme::MIN_LIST_HEIGHT)): while even that does not fit, the wheel moves the list first and then the whole panel.
 fn content(interface: &mut Interface, ui: &mut Ui, tab: Tab, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     heading(interface, ui, tab);
     // Each panel has an id of its own, the same on both sides of the viewport, so that it keeps its scroll positions and open sections.
     let id = Id::unique(("panel", tab.name()));
     ui.scope_builder(UiBuilder::new().scope_id(id), |ui| {
-        ScrollArea::horizontal().auto_shrink(false).show(ui, |ui| {
-            // One point less, because positions are rounded to pixels: controls as wide as the panel would scroll by a fraction of a point.
+        // Without the minimum of 0, the controls would lie over the time bar in a very low window.
+        ScrollArea::both().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
+            // One point less, because positions are rounded to pixels: controls as large as the panel would scroll by a fraction of a point.
             ui.set_max_width(ui.available_width() - 1.0);
+            ui.set_max_height((ui.available_height() - 1.0).max(0.0));
             tab.show(interface, ui, worker, actions);
         });
     });

@@ -19,6 +19,9 @@ pub(crate) const BODY_TEXT_POINTS: f32 = 13.0;
 /// Text size of headings, points.
 pub(crate) const HEADING_TEXT_POINTS: f32 = 18.0;
 
+/// Minimum height of a list that scrolls below other controls of a panel, points. A panel with less room for it scrolls as a whole.
+pub(crate) const MIN_LIST_HEIGHT: f32 = 120.0;
+
 /// Colour of marks over images and drawings: that of the selected body's name and outline in images.
 pub(crate) const HIGHLIGHT_COLOUR: Color32 = opaque(SELECTED_COLOUR);
 

@@ -89,9 +89,11 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     if let Some(rendered) = interface.shown() {
         let scene = &rendered.scene;
         let point_of = |px: DVec2| placement.image.min + vec2(px * placement.points_per_px);
-        interface
-            .angle
-            .paint(&ui.painter().with_clip_rect(viewport), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(point_of));
+        interface.angle.paint(
+            &ui.painter().with_clip_rect(viewport),
+            |direction| scene.geometry.pixel_of(&scene.camera, direction).map(point_of),
+            |from, to| scene.geometry.is_cut_between(&scene.camera, from, to),
+        );
     }
     if let Some(click) = handle_mouse(interface, ui, &response, viewport, &placement, actions) {
         handle_click(interface, worker, click);

@@ -280,8 +280,11 @@ impl App<'_> {
         Ok(OpenWindow { presenter, window, input, title: String::new(), requested_fullscreen: false, placement })
     }
 
-    /// Records the window's placement and ends the loop.
+    /// Records the window's placement and ends the loop, unless the interface refuses to quit.
     fn close(&mut self, event_loop: &ActiveEventLoop) {
+        if !self.interface.may_quit() {
+            return self.request_redraw();
+        }
         if let Some(opened) = &mut self.opened {
             opened.record_placement();
             self.interface.settings.window_placement = Some(opened.placement);

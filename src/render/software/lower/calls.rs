@@ -40,6 +40,7 @@ impl<'m> Lowerer<'m> {
         };
         let mut initialisers = Vec::new();
         for (handle, local) in function.local_variables.iter() {
+            self.span = function.local_variables.get_span(handle);
             frame.locals.insert(handle, self.env.len());
             if let Some(init) = local.init {
                 initialisers.push((self.env.len(), init));

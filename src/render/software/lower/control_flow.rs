@@ -6,7 +6,7 @@
 //!
 //! In: a condition, or the parts of a `switch` or loop. Out: steps, and the environment after them. Not here: exits from blocks (`statements.rs`).
 
-use super::error::Result;
+use super::error::{LowerError, Result};
 use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
 use super::merge::Sides;
 use super::step::{JumpLabel, SsaStep, SsaValue};
@@ -220,6 +220,7 @@ impl<'m> Lowerer<'m> {
     /// Lowers a loop, unrolled if possible. To find which scalars change in the loop, and which of these differ between lanes, lowers it again until it changes
     /// no other scalars than were assumed.
     pub(super) fn lower_loop(&mut self, body: &'m Block, continuing: &'m Block, break_if: Option<Handle<Expression>>) -> Result<()> {
+        let loop_span = self.span;
         let no = self.builder.bool(false);
         let first_flag = self.env.len();
         // The flags of `break` and `continue`.
@@ -238,6 +239,7 @@ impl<'m> Lowerer<'m> {
             self.env.clone_from(&start_env);
             self.builder.lane_steps.truncate(first_step);
             self.active_mask = outer_mask;
+            self.span = loop_span;
             self.frame_mut().loops.push(flags);
             let changes = self.lower_loop_assuming(body, continuing, break_if, &changing);
             self.frame_mut().loops.pop();
@@ -272,7 +274,7 @@ impl<'m> Lowerer<'m> {
         break_if: Option<Handle<Expression>>,
         changing: &HashMap<usize, ScalarChange>,
     ) -> Result<Vec<(usize, ScalarChange)>> {
-        let outer_mask = self.active_mask;
+        let (outer_mask, loop_span) = (self.active_mask, self.span);
         let mut scalars: Vec<usize> = changing.keys().copied().collect();
         scalars.sort_unstable();
         let mut variables = Vec::new();
@@ -368,7 +370,7 @@ impl<'m> Lowerer<'m> {
             }
         }
         if is_endless && changes.iter().all(|(scalar, _)| changing.contains_key(scalar)) {
-            return Err(self.unsupported("this loop never ends".into()));
+            return Err(LowerError::new("this loop never ends".into(), loop_span));
         }
         // After the loop, the value of every changed scalar is its loop variable, to which each exit has assigned that value.
         self.env = start_env;

@@ -40,7 +40,7 @@ pub(crate) use named_values::FIRST_NAMED_LOCATION;
 pub use stored::lowering;
 
 use super::program::{LaneInput, LaneOutput, Program, ProgramError, ShaderStage};
-use crate::shader::LoweringFailure;
+use crate::shader::{LoweringFailure, TapeFault};
 use builder::SsaBuilder;
 use error::Result;
 use lowerer::Lowerer;
@@ -163,7 +163,7 @@ fn lower_entry_point(
 pub fn lower_to_bytes(module: &naga::Module, info: &ModuleInfo) -> std::result::Result<Vec<u8>, LoweringFailure> {
     let programs: std::result::Result<Vec<Program>, LowerError> =
         module.entry_points.iter().map(|e| lower(module, info, &e.name)).collect();
-    Ok(postcard::to_stdvec(&programs?)?)
+    postcard::to_stdvec(&programs?).map_err(|e| LoweringFailure { what: e.to_string(), span: Span::UNDEFINED })
 }
 
 /// The programs of a module, verified.
@@ -181,7 +181,7 @@ pub fn programs_from_bytes(bytes: &[u8]) -> std::result::Result<Vec<Program>, Pr
 ///
 /// # Errors
 /// The first mismatch, in one line.
-pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(), LoweringFailure> {
+pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(), TapeFault> {
     let programs = programs_from_bytes(bytes)?;
     if programs.len() != module.entry_points.len() {
         return Err(format!("{} programs for {} entry points", programs.len(), module.entry_points.len()).into());

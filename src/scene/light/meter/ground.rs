@@ -9,7 +9,7 @@ use crate::scene::atmosphere::air;
 use crate::scene::draw::tables::RingShine;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::light::night_lights::{self, NightLights};
-use crate::scene::light::photometry;
+use crate::scene::light::{disc_light, photometry};
 use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::drawn_disc_share;
@@ -73,7 +73,8 @@ impl Albedo {
     /// The albedo of what the camera sees of a body. `effects`: those of the request; `diameter_px`: of the body's disc.
     pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64) -> Self {
         // The channels of the scale differ only for emissive bodies.
-        let (body, scale) = (p.body, p.radiance_scale().x);
+        let body = p.body;
+        let scale = p.radiance_scale().x * disc_light::haze_over_ground(body, p.phase_angle_rad, p.distance_km / body.radii_km.x);
         let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
         let is_off = |effect: Effect| effects.override_of_body(body, effect) == Some(false);

@@ -231,7 +231,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         drawn_disc_share(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
     }
 
-    /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the brightest other bodies.
+    /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the body that gives the most light besides the
+    /// Sun. Images show the light of one other body in the air.
     fn sky_radiance(&self) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
@@ -246,8 +247,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         });
         let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
         let day = air.exposure_radiance(p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
-        let secondary = self.planet_shine_on(p);
-        day + secondary.iter().map(|l| air.exposure_radiance(l.direction, l.irradiance.y)).sum::<f64>()
+        let second = self.planet_shine_on(p).first().map_or(0.0, |l| air.exposure_radiance(l.direction, l.irradiance.y));
+        day + second
     }
 
     /// The lights that other bodies reflect onto a body, unless the user has switched planet-shine off.
@@ -257,6 +258,17 @@ impl<'a> MeteredFrame<'_, 'a> {
         }
         let (all, _strongest) = lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true);
         all
+    }
+
+    /// How much a body counts as a point. The target counts as a disc at any size, but a body with a bright ring of air counts as it is drawn.
+    fn point_weight(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+        let point_light_fraction = 1.0 - self.disc_light_fraction(p, diameter_px);
+        if point_light_fraction <= 0.0 {
+            return 0.0;
+        }
+        let is_target = Some(p.body.id) == self.meter.context.request.target;
+        let of_small_body = if is_target { 0.0 } else { 1.0 - smoothstep(diameter_px - 1.0) };
+        (point_light_fraction * self.rim_weight(p, diameter_px)).max(of_small_body)
     }
 
     /// Meters a body (globe without rings). Returns the mean of its radiance, and its share of the frame.
@@ -277,10 +289,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let foreground_radiance = self.foreground_radiance(p.placement.centre_km, Some(p.body.id));
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
-        let is_target = Some(p.body.id) == self.meter.context.request.target;
-        // The target counts as a disc at any size.
-        let is_point = self.disc_light_fraction(p, diameter_px) < 1.0 && !is_target;
-        let point_weight = if is_point { 1.0 - smoothstep(diameter_px - 1.0) } else { 0.0 };
+        let point_weight = self.point_weight(p, diameter_px);
         if point_weight > 0.0 {
             // A point: all of the body's light, spread over a sprite, which the meter treats as uniform with the radiance of its peak.
             let pixel_sr = camera.pixel_tangent().powi(2);

@@ -2,7 +2,8 @@
 //!
 //! In: a body with air, the direction of the Sun. Out: parts of the ring with their area and radiance. Always: continuous in position and time. The radiance
 //! agrees with that of the drawn rim within a factor of 3 for Titan, Pluto and Mars, and of 8 for the Earth in small images (tests/scene/rims.rs). Left out:
-//! shadows of a planet's rings on the air, absorbing layers, and the ring of air around a near body, only a part of which is in view (`FAR_RADII`).
+//! shadows of a planet's rings on the air, absorbing layers, and the ring of air around a near body, only a part of which is in view (`FAR_RADII`). A disc of a
+//! few pixels, which the frame gradually draws as a point, cannot be told from its ring: the point, with the light of both, is metered in place of the ring.
 
 use super::MeteredFrame;
 use super::geometry::{entire_disc_weight, outline_position_weight};
@@ -17,8 +18,6 @@ use crate::scene::request::effects::Effect;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Diameters of the disc between which the ring's weight rises from 0 to 1. A smaller disc cannot be told from its ring.
-const COUNTED_FROM_PX: (f64, f64) = (4.0, 8.0);
 /// Phase angles between which the ring's weight rises from 0 to 1. Beside a disc that is more than half lit the ring's light does not matter.
 const COUNTED_FROM_PHASE_RAD: (f64, f64) = (FRAC_PI_2, 0.75 * PI);
 /// Number of position angles on half of the limb, and of heights, at which the ring is sampled.
@@ -74,12 +73,8 @@ impl<'p> RimOfAir<'p> {
     pub(super) fn of(p: &PlacedBody<'p>, disc_albedo: f64) -> Option<Self> {
         let air = p.body.atmosphere.as_ref()?;
         let radius_km = p.body.radii_km.max_element();
-        // The depth does not depend on the scattering angle.
-        let (height_km, cos_scattering) = (0.0, 0.0);
-        let (depth, _) = rim::tangent_ray(air, radius_km, height_km, cos_scattering);
-        let limb_opacity = (DVec3::ONE - (-depth).exp()).element_sum() / 3.0;
-        let continues_disc = !air::colours_exclude_air(p.body) && !air::is_visible_over_disc(air);
-        let continued_part = if continues_disc { rim::continued_part(limb_opacity) } else { 0.0 };
+        let limb_opacity = rim::opacity_along_limb(air, radius_km, 0.0);
+        let continued_part = if rim::continues_disc(p.body, air) { rim::continued_part(limb_opacity) } else { 0.0 };
         let limb_tilt_sin_cos = (radius_km / p.distance_km).min(1.0).asin().sin_cos();
         let phase_sin_cos = p.phase_angle_rad.sin_cos();
         Some(Self { air, radius_km, phase_sin_cos, limb_tilt_sin_cos, continued_part, limb_opacity, disc_albedo })
@@ -125,8 +120,21 @@ impl<'p> RimOfAir<'p> {
 }
 
 impl MeteredFrame<'_, '_> {
+    /// How much the light of the air beyond a body's limb counts, apart from the size of its disc: 0 if the body has no air, its air is not drawn, or the disc
+    /// is more than half lit.
+    pub(super) fn rim_weight(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+        let request = self.meter.context.request;
+        let user_choice = request.effects.override_of_body(p.body, Effect::Atmosphere);
+        let Some(air) = p.body.atmosphere.as_ref().filter(|_| user_choice != Some(false)) else { return 0.0 };
+        // As in `air::is_significant`: a low rim of air that removes no visible light is not drawn unless the user demands it.
+        let is_thin = user_choice != Some(true) && air::max_removed_fraction(air) <= request.purpose.min_change();
+        let height_px = rim::height_px(p.body, air, diameter_px);
+        let of_height = if is_thin { smoothstep(height_px / rim::ALWAYS_DRAWN_RIM_PX - 1.0) } else { 1.0 };
+        of_height * smooth_rise(COUNTED_FROM_PHASE_RAD, p.phase_angle_rad)
+    }
+
     /// Calls `add` with the area of each part of the ring of air around a body, relative to that of its disc and times the part's weight, and its radiance.
-    /// Parts outside the frame have no weight. Does nothing if the body has no air, its air is not drawn, or the disc is small or more than half lit.
+    /// Parts outside the frame have no weight. Does nothing if the ring does not count ([`Self::rim_weight`]), or if the frame draws no disc.
     pub(super) fn sum_rim(
         &self,
         p: &PlacedBody<'_>,
@@ -135,14 +143,9 @@ impl MeteredFrame<'_, '_> {
         diameter_px: f64,
         mut add: impl FnMut(f64, f64),
     ) {
-        let request = self.meter.context.request;
-        let user_choice = request.effects.override_of_body(p.body, Effect::Atmosphere);
-        let weight = smooth_rise(COUNTED_FROM_PX, diameter_px) * smooth_rise(COUNTED_FROM_PHASE_RAD, p.phase_angle_rad);
-        let Some(rim) = RimOfAir::of(p, disc_albedo).filter(|_| user_choice != Some(false) && weight > 0.0) else { return };
-        // As in `air::is_significant`: a low rim of air that removes no visible light is not drawn unless the user demands it.
-        let is_thin = user_choice != Some(true) && air::max_removed_fraction(rim.air) <= request.purpose.min_change();
+        let weight = self.rim_weight(p, diameter_px) * self.disc_light_fraction(p, diameter_px);
+        let Some(rim) = RimOfAir::of(p, disc_albedo).filter(|_| weight > 0.0) else { return };
         let height_px = rim::height_px(p.body, rim.air, diameter_px);
-        let weight = weight * if is_thin { smoothstep(height_px / rim::ALWAYS_DRAWN_RIM_PX - 1.0) } else { 1.0 };
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
         let sun = (p.body_from_icrf * p.body_to_sun_km).normalize();
         let across = (sun - viewer * sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());

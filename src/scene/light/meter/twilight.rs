@@ -8,6 +8,7 @@
 use super::MeteredFrame;
 use crate::catalog::{Atmosphere, Body, PhaseFunction, Species};
 use crate::scene::atmosphere::extinction::scattering;
+use crate::scene::atmosphere::species::{colours_exclude_air, is_visible_over_disc};
 use crate::scene::atmosphere::{air, phase};
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
@@ -47,7 +48,7 @@ pub(super) struct TwilightAir {
 
 impl TwilightAir {
     fn of(body: &Body) -> Option<Self> {
-        let air = body.atmosphere.as_ref().filter(|air| air::colours_exclude_air(body) || air::is_visible_over_disc(air))?;
+        let air = body.atmosphere.as_ref().filter(|air| colours_exclude_air(body) || is_visible_over_disc(air))?;
         let [reflectance, radius_scale_heights] = reflectance_and_radius(body, air);
         // The height of the air's shadow grows with the square of the Sun's depression.
         Some(Self {

@@ -79,6 +79,7 @@ effect-lights = Lichter
 effect-eclipse-on-rings = Finsternis auf den Ringen
 effect-air-samples = Stützstellen der Luft
 effect-air-over-ground = Luft über dem Boden
+effect-planet-shine-in-air = Planetenschein in der Luft
 effect-air-rim = Rand der Luft
 effect-thin-crescent = dünne Sichel
 effect-disc-glare = Streulicht der Scheibe

@@ -79,6 +79,7 @@ effect-lights = lights
 effect-eclipse-on-rings = eclipse-on-rings
 effect-air-samples = air-samples
 effect-air-over-ground = air-over-ground
+effect-planet-shine-in-air = planet-shine-in-air
 effect-air-rim = air-rim
 effect-thin-crescent = thin-crescent
 effect-disc-glare = disc-glare

@@ -21,7 +21,7 @@ use crate::view::error_texts::error_text;
 use crate::view::language::{text, text_by_id, translated_name};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use crate::view::worker::session_inputs::SessionInputs;
-use egui::{ComboBox, ScrollArea, TextEdit};
+use egui::{ComboBox, TextEdit};
 use std::sync::Arc;
 use std::time::Instant as WallInstant;
 
@@ -173,7 +173,7 @@ impl ComparePanel {
         }
         let names = [variant_text(&variants[0]), variant_text(&variants[1])];
         self.variants = Some(variants);
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match &self.pair {
+        match &self.pair {
             Some(Ok(pair)) => {
                 if let Some(request) =
                     self.input.as_ref().filter(|_| self.pair_view.shows_error_bounds()).and_then(|input| input.request_of(0).ok())
@@ -184,7 +184,7 @@ impl ComparePanel {
             }
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
             None => drop(ui.weak(text!("compare-waits"))),
-        });
+        }
     }
 
     /// Starts to draw both variants if the view is at rest, unless their images exist or are being drawn.

@@ -7,7 +7,7 @@ use super::{EventAtPlace, best_view};
 use crate::catalog::NaifId;
 use crate::events::GeodeticPosition;
 use crate::time::MIN_SHOWN_DELTA_T_ERROR_S;
-use crate::view::app::event_search::{ContactAtPlace, SkyEvent};
+use crate::view::app::event_search::{ContactAtPlace, EventFromPlace, SkyEvent};
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::{CameraPose, ViewState, wrapped_longitude_deg};
 use crate::view::app::viewer::Action;
@@ -44,15 +44,15 @@ pub(super) fn show(
         ui.weak(text!("events-delta-t", seconds = seconds)).on_hover_text(text!("events-delta-t-hint"));
     }
     let home = interface.information.home;
-    let local_contacts = interface.events.contacts_at(event, home).and_then(|c| c.as_ref().ok()).cloned();
-    let is_visible_at_place = local_contacts.as_ref().is_some_and(|(_, is_visible)| *is_visible);
+    let seen_from_place = interface.events.seen_from(event, home).and_then(|seen| seen.as_ref().ok()).cloned();
+    let is_visible_at_place = seen_from_place.as_ref().is_some_and(|seen| seen.is_visible);
     let camera_is_at_place = stands_at(&interface.viewer.destination().camera_pose, home);
     ui.horizontal_wrapped(|ui| {
         let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
         // A camera at the place stays there only if the event is visible there, which is known once the contacts have arrived.
-        let is_ready = !camera_is_at_place || interface.events.contacts_at(event, home).is_some();
+        let is_ready = !camera_is_at_place || interface.events.seen_from(event, home).is_some();
         if ui.add_enabled(is_ready, watch).on_hover_text(text!("events-watch-hint")).clicked() {
-            watch_event(interface, worker, event, local_contacts.as_ref().filter(|_| camera_is_at_place), actions);
+            watch_event(interface, worker, event, seen_from_place.as_ref().filter(|_| camera_is_at_place), actions);
             if camera_is_at_place && !is_visible_at_place {
                 interface.show_reply(text!("events-watch-elsewhere"));
             }
@@ -62,7 +62,7 @@ pub(super) fn show(
         }
         let from_place = icons::button(ui, Icon::Stand, text!("events-from-place"));
         if ui.add_enabled(is_visible_at_place, from_place).on_hover_text(text!("events-from-place-hint")).clicked() {
-            let contacts = local_contacts.as_ref().map(|(contacts, _)| contacts.as_slice()).unwrap_or_default();
+            let contacts = seen_from_place.as_ref().map(|seen| seen.contacts.as_slice()).unwrap_or_default();
             let view = view_from_place(interface, event, contacts);
             actions.push(Action::Show(Box::new(view)));
         }
@@ -80,7 +80,7 @@ pub(super) fn show(
 }
 
 /// Whether a camera stands on the Earth's ground at the observer's place.
-fn stands_at(camera_pose: &CameraPose, home: Home) -> bool {
+pub(super) fn stands_at(camera_pose: &CameraPose, home: Home) -> bool {
     let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = *camera_pose else { return false };
     let differences_deg = [latitude_deg - home.latitude_deg, wrapped_longitude_deg(longitude_deg - home.longitude_deg)];
     differences_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)
@@ -90,7 +90,7 @@ fn stands_at(camera_pose: &CameraPose, home: Home) -> bool {
 fn view_from_place(interface: &Interface, event: &SkyEvent, contacts: &[ContactAtPlace]) -> ViewState {
     let Home { latitude_deg, longitude_deg } = interface.information.home;
     let maximum = contacts.iter().find(|contact| contact.name == "maximum");
-    // Events of moons have no maximum. Any altitude well above the horizon will do for them.
+    // An event without a maximum does not occur at the place, and nothing asks for its view.
     let altitude_deg = maximum.map_or(45.0, |maximum| maximum.altitude_deg);
     let place = GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0 };
     let mut view = event.view_from(place, altitude_deg, &interface.viewer.base_view());
@@ -99,17 +99,16 @@ fn view_from_place(interface: &Interface, event: &SkyEvent, contacts: &[ContactA
 }
 
 /// Runs time through an event. The view is from the observer's place if the camera stands at this place and the event is visible from it; otherwise it is
-/// the best view. `at_place`: the contacts at the observer's place, and whether the event is visible from it; `None` if the camera stands elsewhere or the
-/// contacts are not known.
+/// the best view. `seen`: the event as seen from the observer's place; `None` if the camera stands elsewhere or this is not known.
 fn watch_event(
     interface: &mut Interface,
     worker: &dyn RenderWorker,
     event: &SkyEvent,
-    at_place: Option<&(Vec<ContactAtPlace>, bool)>,
+    seen: Option<&EventFromPlace>,
     actions: &mut Vec<Action>,
 ) {
-    let (view, playback) = match at_place {
-        Some((contacts, true)) => (view_from_place(interface, event, contacts), event.playback_at(contacts)),
+    let (view, playback) = match seen {
+        Some(seen) if seen.is_visible => (view_from_place(interface, event, &seen.contacts), event.playback_at(seen)),
         _ => (best_view(interface, worker, event), event.playback()),
     };
     actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.start_tdb_s, paused: Some(false), ..view })));
@@ -130,14 +129,14 @@ fn contact_name(ui: &mut egui::Ui, name: &str) {
 fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
     let home = interface.information.home;
     let panel = &mut interface.events;
-    if !panel.at_place.as_ref().is_some_and(|seen| Arc::ptr_eq(&seen.event, event) && seen.home == home) {
+    if !panel.at_place.as_ref().is_some_and(|asked| Arc::ptr_eq(&asked.event, event) && asked.home == home) {
         let asked_event = Arc::clone(event);
         let question = move |session: &crate::session::Session| {
             asked_event.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| error_text(&e))
         };
-        panel.at_place = Some(EventAtPlace { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
+        panel.at_place = Some(EventAtPlace { event: Arc::clone(event), home, pending: ask(worker, question), seen: None });
     }
-    let (contacts, is_visible) = match panel.contacts_at(event, home) {
+    let seen = match panel.seen_from(event, home) {
         None => {
             accessible::spinner(ui, text!("events-contacts-coming"));
             return;
@@ -146,20 +145,20 @@ fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
             ui.weak(why);
             return;
         }
-        Some(Ok((contacts, is_visible))) => (contacts, *is_visible),
+        Some(Ok(seen)) => seen,
     };
-    if !is_visible {
+    if !seen.is_visible {
         ui.colored_label(ui.visuals().warn_fg_color, text!("events-not-visible"));
     }
     Grid::new("contacts").num_columns(3).striped(true).show(ui, |ui| {
-        if contacts.is_empty() {
+        if seen.contacts.is_empty() {
             for (name, time) in event.contacts() {
                 contact_name(ui, name);
                 ui.monospace(month_day_second_text(*time));
                 ui.end_row();
             }
         }
-        for contact in contacts {
+        for contact in &seen.contacts {
             contact_name(ui, contact.name);
             ui.monospace(month_day_second_text(contact.time));
             // Refraction raises the upper limb above the horizon while the centre's altitude is negative. Beside a visible contact, a negative

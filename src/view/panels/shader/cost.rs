@@ -8,6 +8,7 @@ use super::{Inspected, ShaderPanel};
 use crate::shader::library::{CacheOutcome, Statistics};
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
+use crate::view::panels::theme::MIN_LIST_HEIGHT;
 use egui::{CollapsingHeader, Grid, ScrollArea};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -17,7 +18,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         accessible::spinner(ui, text!("module-loading"));
         return;
     };
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    ScrollArea::vertical().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
         cost_table(ui, "cost", &[(text!("cost-count"), &module)]);
         if inspected.key().is_some() {
             ui.horizontal(|ui| {

@@ -10,7 +10,7 @@ use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, ShaderKey};
 use crate::view::language::text;
-use crate::view::panels::theme::{HIGHLIGHT_COLOUR, SMALL_TEXT_POINTS};
+use crate::view::panels::theme::{HIGHLIGHT_COLOUR, MIN_LIST_HEIGHT, SMALL_TEXT_POINTS};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, pos2};
 
@@ -57,7 +57,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let entries = neighbours(&displayed_features, panel.gallery.dimension);
     ui.weak(text!("gallery-count", count = entries.len().saturating_sub(1)));
     let mut clicked = None;
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    ScrollArea::vertical().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
         let side = SAMPLE_PX as f32;
         let columns = ((ui.available_width() / (side + ENTRY_MARGIN.x + GAP + COLUMN_RESERVE)) as usize).max(1);
         egui::Grid::new("gallery").num_columns(columns).spacing([GAP, GAP]).show(ui, |ui| {

@@ -9,7 +9,7 @@ use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, Dimension, ShaderKey, reductions};
 use crate::view::language::text;
-use crate::view::panels::theme::SMALL_TEXT_POINTS;
+use crate::view::panels::theme::{MIN_LIST_HEIGHT, SMALL_TEXT_POINTS};
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 /// Width that the column of descriptions leaves for the columns of names and controls, points.
@@ -32,7 +32,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     };
     let drawn_features = inspected.draw.map_or(*drawn_key.features(), |draw| draw.features);
     let mut edited = panel.edited.unwrap_or(drawn_features);
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    ScrollArea::vertical().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
         super::key_comparison::summary(panel, ui, inspected);
         key_field(panel, ui, &mut edited);
         dimensions(ui, &mut edited, drawn_key.features(), key.features());

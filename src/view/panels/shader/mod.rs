@@ -23,6 +23,7 @@ use crate::shader::ModuleId;
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::ShaderKey;
 use crate::view::language::{text, text_by_id, translated_name};
+use crate::view::panels::theme::MIN_LIST_HEIGHT;
 use crate::view::worker::render_worker::{RenderWorker, RenderedView};
 use egui::{ComboBox, RichText, ScrollArea};
 use queries::ShaderQueries;
@@ -274,7 +275,7 @@ impl ShaderPanel {
 fn show_failure(ui: &mut egui::Ui, failure: &queries::ModuleFailure) {
     ui.colored_label(ui.visuals().error_fg_color, &failure.why);
     ui.weak(text!("shader-broken"));
-    ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+    ScrollArea::both().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
         ui.add(egui::Label::new(RichText::new(&failure.diagnosis).monospace()).extend());
     });
 }

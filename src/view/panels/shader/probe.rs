@@ -13,7 +13,7 @@ use crate::session::Session;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::instant_text;
 use crate::view::language::{body_name, signed, text, translated_name};
-use crate::view::panels::theme::SMALL_TEXT_POINTS;
+use crate::view::panels::theme::{MIN_LIST_HEIGHT, SMALL_TEXT_POINTS};
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::render_worker::{Pending, ask};
 use crate::view::worker::session_inputs::SessionInputs;
@@ -203,7 +203,8 @@ fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
     ui.label(row_text(headings).strong());
     ui.spacing_mut().item_spacing.y = 1.0;
     let height = row_height(ui);
-    ScrollArea::both().auto_shrink(false).show_rows(ui, height, matching.len(), |ui, range| {
+    let area = ScrollArea::both().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT);
+    area.show_rows(ui, height, matching.len(), |ui, range| {
         for row in matching.get(range).unwrap_or_default() {
             ui.add(egui::Label::new(row_text(row.text())).extend());
         }

@@ -8,7 +8,7 @@ use super::{Inspected, ShaderPanel};
 use crate::shader::translate::Language;
 use crate::view::language::text;
 use crate::view::panels::accessible;
-use crate::view::panels::theme::{CODE_TEXT_POINTS, SMALL_TEXT_POINTS};
+use crate::view::panels::theme::{CODE_TEXT_POINTS, MIN_LIST_HEIGHT, SMALL_TEXT_POINTS};
 use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
@@ -243,7 +243,8 @@ impl SourcePage {
         // A row is as high as a line of text.
         let row_height = ui.ctx().fonts_mut(|f| f.row_height(&font)).ceil();
         ui.spacing_mut().interact_size.y = row_height;
-        let mut area = ScrollArea::both().auto_shrink(false).id_salt(("source", text.language.to_string()));
+        let mut area =
+            ScrollArea::both().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).id_salt(("source", text.language.to_string()));
         let row_of = |line: usize| rows.as_ref().map_or(line, |r| r.partition_point(|l| *l < line));
         if let Some(line) = self.scroll_line.take() {
             self.cursor_line = line as usize;
@@ -251,7 +252,9 @@ impl SourcePage {
         }
         let has_margin = !text.features.is_empty();
         let mut chosen_feature = None;
-        let tab_stop = ui.interact(ui.available_rect_before_wrap(), ui.scope_id().with("lines"), Sense::focusable_noninteractive());
+        let mut list_rect = ui.available_rect_before_wrap();
+        list_rect.set_height(list_rect.height().max(MIN_LIST_HEIGHT));
+        let tab_stop = ui.interact(list_rect, ui.scope_id().with("lines"), Sense::focusable_noninteractive());
         let accessible_name = text!("source-lines");
         tab_stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, accessible_name));
         let (cursor_row, cursor_moved) =

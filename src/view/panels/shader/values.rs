@@ -11,7 +11,7 @@ use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::table::{self, SortOrder, SortValue};
-use crate::view::panels::theme::SMALL_TEXT_POINTS;
+use crate::view::panels::theme::{MIN_LIST_HEIGHT, SMALL_TEXT_POINTS};
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 /// State of the Values page.
@@ -49,7 +49,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         Some(Ok(_)) => {}
     }
     let bytes = bytes.and_then(Result::ok);
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+    ScrollArea::vertical().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
         uniform_table(ui, layout, bytes.as_deref(), &mut panel.values);
         ui.separator();
         ui.strong(text!("values-textures", textures = layout.textures.len(), samplers = layout.samplers.len()));

@@ -5,7 +5,7 @@
 //! is written only after its last frame.
 
 use crate::files::frame_number::NumberedName;
-use crate::files::{FileAccess, write_new};
+use crate::files::{FileAccess, try_output_path, write_new};
 use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
@@ -97,13 +97,17 @@ impl Export {
     /// An export of `count` frames as one animation at `rate` frames per second.
     ///
     /// # Errors
-    /// If the extension is not that of an animation format, the format does not support the size or the rate, or all frames together have more
-    /// than [`MAX_ANIMATION_PIXELS`].
+    /// If the extension is not that of an animation format, the format does not support the size or the rate, all frames together have more
+    /// than [`MAX_ANIMATION_PIXELS`], or no file can be written in the folder.
     pub(crate) fn animation(views: FrameViews, name: &str, count: u32, rate: u32, options: ImageOptions) -> Result<Self, String> {
         let file_format = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
         let [width, height] = options.size_px;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_ANIMATION_PIXELS {
             return Err(text!("export-too-large", millions = decimal(MAX_ANIMATION_PIXELS / 1e6, 0)));
+        }
+        // The file itself is written after the last frame; a frame takes up to minutes.
+        if let Some(file) = files_of_animation(name)?.find(|file| !file.exists()) {
+            try_output_path(&file).map_err(|e| error_text(&e))?;
         }
         let bytes = SharedBytes::default();
         let writer = AnimationWriter::new(bytes.clone(), file_format, (width, height), count, rate).map_err(|e| error_text(&e))?;
@@ -211,9 +215,14 @@ fn add_frame(
     let AnimationInProgress { writer, bytes, name } = *animation;
     writer.finish().map_err(|e| error_text(&e))?;
     let bytes = bytes.0.lock();
-    let names = candidate_names(&name).map_err(|e| error_text(&e))?.map(|file| std::path::absolute(&file).unwrap_or(file));
-    let path = write_new(names, FileAccess::All, |out| out.write_all(&bytes)).map_err(|e| error_text(&e))?;
+    let path = write_new(files_of_animation(&name)?, FileAccess::All, |out| out.write_all(&bytes)).map_err(|e| error_text(&e))?;
     Ok((Some(path), None))
+}
+
+/// The files to try for an animation with this name, in turn.
+fn files_of_animation(name: &str) -> Result<impl Iterator<Item = PathBuf>, String> {
+    let files = candidate_names(name).map_err(|e| error_text(&e))?;
+    Ok(files.map(|file| std::path::absolute(&file).unwrap_or(file)))
 }
 
 /// Draws one image by [`Session::draw_in_background`]; `for_exr`: also returns its linear light, for an EXR file.

@@ -8,10 +8,10 @@ use super::export::ImageOptions;
 use super::{ExportKind, Interface};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::view::app::file_names::absolute_path;
-use crate::view::language::text;
+use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::icons::{self, Icon};
-use egui::{DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
+use egui::{Checkbox, DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
 use std::path::Path;
 
 /// A field for a width or height, pixels.
@@ -51,25 +51,40 @@ pub(crate) fn single_image(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
+/// The time of the first frame (TDB seconds past J2000) and the time between frames, seconds, of frames that span the chosen event; `None` unless the
+/// displayed time is near the event.
+fn frames_of_event(interface: &Interface) -> Option<(f64, f64)> {
+    let view = interface.viewer.destination();
+    let playback = interface.events.playback_of_chosen(&view.camera_pose, interface.information.home)?;
+    let step_s = (playback.end_tdb_s - playback.start_tdb_s) / f64::from(interface.share.frame_count.max(2) - 1);
+    playback.is_near(view.tdb_s).then_some((playback.start_tdb_s, step_s))
+}
+
+/// As [`frames_of_event`], if the user wants the frames to span the event.
+pub(super) fn chosen_frames_of_event(interface: &Interface) -> Option<(f64, f64)> {
+    frames_of_event(interface).filter(|_| interface.share.spans_event)
+}
+
 /// Shows the button that exports a sequence, and the fields for the number of frames and their interval, which also apply to animations.
 pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("frames"));
+    let is_near_event = frames_of_event(interface).is_some();
+    let event_frames = chosen_frames_of_event(interface);
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
         accessible::number_field(ui, DragValue::new(&mut panel.frame_count).range(1..=100_000), text!("frames-count"));
         ui.label(text!("frames-unit"));
-        // At most about a century between frames.
-        let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
-        accessible::number_field(ui, step, text!("frames-step"));
+        if let Some((_, step_s)) = event_frames {
+            ui.label(format!("{} s", decimal(step_s, 1))).on_hover_text(text!("frames-step"));
+        } else {
+            // At most about a century between frames.
+            let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
+            accessible::number_field(ui, step, text!("frames-step"));
+        }
         ui.label(text!("frames-apart"));
     });
-    // The first or the middle frame is at the displayed time, so the frames show an event only if the displayed time is near the event.
-    let displayed_tdb_s = interface.viewer.view.tdb_s;
-    if let Some(playback) = interface.events.playback_of_chosen().filter(|playback| playback.is_near(displayed_tdb_s)) {
-        let whole_event = ui.button(text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
-        if whole_event.clicked() {
-            panel.step_s = ((playback.end_tdb_s - playback.start_tdb_s) / f64::from(panel.frame_count.max(2) - 1)).round().max(1.0);
-        }
+    if is_near_event {
+        ui.checkbox(&mut panel.spans_event, text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
     }
     let sequence = icons::button(ui, Icon::Save, text!("frames-export"));
     let hover = text!("frames-export-hint");
@@ -87,6 +102,7 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
             .on_hover_text(text!("animation-file-hint"));
         dialog::button(interface, ui, FileField::Animation);
     });
+    let spans_event = chosen_frames_of_event(interface).is_some();
     let panel = &mut interface.share;
     let animation = &mut panel.animation;
     ui.horizontal(|ui| {
@@ -95,7 +111,8 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         accessible::number_field(ui, DragValue::new(&mut animation.rate).range(1..=100), text!("animation-rate"));
         ui.label(text!("animation-rate-unit"));
-        ui.checkbox(&mut animation.is_centred, text!("animation-centred")).on_hover_text(text!("animation-centred-hint"));
+        let centred = Checkbox::new(&mut animation.is_centred, text!("animation-centred"));
+        ui.add_enabled(!spans_event, centred).on_hover_text(text!("animation-centred-hint"));
     });
     folder(ui, &animation.file_name);
     let record = icons::button(ui, Icon::Film, text!("animation-record"));

@@ -22,7 +22,7 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{Language, text};
 use crate::view::link::{MAX_BYTES, SCHEME, view_from_text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
-use egui::{ScrollArea, TextEdit};
+use egui::TextEdit;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -41,11 +41,15 @@ pub(crate) struct SharePanel {
     frame_count: u32,
     /// Displayed time between two frames, seconds; negative to go back in time.
     step_s: f64,
+    /// Whether the frames span the chosen event instead, while the displayed time is near it.
+    spans_event: bool,
     animation: Animation,
     /// The image that is being drawn and written.
     saving: Option<Pending<Result<PathBuf, String>>>,
     /// The sequence or animation that is being drawn and written.
     export: Option<Export>,
+    /// Whether the user has asked to quit during this export, which would lose the rest of it.
+    quit_refused: bool,
     /// The open file dialog.
     dialog: Option<dialog::OpenDialog>,
     /// Whether the user has asked to save an image, which [`update`] starts.
@@ -82,6 +86,7 @@ impl Default for SharePanel {
             image_options: ImageOptions { size_px: [1920, 1080], has_labels: false },
             frame_count: 60,
             step_s: 60.0,
+            spans_event: false,
             animation: Animation {
                 file_name: "orrery.gif".into(),
                 options: ImageOptions { size_px: [640, 360], has_labels: false },
@@ -90,6 +95,7 @@ impl Default for SharePanel {
             },
             saving: None,
             export: None,
+            quit_refused: false,
             dialog: None,
             wants_image: false,
             requested_export: None,
@@ -103,6 +109,11 @@ impl SharePanel {
         self.saving.is_some() || self.export.is_some()
     }
 
+    /// Whether the program may quit: during an export only at the second request.
+    pub(super) fn may_quit(&mut self) -> bool {
+        self.export.is_none() || std::mem::replace(&mut self.quit_refused, true)
+    }
+
     /// Requests an animation of the current tour.
     pub(crate) fn record_tour(&mut self) {
         self.requested_export = Some(ExportKind::Tour);
@@ -110,19 +121,17 @@ impl SharePanel {
 }
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        links(interface, ui, worker.session(), actions);
-        ui.separator();
-        images::single_image(interface, ui);
-        ui.separator();
-        images::frames(interface, ui);
-        images::animation(interface, ui);
-        images::progress(interface, ui);
-        ui.separator();
-        bookmarks(interface, ui, actions);
-        ui.separator();
-        appearance(interface, ui);
-    });
+    links(interface, ui, worker.session(), actions);
+    ui.separator();
+    images::single_image(interface, ui);
+    ui.separator();
+    images::frames(interface, ui);
+    images::animation(interface, ui);
+    images::progress(interface, ui);
+    ui.separator();
+    bookmarks(interface, ui, actions);
+    ui.separator();
+    appearance(interface, ui);
 }
 
 /// Shows the controls for links and view files.
@@ -206,7 +215,10 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         }
     } else if let Some(kind) = kind {
         match new_export(interface, kind) {
-            Ok(export) => interface.share.export = Some(export.start(worker, interface.viewport.frame_start_s)),
+            Ok(export) => {
+                interface.share.export = Some(export.start(worker, interface.viewport.frame_start_s));
+                interface.share.quit_refused = false;
+            }
             Err(why) => interface.show_reply(why),
         }
     }
@@ -215,7 +227,8 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         interface.show_reply(written.map_or_else(|why| why, |path| saved_message(&path)));
     }
     if let Some((message, is_over)) = interface.share.export.as_mut().and_then(|export| export.poll(worker, saved_message)) {
-        interface.show_reply(message);
+        let asks_again = interface.share.quit_refused && !is_over;
+        interface.show_reply(if asks_again { format!("{message}\n{}", text!("export-quit")) } else { message });
         if is_over {
             interface.share.export = None;
         }
@@ -227,13 +240,17 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
     let panel = &interface.share;
     let Animation { file_name, options, rate, is_centred } = &panel.animation;
     let view = interface.viewer.shareable();
-    let steps = |view: ViewState| FrameViews::Steps { view: Box::new(view), step_s: panel.step_s };
+    let event_frames = images::chosen_frames_of_event(interface);
+    // The frames from a time on, or those of the chosen event.
+    let frames_from = |tdb_s: f64| {
+        let (tdb_s, step_s) = event_frames.unwrap_or((tdb_s, panel.step_s));
+        FrameViews::Steps { view: Box::new(ViewState { tdb_s, ..view.clone() }), step_s }
+    };
     match kind {
-        ExportKind::Sequence => Export::sequence(steps(view), &panel.image_file_name, panel.frame_count, panel.image_options),
+        ExportKind::Sequence => Export::sequence(frames_from(view.tdb_s), &panel.image_file_name, panel.frame_count, panel.image_options),
         ExportKind::Animation => {
             let start_to_displayed_s = if *is_centred { 0.5 * f64::from(panel.frame_count - 1) * panel.step_s } else { 0.0 };
-            let first_view = ViewState { tdb_s: view.tdb_s - start_to_displayed_s, ..view };
-            Export::animation(steps(first_view), file_name, panel.frame_count, *rate, *options)
+            Export::animation(frames_from(view.tdb_s - start_to_displayed_s), file_name, panel.frame_count, *rate, *options)
         }
         ExportKind::Tour => {
             let tour = interface.tour.current_tour().ok_or(text!("share-no-tour"))?;

@@ -1,0 +1,150 @@
+//! The light of a body's disc by phase angle, divided between its ground and its air.
+//!
+//! In: a body, and a phase angle `alpha` in radians, 0..=pi. Out: the factor on the drawn ground, and the light of the body's point. Always: ground and air
+//! together have the light of the published law, up to its limit; disc and point are alike (tests/scene/points_like_discs.rs). Exception: the ground keeps
+//! `MIN_GROUND_PART` of the law where the drawn air alone is brighter.
+//!
+//! The air's light has two forms. Where clear air is opaque along the limb, the rim continues the disc's colour, in proportion to the ground (Venus, the giant
+//! planets: `rim::continued_light`). Haze and dust have the light of the catalog's `forward_light` (Mars, Titan, Pluto). Without a published law the
+//! photometric model is the ground's, and the light of the air is added.
+
+use crate::catalog::{Body, NaifId, Photometry};
+use crate::scene::atmosphere::rim;
+use crate::scene::light::phase_laws::{self, PhaseLaw};
+use crate::scene::light::photometry::{measured_side_curve, model_geometric_albedo, model_phase, sun_disc_radiance};
+use crate::scene::numeric::smoothstep;
+use crate::units::{KM_PER_AU, luminance};
+use glam::DVec3;
+
+/// Smallest part of the published law that is left to the ground. The dust of Mars alone is brighter than the law from a phase angle of 117 degrees to the
+/// law's limit at 120, by up to 0.25 magnitudes; with less ground than this part Mars would be as bright.
+const MIN_GROUND_PART: f64 = 0.25;
+
+/// Light of haze or dust at a phase angle: mean radiance of the disc under irradiance 1, linear RGB, from the catalog's table.
+fn forward_light(body: &Body, alpha: f64) -> DVec3 {
+    let rows = body.atmosphere.as_ref().map_or(&[][..], |air| air.forward_light.as_slice());
+    let alpha_deg = alpha.to_degrees();
+    let next = rows.partition_point(|[phase_deg, ..]| *phase_deg <= alpha_deg);
+    let rgb = |[_, rgb @ ..]: [f64; 4]| DVec3::from_array(rgb);
+    match (next.checked_sub(1).and_then(|last| rows.get(last)), rows.get(next)) {
+        (Some(from), Some(to)) => rgb(*from).lerp(rgb(*to), (alpha_deg - from[0]) / (to[0] - from[0])),
+        (Some(row), None) | (None, Some(row)) => rgb(*row),
+        (None, None) => DVec3::ZERO,
+    }
+}
+
+/// Part of the published law that is left to the ground, and to a rim that continues it, by haze and dust. `alpha`: up to the law's limit.
+fn part_without_haze(body: &Body, law: &PhaseLaw, alpha: f64) -> f64 {
+    let haze = luminance(forward_light(body, alpha).to_array());
+    (1.0 - haze / (body.geometric_albedo * law.brightness(alpha.to_degrees())).max(1e-12)).max(MIN_GROUND_PART)
+}
+
+/// Light of a rim that continues the ground's colour, where the light of the ground is the photometric model's phase function.
+fn rim_of_model(body: &Body, alpha: f64) -> f64 {
+    let full_disc = model_geometric_albedo(&body.photometry)[0];
+    rim::continued_light(body) / full_disc.max(1e-12) * alpha.sin().max(0.0)
+}
+
+/// Factor on the photometric model that gives ground and air together the published law; beyond its limit that at the limit, and 1 without a law. Bright and
+/// dark sides are left out.
+fn model_factor(body: &Body, alpha: f64) -> f64 {
+    let Some(law) = phase_laws::law(body.id) else { return 1.0 };
+    let alpha = alpha.min(law.limit_deg.to_radians());
+    let published = law.brightness(alpha.to_degrees()) * part_without_haze(body, law, alpha);
+    published / (model_phase(&body.photometry, alpha) + rim_of_model(body, alpha)).max(1e-12)
+}
+
+/// Phase function of the ground together with a rim that continues it, without bright and dark sides.
+fn phase_of_ground_and_rim(body: &Body, alpha: f64) -> f64 {
+    // Within the law's limit the model and the rim need not be computed.
+    match phase_laws::law(body.id).filter(|law| alpha <= law.limit_deg.to_radians()) {
+        Some(law) => law.brightness(alpha.to_degrees()) * part_without_haze(body, law, alpha),
+        None => model_factor(body, alpha) * (model_phase(&body.photometry, alpha) + rim_of_model(body, alpha)),
+    }
+}
+
+/// The rim's part of this light.
+fn rim_part(body: &Body, alpha: f64) -> f64 {
+    let rim = rim_of_model(body, alpha);
+    if rim > 0.0 { rim / (rim + model_phase(&body.photometry, alpha)) } else { 0.0 }
+}
+
+/// Distances of the viewer, in radii of the body, between which [`phase_correction`] sets in. Chosen, not derived: within the first a viewer sees a landscape
+/// whose phase angle varies from point to point, beyond the second the entire disc at nearly one phase angle.
+const PHASE_CORRECTION_RADII: [f64; 2] = [4.0, 20.0];
+
+/// How much the phase correction applies at a distance: from 0 to 1.
+fn correction_weight(distance_radii: f64) -> f64 {
+    let [from, to] = PHASE_CORRECTION_RADII;
+    smoothstep((distance_radii / from).ln() / (to / from).ln())
+}
+
+/// Factor by which the drawn radiance of the ground, and of the rim that continues it, is multiplied so that the disc's total brightness follows the published
+/// phase law. It applies in full beyond the second of `PHASE_CORRECTION_RADII`, is 1 within the first, and changes smoothly with the logarithm of the distance
+/// in between.
+pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
+    let weight = correction_weight(distance_radii);
+    // At a phase angle of 180 degrees the model has no light that could be corrected.
+    if weight <= 0.0 || matches!(body.photometry, Photometry::Emissive { .. }) || model_phase(&body.photometry, alpha) < 1e-9 {
+        return 1.0;
+    }
+    (model_factor(body, alpha) / measured_side_curve(body, alpha)).powf(weight)
+}
+
+/// By how much [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter, which does not know their light in front of
+/// the disc, takes the ground for so bright.
+pub(crate) fn haze_over_ground(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
+    let Some(law) = phase_laws::law(body.id) else { return 1.0 };
+    part_without_haze(body, law, alpha.min(law.limit_deg.to_radians())).powf(-correction_weight(distance_radii))
+}
+
+/// Squared size of the body for a viewer, times the Sun's irradiance on it: the factor that makes an irradiance of a mean radiance.
+fn sunlit_solid_angle(sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
+    radius_sq_km2 * (KM_PER_AU / (viewer_distance_km * sun_distance_km)).powi(2)
+}
+
+/// Irradiance of a body that shines by itself; `None` for others.
+fn emitted_irradiance(body: &Body, viewer_distance_km: f64, radius_sq_km2: f64) -> Option<f64> {
+    let is_emissive = body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. });
+    is_emissive.then(|| sun_disc_radiance() * radius_sq_km2 / (viewer_distance_km * viewer_distance_km))
+}
+
+/// Irradiance that the body's ground causes at a viewer, in units of the Sun's at 1 au, if the body has no bright and dark sides (`photometry::light_curve`).
+///
+/// `sun_distance_km`, `viewer_distance_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a circle with the area
+/// of the body's outline.
+pub fn ground_irradiance_at_viewer(body: &Body, alpha: f64, sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
+    if let Some(emitted) = emitted_irradiance(body, viewer_distance_km, radius_sq_km2) {
+        return emitted;
+    }
+    let phase = phase_of_ground_and_rim(body, alpha) * (1.0 - rim_part(body, alpha)) / measured_side_curve(body, alpha);
+    body.geometric_albedo * phase * sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2)
+}
+
+/// Irradiance at a viewer by the light that the body's air adds to that of the ground, linear RGB. Parameters as for [`ground_irradiance_at_viewer`].
+pub fn air_irradiance_at_viewer(body: &Body, alpha: f64, sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> DVec3 {
+    if body.atmosphere.is_none() {
+        return DVec3::ZERO;
+    }
+    let rim_part = rim_part(body, alpha);
+    let rim = if rim_part > 0.0 { rim_part * phase_of_ground_and_rim(body, alpha) } else { 0.0 };
+    let mean_radiance = body.colour.as_dvec3() * (body.geometric_albedo * rim) + forward_light(body, alpha);
+    mean_radiance * sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2)
+}
+
+/// Irradiance by ground and air, linear RGB: of a body with bright and dark sides that of the side that was measured, at full phase and crescent alike.
+/// Parameters as for [`ground_irradiance_at_viewer`].
+pub(crate) fn irradiance_without_sides(
+    body: &Body,
+    alpha: f64,
+    sun_distance_km: f64,
+    viewer_distance_km: f64,
+    radius_sq_km2: f64,
+) -> DVec3 {
+    let colour = body.colour.as_dvec3();
+    if let Some(emitted) = emitted_irradiance(body, viewer_distance_km, radius_sq_km2) {
+        return colour * emitted;
+    }
+    let mean_radiance = colour * (body.geometric_albedo * phase_of_ground_and_rim(body, alpha)) + forward_light(body, alpha);
+    mean_radiance * sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2)
+}
