@@ -34,6 +34,7 @@ reason-behind-camera = behind the camera
 reason-outside-frame = outside the frame
 reason-camera-at-centre = the camera is at its centre
 reason-point-size = { $size } px across (a point below { $from } to { $to } px)
+reason-disc-glare = { $size } px across and brighter than white: { $percent } % of its light is glare (none from { $to } px on)
 reason-hidden = nearer bodies leave { $part } of its disc's light visible
 # Ground.
 reason-ellipsoid-lean = its normals deviate by { $lean } rad from those of a sphere: at the terminator { $light }

@@ -34,6 +34,7 @@ reason-behind-camera = hinter der Kamera
 reason-outside-frame = außerhalb des Bilds
 reason-camera-at-centre = die Kamera steht in seinem Mittelpunkt
 reason-point-size = { $size } px Durchmesser (ein Punkt unter { $from } bis { $to } px)
+reason-disc-glare = { $size } px Durchmesser und heller als Weiß: { $percent } % des Lichts sind Streulicht (keines ab { $to } px)
 reason-hidden = nähere Körper lassen { $part } des Lichts seiner Scheibe
 # Ground.
 reason-ellipsoid-lean = seine Normalen weichen um { $lean } rad von denen einer Kugel ab: an der Tag-Nacht-Grenze { $light }

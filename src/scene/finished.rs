@@ -55,7 +55,7 @@ pub struct Scene {
     pub sky_lines: Vec<LineSegment>,
     /// Draws of bodies, sorted from far to near.
     pub draws: Vec<Draw>,
-    /// Bodies of up to 4 pixels, drawn as points of light (`scene::point`).
+    /// Bodies of up to 4 pixels, drawn as points of light, and the glare of discs of up to 16 pixels (`scene::point`).
     pub points: Vec<Point>,
     /// Orbits, drawn over the bodies; nearer bodies hide them.
     pub orbits: Vec<orbit_arcs::OrbitArc>,

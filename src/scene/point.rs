@@ -1,5 +1,5 @@
-//! Points of light: stars, and bodies of a few pixels. This module defines over which diameters a drawn disc replaces a point, and how a point's
-//! light is spread over pixels (the point-spread function).
+//! Points of light: stars, and bodies of a few pixels. This module defines over which diameters a drawn disc replaces a point, how a point's light is spread
+//! over pixels (the point-spread function), and the glare of a small disc.
 //!
 //! In: a flux, the white level, the camera. Out: the sprite's radius and the amplitudes of its core and glare. Not here: which stars and bodies are visible.
 //!
@@ -7,11 +7,14 @@
 //! without a step. Points whose central pixel is brighter than white also have a glare: here the wide part of a point's spread, not the glare around
 //! the Sun (`light::glare`). It widens with brightness and contains at most 30 % of the light. shaders/entry/point.wesl draws the spread with the
 //! constants of this module. The glare's profile is chosen to look like stars on photographs; it is not measured.
+//!
+//! Glare belongs to eye and lens, not to points: a disc brighter than white has it, too, while the disc is small enough to be seen as a light rather than as a
+//! surface. It shrinks while the disc grows, and is gone at [`NO_GLARE_FROM_PX`]. Which discs have glare: `light::disc_glare`.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{self, Camera};
 use crate::scene::draw::Point;
-use crate::scene::numeric::smooth_rise;
+use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -36,6 +39,8 @@ pub const MAX_RADIUS_PX: f64 = 64.0;
 pub(crate) const POINT_ONLY_BELOW_PX: f64 = 2.0;
 /// See [`POINT_ONLY_BELOW_PX`].
 pub(crate) const DISC_ONLY_FROM_PX: f64 = 4.0;
+/// Diameter from which no disc has glare. From [`DISC_ONLY_FROM_PX`] on the glare shrinks to that of a light no brighter than white.
+pub(crate) const NO_GLARE_FROM_PX: f64 = 16.0;
 
 /// Fraction of a body's light that is drawn as a disc, by the disc's diameter; the point has the rest.
 pub fn disc_share(diameter_px: f64) -> f64 {
@@ -65,16 +70,49 @@ pub(crate) fn point_radius_px(peak: f64) -> f64 {
     (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX)
 }
 
-/// Amplitudes of core and glare for a point of flux 1 with a sprite of this radius: the factors on the lowered Gaussian and on the glare's profile.
-pub fn point_spread(radius_px: f64) -> [f64; 2] {
-    let glare_fraction = GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
+/// Fraction of a point's light that is in the glare of a sprite of this radius.
+fn glare_fraction(radius_px: f64) -> f64 {
+    GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0)
+}
+
+/// Integral of the glare's profile over the circle of a sprite: its light for an amplitude of 1.
+fn glare_integral(radius_px: f64, scale_radius_px: f64) -> f64 {
     // The glare is (1 - r^2 / R^2)^2 (1 + r^2 / a^2)^-1.5, R the sprite's radius and a the scale radius. Substituting u = 1 + r^2 / a^2 gives its
     // integral over the circle, divided by pi a^2, in closed form. `v` is u at the rim, `k` is a^2 / R^2, and the first factor is (c - k u)^2.
-    let v = 1.0 + (radius_px / GLARE_SCALE_RADIUS_PX).powi(2);
+    let v = 1.0 + (radius_px / scale_radius_px).powi(2);
     let k = 1.0 / (v - 1.0);
     let c = 1.0 + k;
     let integral = 2.0 * c * c * (1.0 - v.powf(-0.5)) - 4.0 * c * k * (v.sqrt() - 1.0) + 2.0 / 3.0 * k * k * (v.powf(1.5) - 1.0);
-    [(1.0 - glare_fraction) / lowered_core(radius_px).1, glare_fraction / (PI * GLARE_SCALE_RADIUS_PX.powi(2) * integral)]
+    PI * scale_radius_px.powi(2) * integral
+}
+
+/// Amplitudes of core and glare for a point of flux 1 with a sprite of this radius: the factors on the lowered Gaussian and on the glare's profile.
+pub fn point_spread(radius_px: f64) -> [f64; 2] {
+    let glare_fraction = glare_fraction(radius_px);
+    [(1.0 - glare_fraction) / lowered_core(radius_px).1, glare_fraction / glare_integral(radius_px, GLARE_SCALE_RADIUS_PX)]
+}
+
+/// Brightness relative to white that decides the glare of a disc of this flux: 1.18 times the disc's mean radiance, which continues the brightness of a point's
+/// central pixel from a diameter of [`POINT_ONLY_BELOW_PX`] on.
+pub(crate) fn disc_brightness(flux: f64, white: f64, diameter_px: f64) -> f64 {
+    flux * point_peak() * (POINT_ONLY_BELOW_PX / diameter_px).powi(2) / white
+}
+
+/// Fraction of a disc's light that is in its glare, and the radius of the glare's sprite. `brightness`: see [`disc_brightness`].
+pub(crate) fn disc_glare(brightness: f64, diameter_px: f64) -> (f64, f64) {
+    // In equal parts of a zoom the glare loses about equal parts of its width.
+    let faded = smoothstep((diameter_px / DISC_ONLY_FROM_PX).ln() / (NO_GLARE_FROM_PX / DISC_ONLY_FROM_PX).ln());
+    // Radius of the sprite of a point with this glare. Around a disc the glare begins at the limb.
+    let of_point_px = POINT_RADIUS_PX + (1.0 - faded) * (point_radius_px(brightness) - POINT_RADIUS_PX);
+    (glare_fraction(of_point_px), (of_point_px + 0.5 * diameter_px).min(MAX_RADIUS_PX))
+}
+
+/// Scale radius of the glare of a disc in pixels, and its amplitude for a glare of flux 1.
+pub fn disc_glare_spread(radius_px: f64, disc_radius_px: f64) -> [f64; 2] {
+    // Each point of the disc has the glare of a point. Convolved with each other, profiles (1 + r^2 / a^2)^-1.5 give such a profile, and their scale radii add.
+    // The disc counts as the profile that has half of its light within the same radius: sqrt(1/2) of the disc's, sqrt(3) times the scale radius.
+    let scale_radius_px = GLARE_SCALE_RADIUS_PX + disc_radius_px / 6_f64.sqrt();
+    [scale_radius_px, 1.0 / glare_integral(radius_px, scale_radius_px)]
 }
 
 /// The flux of a body's point in sunlight, linear RGB.
@@ -133,7 +171,7 @@ pub(crate) fn reaches_frame(camera: &Camera, clip: DVec2, radius_px: f64) -> boo
 pub(crate) fn sprite(body: NaifId, clip: DVec2, flux: DVec3, covered_px: f64) -> Point {
     let radius_px = camera::narrow_scalar(POINT_RADIUS_PX);
     let [centre, flux] = [clip.extend(1.0), flux].map(camera::narrow);
-    Point { body, centre, radius_px, stretch: 1.0, flux, covered_px: camera::narrow_scalar(covered_px) }
+    Point { body, centre, radius_px, stretch: 1.0, flux, covered_px: camera::narrow_scalar(covered_px), disc_radius_px: 0.0 }
 }
 
 #[cfg(test)]
@@ -166,6 +204,40 @@ mod tests {
             last = radius;
         }
         assert_eq!(point_spread(point_radius_px(1.0))[1], 0.0);
+    }
+
+    /// The glare of a disc has the light that `disc_glare` says: its spread, integrated numerically, is 1. With the scale radius of a point it would not be.
+    #[test]
+    fn the_glare_of_a_disc_has_its_light() {
+        for (brightness, diameter_px) in [(1.5, 2.1), (1.5, 12.0), (30.0, 4.0), (30.0, 8.0), (3e4, 3.0), (3e4, 15.9)] {
+            let (fraction, radius_px) = disc_glare(brightness, diameter_px);
+            let disc_radius_px = 0.5 * diameter_px;
+            assert!(fraction > 0.0 && fraction <= GLARE_FRACTION && radius_px > disc_radius_px && radius_px <= MAX_RADIUS_PX);
+            let [scale_px, amplitude] = disc_glare_spread(radius_px, disc_radius_px);
+            let step = radius_px / 4000.0;
+            let light = |scale_px: f64| {
+                let ring = |r: f64| {
+                    (1.0 - (r / radius_px).powi(2)).powi(2) * (1.0 + (r / scale_px).powi(2)).powf(-1.5) * 2.0 * PI * r * step * amplitude
+                };
+                (0..4000).map(|n| ring((f64::from(n) + 0.5) * step)).sum::<f64>()
+            };
+            assert!((light(scale_px) - 1.0).abs() < 1e-5, "{brightness} {diameter_px}: {}", light(scale_px));
+            assert!(light(GLARE_SCALE_RADIUS_PX) < 0.9, "{brightness} {diameter_px}: {}", light(GLARE_SCALE_RADIUS_PX));
+        }
+    }
+
+    /// From disc to point, brightness and glare change steadily. A disc of [`NO_GLARE_FROM_PX`] has none, nor has one that is not brighter than white.
+    #[test]
+    fn the_glare_of_a_disc_shrinks_to_nothing() {
+        assert!((disc_brightness(5.0, 0.5, POINT_ONLY_BELOW_PX) - 5.0 * point_peak() / 0.5).abs() < 1e-12);
+        for brightness in [0.5, 1.0, 2.0, 3e4] {
+            assert!(disc_glare(brightness, NO_GLARE_FROM_PX).0 <= 0.0 && (brightness > 1.0) == (disc_glare(brightness, 4.0).0 > 0.0));
+        }
+        // A zoom in steps of 1 %.
+        let glare: Vec<_> = (0..=209).map(|k| disc_glare(3e4, 2.0 * 1.01_f64.powi(k))).collect();
+        for [before, after] in glare.array_windows::<2>() {
+            assert!(after.0 <= before.0 && before.0 - after.0 < 0.03 && (after.1 - before.1).abs() < 0.8, "{before:?} {after:?}");
+        }
     }
 
     /// The light of the glare is what the core lacks.

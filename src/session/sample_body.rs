@@ -235,6 +235,7 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         photometric_parameter: 0.1,
         limb_darkening_u1: Vec3::splat(0.4),
         limb_darkening_u2: Vec3::splat(0.2),
+        averaged_part: 1.0,
         map_stretch: Vec2::ONE,
         // So wide that no map counts as magnified: a magnified map would be smoothed, and in most views none is magnified.
         map_pixel: 1.0,

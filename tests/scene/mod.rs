@@ -6,6 +6,7 @@ mod custom_surfaces;
 mod data_layers;
 mod depth_order;
 mod detail;
+mod disc_glare;
 mod eclipse_lines;
 mod exposure;
 mod features;

@@ -124,8 +124,9 @@ fn discs_under_air_have_the_same_light_at_every_size() {
     assert!(with_air.x > 1.1, "{with_air}");
 }
 
-/// Mercury's crescent at a phase angle of 150 degrees, just narrower than the widest one that is averaged: no pixel changes by more than 2 levels where averages
-/// begin, as they do where a camera moves away or zooms out (measured with averages of a fiftieth of a pixel: 3 levels; here, of a thousandth).
+/// Mercury's crescent at a phase angle of 150 degrees, just narrower than the widest one that is averaged: no pixel changes by more than 2 levels where
+/// averages begin, when a camera approaches or zooms out. Measured in steps of the part of a pixel that is averaged: 3 levels at a fiftieth, 0 at a
+/// thousandth; here it is a five hundredth.
 #[test]
 fn averages_of_a_crescent_begin_gradually() {
     let mercury = NaifId(199);

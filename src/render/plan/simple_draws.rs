@@ -16,7 +16,7 @@ use crate::scene::labels::SELECTED_COLOUR;
 use crate::scene::orbits;
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
-use crate::scene::{CORE_SIGMA_PX, GLARE_SCALE_RADIUS_PX, POINT_RADIUS_PX, Scene, point_spread};
+use crate::scene::{CORE_SIGMA_PX, GLARE_SCALE_RADIUS_PX, POINT_RADIUS_PX, Scene, disc_glare_spread, point_spread};
 use crate::shader::ModuleId;
 use crate::shader::UniformWriter;
 use crate::shader::reflect::LayoutError;
@@ -137,11 +137,19 @@ fn sprite_attribute(radius_px: f32, stretch: f32) -> Vec<f32> {
     vec![radius_px, core as f32, glare as f32, stretch]
 }
 
-/// Point sprites, blended additively unless the caller changes that: one draw, or none without items.
+/// As [`sprite_attribute`], for the glare of a disc, which has no core.
+fn disc_glare_attribute(point: &Point) -> Vec<f32> {
+    let [_, amplitude] = disc_glare_spread(point.radius_px.into(), point.disc_radius_px.into());
+    vec![point.radius_px, 0.0, amplitude as f32 / point.stretch, point.stretch]
+}
+
+/// Point sprites, blended additively unless the caller changes that: one draw, or none without items. `glare_scale_radius_px`: [`GLARE_SCALE_RADIUS_PX`],
+/// except for the glare of a disc.
 pub(super) fn sprites<T>(
     label: &str,
     items: &[T],
     attributes: &[InstanceAttribute<T>],
+    glare_scale_radius_px: f64,
     scene: &Scene,
     provider: &impl ResourceProvider,
 ) -> Result<Vec<PlanDraw>, PlanError> {
@@ -152,7 +160,7 @@ pub(super) fn sprites<T>(
     let draw = simple_draw("point", scene, provider, |w| {
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
-        w.f32("glare_scale_radius_px", GLARE_SCALE_RADIUS_PX as f32)
+        w.f32("glare_scale_radius_px", glare_scale_radius_px as f32)
     })?;
     Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::Add, ..draw }])
 }
@@ -167,26 +175,34 @@ pub(super) const STAR_ATTRIBUTES: [InstanceAttribute<StarSprite>; 3] = [
 pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     // A radius of 0 means that another frame of a composed image draws the star.
     let drawn_here: Vec<StarSprite> = scene.stars.iter().filter(|s| s.radius_px > 0.0).copied().collect();
-    sprites("stars", &drawn_here, &STAR_ATTRIBUTES, scene, provider)
+    sprites("stars", &drawn_here, &STAR_ATTRIBUTES, GLARE_SCALE_RADIUS_PX, scene, provider)
 }
 
 /// Largest hidden area, in pixels, for which a point gets no draw that hides its background. Even in front of white, such an area changes a pixel by less than
 /// half a level of 255, because at most 0.38 of the area falls on one pixel.
 const MIN_COVERED_PX: f32 = 1.0 / 255.0;
 
-/// First the sprites that hide what is behind the points, then the sprites of the points' light. In this order no point hides the light of another: from that
-/// light the scene has already removed what nearer bodies hide.
+/// First the sprites that hide what is behind the points, then the sprites of the points' light and of the glare of discs, each with its own profile. In this
+/// order no point hides the light of another: from that light the scene has already removed what nearer bodies hide.
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     // The last attribute: light in red, green and blue, then the hidden area in pixels.
     let centre: InstanceAttribute<Point> = (3, |p| p.centre.to_array().to_vec());
-    let light = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), (4, |p| p.flux.extend(0.0).to_array().to_vec())];
+    let flux: InstanceAttribute<Point> = (4, |p| p.flux.extend(0.0).to_array().to_vec());
+    let light = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), flux];
+    let glare = [centre, (4, disc_glare_attribute), flux];
     // Without glare: the sprite's size does not depend on the point's light.
     let cover =
         [centre, (4, |p: &Point| sprite_attribute(POINT_RADIUS_PX as f32, p.stretch)), (4, |p: &Point| vec![0.0, 0.0, 0.0, p.covered_px])];
     let covering: Vec<Point> = scene.points.iter().filter(|p| p.covered_px > MIN_COVERED_PX).cloned().collect();
-    let covers = sprites("cover of points", &covering, &cover, scene, provider)?;
+    let covers = sprites("cover of points", &covering, &cover, GLARE_SCALE_RADIUS_PX, scene, provider)?;
     let covers = covers.into_iter().map(|draw| PlanDraw { blend: Blend::PremultipliedOver, ..draw });
-    Ok(covers.chain(sprites("points", &scene.points, &light, scene, provider)?).collect())
+    let (discs, points): (Vec<Point>, Vec<Point>) = scene.points.iter().cloned().partition(Point::is_disc_glare);
+    let mut draws: Vec<PlanDraw> = covers.chain(sprites("points", &points, &light, GLARE_SCALE_RADIUS_PX, scene, provider)?).collect();
+    for disc in &discs {
+        let [scale_radius_px, _] = disc_glare_spread(disc.radius_px.into(), disc.disc_radius_px.into());
+        draws.extend(sprites("glare of a disc", std::slice::from_ref(disc), &glare, scale_radius_px, scene, provider)?);
+    }
+    Ok(draws)
 }
 
 /// Traces of past motion, cones of eclipses and frames of instruments, depth-tested against the bodies.

@@ -81,7 +81,7 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
 
 /// Heads and tails of comets.
 pub(super) fn comets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let heads = sprites("comets", &scene.comets.heads, &STAR_ATTRIBUTES, scene, provider)?;
+    let heads = sprites("comets", &scene.comets.heads, &STAR_ATTRIBUTES, GLARE_SCALE_RADIUS_PX, scene, provider)?;
     let mut draws: Vec<PlanDraw> = heads.into_iter().map(|draw| PlanDraw { depth: DEPTH_TESTED, ..draw }).collect();
     if !scene.comets.tails.is_empty() {
         let (vertices, instances) = instanced_rectangles::<TailSegment>(

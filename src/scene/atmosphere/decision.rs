@@ -147,9 +147,9 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let camera = inputs.frame.camera;
     let rect = if camera_is_inside { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &shell).rect(camera) };
     let (Some(rect), Some(mut features), false) = (rect, features, rim_is_left_out) else { return decisions };
-    // A small disc is drawn as a disc and as a point, which share its light. There is no such point if the globe is not in the frame (only the atmosphere
-    // beyond the limb is), or if the camera is in the air.
-    let fraction = if inputs.disc_fraction > 0.0 && !camera_is_inside { inputs.disc_fraction } else { 1.0 };
+    // A small disc is drawn as a disc and as a point or with glare, which share its light. There is no such sprite if the globe is not in the frame (only the
+    // atmosphere beyond the limb is), or if the camera is in the air.
+    let fraction = if inputs.disc_fraction > 0.0 && !camera_is_inside { inputs.drawn_fraction() } else { 1.0 };
     let secondary_lights = decisions.secondary_lights.get(..usize::from(features.lights) - 1).unwrap_or_default();
     let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), secondary_lights, fraction);
     air::set_ends(&mut uniforms, air::FarEnd::Top);

@@ -50,7 +50,7 @@ impl BodiesInFrame {
             let own_request = request.for_body(p.body);
             let own_context = Context { request: own_request.as_ref().unwrap_or(request), ..frame.context };
             let mut decided = features::decide(&FrameContext { context: own_context, ..*frame }, p, builder.camera_is_at_centre_of(p.body));
-            let (own_draws, point) = (std::mem::take(&mut decided.draws), decided.point.take());
+            let (own_draws, own_points) = (std::mem::take(&mut decided.draws), [decided.point.take(), decided.disc_glare.take()]);
             let mut report = report(p, decided, &own_draws, magnitude::magnitude(frame.context, p, placed));
             let orbit =
                 (request.layers.orbits && is_final).then(|| orbits::orbit_line(frame.camera, builder.ephemeris, p, target_distance_km));
@@ -64,7 +64,7 @@ impl BodiesInFrame {
                 report.decisions.push(decision);
             }
             draws.extend(own_draws);
-            points.extend(point);
+            points.extend(own_points.into_iter().flatten());
             report
         });
         let reports = builder.unplaced_reports.iter().filter_map(|unplaced| unplaced.clone().or_else(|| placed_reports.next())).collect();
@@ -81,7 +81,7 @@ impl BodiesInFrame {
         hidden::apply(placed, camera, &mut self.draws, &mut self.reports);
         lunar_limb::update_features(&self.draws, &mut self.reports);
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
-        for p in &mut self.points {
+        for p in self.points.iter_mut().filter(|p| !p.is_disc_glare()) {
             // The glare of a Sun outside the frame is not drawn, and the light meter ignores it; the glare grows while the Sun enters the frame.
             let glare_fraction = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
             point::set_sprite_radius(p, white, glare_fraction);

@@ -53,9 +53,17 @@ pub(crate) struct DividedSprites<T> {
     pub in_image: Vec<T>,
 }
 
-/// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `white`: the radiance that is shown as white. `is_in_face`:
-/// whether the face contains a direction in the image's axes.
-fn project(image: &SphereImage, camera: &Camera, centre: Vec3, flux: Vec3, white: f64, is_in_face: impl Fn(DVec3) -> bool) -> Drawn {
+/// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `white`: the radiance that is shown as white. `radius_px`:
+/// gives the sprite's radius in the image, before it is limited, for the brightness of its central pixel without glare relative to white. `is_in_face`: whether
+/// the face contains a direction in the image's axes.
+fn project(
+    image: &SphereImage,
+    camera: &Camera,
+    (centre, flux): (Vec3, Vec3),
+    white: f64,
+    radius_px: impl Fn(f64) -> f64,
+    is_in_face: impl Fn(DVec3) -> bool,
+) -> Drawn {
     let ray = camera.ray(DVec2::new(f64::from(centre.x), f64::from(centre.y)));
     let direction = image.in_axes(ray).normalize();
     let Some(pixel) = image.pixel(direction).filter(|_| is_in_face(direction)) else { return Drawn::InImage(Vec::new()) };
@@ -71,7 +79,7 @@ fn project(image: &SphereImage, camera: &Camera, centre: Vec3, flux: Vec3, white
     // Brightness of the sprite's central pixel relative to white.
     let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
     let largest_px = max_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
-    let radius_px = point_radius_px(peak).min(largest_px).max(POINT_RADIUS_PX);
+    let radius_px = radius_px(peak).min(largest_px).max(POINT_RADIUS_PX);
     let wraps = image.projection == Projection::Equirectangular;
     let sprite_at = |px: DVec2, radius_px: f64, stretch: f64| ProjectedSprite {
         centre: narrow(clip_of(px).extend(f64::from(centre.z))),
@@ -123,7 +131,7 @@ pub(crate) fn stars(
         let is_on_edge = s.star.is_some() && edge_distance < EDGE_WIDTH;
         let in_image =
             |ProjectedSprite { centre, radius_px, stretch, flux, .. }| StarSprite { centre, radius_px, stretch, flux, star: s.star };
-        match project(image, camera, s.centre, s.flux, white, |direction| is_on_edge || face_of(direction) == face) {
+        match project(image, camera, (s.centre, s.flux), white, point_radius_px, |direction| is_on_edge || face_of(direction) == face) {
             Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(in_image)),
             Drawn::InFace { radius_px, for_picking } => {
                 divided.in_face.push(StarSprite { radius_px, ..*s });
@@ -147,7 +155,10 @@ pub(crate) fn points(
     let mut divided = DividedSprites { in_face: Vec::new(), in_image: Vec::new() };
     for p in face_points {
         let centre_km = bodies.iter().find(|b| b.id == p.body).map(|b| image.in_axes(b.placement.centre_km));
-        match project(image, camera, p.centre, p.flux, white, |direction| face_of(centre_km.unwrap_or(direction)) == face) {
+        // The glare of a disc keeps its radius: pixels of the face are about as wide as those of the image.
+        let radius_px = |peak: f64| if p.is_disc_glare() { f64::from(p.radius_px) } else { point_radius_px(peak) };
+        let is_in_face = |direction: DVec3| face_of(centre_km.unwrap_or(direction)) == face;
+        match project(image, camera, (p.centre, p.flux), white, radius_px, is_in_face) {
             Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(|s| Point {
                 body: p.body,
                 centre: s.centre,
@@ -155,6 +166,7 @@ pub(crate) fn points(
                 stretch: s.stretch,
                 flux: s.flux,
                 covered_px: p.covered_px * s.pixels_per_face_pixel,
+                disc_radius_px: p.disc_radius_px * s.pixels_per_face_pixel.sqrt(),
             })),
             Drawn::InFace { radius_px, .. } => divided.in_face.push(Point { radius_px, ..p.clone() }),
         }

@@ -133,7 +133,7 @@ pub struct StarSprite {
     pub star: Option<usize>,
 }
 
-/// A body too small for a disc: a sprite with its flux.
+/// A body too small for a disc, or the glare of a small disc (`disc_radius_px`): a sprite with its flux.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     pub body: NaifId,
@@ -149,4 +149,13 @@ pub struct Point {
     /// light that bodies and rings in front of it transmit. 0 if there is no disc or ring behind it; for the Sun; if the body's own disc is drawn, too; in
     /// pixel views other than the final image; and by day for a camera in air, except in front of the Sun.
     pub covered_px: f32,
+    /// For the glare of a disc, the disc's radius in pixels: such a sprite is wider than that of a point and has no core. 0 for a body drawn as a point.
+    pub disc_radius_px: f32,
+}
+
+impl Point {
+    /// Whether this is the glare of a disc.
+    pub fn is_disc_glare(&self) -> bool {
+        self.disc_radius_px > 0.0
+    }
 }

@@ -28,7 +28,7 @@ pub(crate) fn uniforms(
     maps: MapSet,
     secondary_lights: &[IncidentLight],
 ) -> DrawUniforms {
-    uniforms_of_fraction(inputs, placement, rect, maps, secondary_lights, inputs.disc_fraction)
+    uniforms_of_fraction(inputs, placement, rect, maps, secondary_lights, inputs.drawn_fraction())
 }
 
 /// Lower limit of the widths of pixels on a body's ground, as fractions of its circumference; 0 for a body with a shape model, parts of which are nearer than

@@ -53,6 +53,8 @@ pub(crate) struct DecisionInputs<'c, 'a> {
     pub ring_view: Option<RingView<'c>>,
     /// Fraction of the body's light that is drawn as a disc; the rest is drawn as a point.
     pub disc_fraction: f64,
+    /// Fraction of the disc's light that is in its glare (`light::disc_glare`), and that the draws of the disc therefore lack.
+    pub glare_fraction: f64,
 }
 
 impl<'c, 'a> DecisionInputs<'c, 'a> {
@@ -67,7 +69,18 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
         let rect = model.map_or_else(|| placed.outline.rect(camera), |m| meshes::rect(camera, &placed.placement, m));
         let ring_view = ring_view(frame, placed).filter(|v| rect.is_some() || v.meets_frame());
         let disc_fraction = point::drawn_disc_share(frame.context.request.effects.override_of(Effect::Points), diameter_px);
-        Self { frame, placed, diameter_px, rect, model, ring_view, disc_fraction }
+        Self { frame, placed, diameter_px, rect, model, ring_view, disc_fraction, glare_fraction: 0.0 }
+    }
+
+    /// Fraction of the body's light that the draws of its disc show.
+    pub(crate) fn drawn_fraction(&self) -> f64 {
+        self.disc_fraction * (1.0 - self.glare_fraction)
+    }
+
+    /// Transmittance of the air around the camera in front of the body, linear RGB; 1 without such air.
+    pub(crate) fn transmittance(&self) -> DVec3 {
+        let air = self.frame.air.filter(|a| a.body.id != self.placed.body.id);
+        air.map_or(DVec3::ONE, |a| a.transmittance(self.placed.placement.centre_km))
     }
 
     pub(crate) fn body(&self) -> &'c Body {

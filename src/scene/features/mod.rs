@@ -37,6 +37,8 @@ pub(crate) struct DecidedBody {
     /// The draws of the body, the globe first.
     pub draws: Vec<Draw>,
     pub point: Option<Point>,
+    /// The glare of the disc.
+    pub disc_glare: Option<Point>,
 }
 
 /// The decisions about a body that is drawn as a disc, in their order.
@@ -96,24 +98,36 @@ pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_i
     if camera_is_at_centre {
         return not_shown(&inputs, Decisions::new(log), reason!("camera-at-centre"));
     }
+    let glare = light::disc_glare::of(&inputs);
+    let inputs = DecisionInputs { glare_fraction: glare.as_ref().map_or(0.0, |g| g.fraction), ..inputs };
+    let disc_glare = glare.map(|g| g.sprite);
     if inputs.rect.is_none() && inputs.ring_view.is_none() {
         let point = point_beside_frame(&inputs);
-        return DecidedBody { point, ..decide_air_only(&inputs, Decisions::new(log)) };
+        return DecidedBody { point, disc_glare, ..decide_air_only(&inputs, Decisions::new(log)) };
     }
     let reason = if inputs.rect.is_some() { reason!("outline-meets") } else { reason!("rings-meet") };
     log.record("visible", true, reason);
     let point = point_of(&inputs, &mut log);
     let diameter_px = inputs.diameter_px;
+    if disc_glare.is_some() {
+        let reason = reason!(
+            "disc-glare",
+            size = format_args!("{diameter_px:.2}"),
+            percent = format_args!("{:.1}", 100.0 * inputs.glare_fraction),
+            to = point::NO_GLARE_FROM_PX
+        );
+        log.record("disc-glare", true, reason);
+    }
     if inputs.disc_fraction <= 0.0 {
         let is_visible = point.as_ref().is_some_and(|p| p.flux != Vec3::ZERO);
         let appearance = if is_visible { Appearance::Point } else { Appearance::NotShown };
-        return DecidedBody { appearance, diameter_px, decisions: log.decisions, draws: Vec::new(), point };
+        return DecidedBody { appearance, diameter_px, decisions: log.decisions, draws: Vec::new(), point, disc_glare };
     }
     let decided = decide_in_order(&ALL_DECISIONS, &inputs, Decisions::new(log));
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
     let globe = inputs.rect.map(|rect| globe_draw(&inputs, &decided, rect));
     let (draws, decisions) = assemble(&inputs, globe, decided);
-    DecidedBody { appearance, diameter_px, decisions, draws, point }
+    DecidedBody { appearance, diameter_px, decisions, draws, point, disc_glare }
 }
 
 /// The map files that the body's draws read, except those known to be unreadable, and the shape of the globe's draw; `None` if the body has no draws.
@@ -135,7 +149,7 @@ pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -
 fn not_shown(inputs: &DecisionInputs<'_, '_>, mut decided: Decisions<'_>, reason: Reason) -> DecidedBody {
     decided.log.record("visible", false, reason);
     let (appearance, decisions) = (Appearance::NotShown, decided.log.decisions);
-    DecidedBody { appearance, diameter_px: inputs.diameter_px, decisions, draws: Vec::new(), point: None }
+    DecidedBody { appearance, diameter_px: inputs.diameter_px, decisions, draws: Vec::new(), point: None, disc_glare: None }
 }
 
 /// Decides on a body whose ground is outside the frame, but whose atmosphere may be in it.
@@ -147,16 +161,14 @@ fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>
         return not_shown(inputs, decided, reason);
     }
     let (draws, decisions) = assemble(inputs, None, decided);
-    DecidedBody { appearance: Appearance::Disc, diameter_px: inputs.diameter_px, decisions, draws, point: None }
+    DecidedBody { appearance: Appearance::Disc, diameter_px: inputs.diameter_px, decisions, draws, point: None, disc_glare: None }
 }
 
 /// Decides on the point that replaces a small disc. From [`POINT_ONLY_BELOW_PX`] to [`DISC_ONLY_FROM_PX`], disc and point share the light.
 fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
     let (frame, placed, disc_fraction) = (inputs.frame, inputs.placed, inputs.disc_fraction);
     // Points are drawn after the air, so its transmittance is applied here.
-    let transmittance =
-        frame.air.filter(|a| a.body.id != placed.body.id).map_or(DVec3::ONE, |a| a.transmittance(placed.placement.centre_km));
-    let light_factor = transmittance * (1.0 - disc_fraction);
+    let light_factor = inputs.transmittance() * (1.0 - disc_fraction);
     let flux = point::flux(frame.camera, placed) * light_factor;
     // Eclipses are evaluated only for a point that would be visible without them.
     let may_be_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by_radiance(flux.max_element());
@@ -245,7 +257,7 @@ fn globe_draw(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: Cl
     let (placed, body) = (inputs.placed, inputs.body());
     let features = decided.chosen.globe_features(body, inputs.pixel_view());
     let uniforms = globe::uniforms(inputs, &placed.placement, rect, decided.chosen.maps, &decided.secondary_lights);
-    let radiance_factor = || placed.radiance_scale() * globe::colour_factor(body, globe::tint(inputs) * inputs.disc_fraction);
+    let radiance_factor = || placed.radiance_scale() * globe::colour_factor(body, globe::tint(inputs) * inputs.drawn_fraction());
     let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, radiance_factor())).collect();
     let mut uniforms = DrawUniforms { ring: decided.ring.clone(), overlays, ..uniforms };
     if let Some(model) = inputs.model.filter(|_| features.shape == Shape::Mesh) {

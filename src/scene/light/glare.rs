@@ -9,8 +9,8 @@
 //! wider) the glare is constant. The glare of a partly hidden Sun is centred on the middle of the visible part, and its constant core shrinks with the visible
 //! light. The glare is therefore bright around the last bead, and faint at the opposite limb of the Moon. It is drawn as far as it can change a display level:
 //! farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, a hundred times the glare's. A Sun outside the frame has
-//! no glare, as if the lens had a hood, and light meter and corona do not count any, either. Left out: streaks and ghosts, which are specific to a lens, and
-//! the glare of bodies other than the Sun.
+//! no glare, as if the lens had a hood, and light meter and corona do not count any, either. Left out: streaks and ghosts, which are specific to a lens. Not
+//! here: the glare of points (`scene::point`) and of small discs (`light::disc_glare`).
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};

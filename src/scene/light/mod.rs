@@ -6,6 +6,8 @@ pub(crate) mod auto_exposure;
 pub(crate) mod brightness;
 // The Sun's corona.
 pub mod corona;
+// The glare of small discs.
+pub(crate) mod disc_glare;
 // The light of a disc by phase angle, divided between ground and air.
 pub mod disc_light;
 // Light that globes of unequal axes reflect.

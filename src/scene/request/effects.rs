@@ -52,7 +52,7 @@ pub enum Effect {
     RefractedLimb,
     /// Light reflected by other bodies.
     PlanetShine,
-    /// Points for bodies too small for a disc.
+    /// Points for bodies too small for a disc, and the glare of small discs.
     Points,
     /// The glare around the Sun.
     Glare,

@@ -78,7 +78,7 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &
     let sunlight = lights::sunlight(view.sun * view.sun_distance_km);
     // Rings have the albedo of their table. This factor fades them out together with the disc, and reddens them as the atmosphere around the camera does. It is
     // a factor on their light, not on the albedo that a pixel view shows.
-    let light_factor = if inputs.pixel_view().shows_radiance() { globe::tint(inputs) * inputs.disc_fraction } else { DVec3::ONE };
+    let light_factor = if inputs.pixel_view().shows_radiance() { globe::tint(inputs) * inputs.drawn_fraction() } else { DVec3::ONE };
     let shared = DrawUniforms {
         albedo: camera::narrow(light_factor),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],

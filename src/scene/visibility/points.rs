@@ -1,4 +1,5 @@
-//! Bodies drawn as points among the other bodies of the frame: the part of a point's light that nearer bodies and rings leave, and what the point hides.
+//! Bodies drawn as points, and the glare of small discs, among the other bodies of the frame: the part of their light that nearer bodies and rings leave, and
+//! what a point hides.
 //!
 //! In: placed bodies, their draws and points. Out: the points with the flux that reaches the viewer, and with [`Point::covered_px`] above 0 only where a disc
 //! or a ring is behind them; points without light that hide nothing are removed. Errors: the transmittance of rings is a mean over one diameter of the body's
@@ -99,7 +100,9 @@ pub(crate) fn apply(
     for point in points.iter_mut() {
         let Some(p) = placed.iter().find(|p| p.body.id == point.body) else { continue };
         let visible = visible_fraction(placed, p);
-        record_visible_fraction(bodies, point.body, visible);
+        if !point.is_disc_glare() {
+            record_visible_fraction(bodies, point.body, visible);
+        }
         let ringed = ringed.iter().filter(|planet| planet.placed.body.id != point.body);
         let rings: Vec<RingsAtBody> = ringed.map(|planet| planet.rings_at(p)).collect();
         let transmitted = visible * rings.iter().map(|r| r.transmittance).product::<f64>();

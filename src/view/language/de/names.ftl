@@ -82,6 +82,7 @@ effect-air-over-ground = Luft über dem Boden
 effect-planet-shine-in-air = Planetenschein in der Luft
 effect-air-rim = Rand der Luft
 effect-thin-crescent = dünne Sichel
+effect-disc-glare = Streulicht der Scheibe
 effect-air-pass = grobes Bild der Luft
 effect-light-into-shadow = Licht in den Schatten
 effect-ring-shadow-on-air = Ringschatten auf der Luft

@@ -82,6 +82,7 @@ effect-air-over-ground = air-over-ground
 effect-planet-shine-in-air = planet-shine-in-air
 effect-air-rim = air-rim
 effect-thin-crescent = thin-crescent
+effect-disc-glare = disc-glare
 effect-air-pass = air-pass
 effect-light-into-shadow = light-into-shadow
 effect-ring-shadow-on-air = ring-shadow-on-air
