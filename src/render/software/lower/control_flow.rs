@@ -7,24 +7,14 @@
 //! In: a condition, or the parts of a `switch` or loop. Out: steps, and the environment after them. Not here: exits from blocks (`statements.rs`).
 
 use super::error::{LowerError, Result};
-use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
+use super::lowerer::{LoopChanges, LoopFlags, Lowerer, OpenLoop, ScalarChange};
 use super::merge::Sides;
 use super::step::{JumpLabel, SsaStep, SsaValue};
 use crate::render::software::tape::Op;
 use naga::{Block, Expression, Handle, SwitchValue};
-use rustc_hash::FxHashMap as HashMap;
 
 /// A region of fewer steps than this, all of them cheap, runs without a skip, because the test would cost as much as the region.
 const MIN_SKIPPED_STEPS: usize = 12;
-
-/// How a scalar of the environment changes in a loop.
-#[derive(Clone, Copy, PartialEq, Eq)]
-struct ScalarChange {
-    /// Whether the scalar differs between lanes.
-    is_per_lane: bool,
-    /// Whether the scalar has changed at the end of the body, and not only at jumps out of the loop.
-    is_changed_at_body_end: bool,
-}
 
 impl<'m> Lowerer<'m> {
     /// Whether the flag of the innermost loop's `continue` may be set in some lane here; false if the flag is known to be clear, or no loop is open.
@@ -233,8 +223,13 @@ impl<'m> Lowerer<'m> {
         let start_env = self.env.clone();
         let first_step = self.builder.lane_steps.len();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, self.is_directly_in_loop);
-        // The scalars that are assumed to change, by their index in `env`.
-        let mut changing: HashMap<usize, ScalarChange> = HashMap::default();
+        // The scalars that are assumed to change. A loop in a loop is lowered again whenever the outer loop is, and then changes at least what it changed the
+        // last time. Without this start, loops nested n deep would be lowered some 3^n times.
+        let path = self.path_of_loop(body);
+        if self.open_loops.is_empty() {
+            self.known_changes.clear();
+        }
+        let mut changing: LoopChanges = self.known_changes.remove(&path).unwrap_or_default();
         loop {
             self.env.clone_from(&start_env);
             self.builder.lane_steps.truncate(first_step);
@@ -260,10 +255,16 @@ impl<'m> Lowerer<'m> {
                 break;
             }
         }
+        self.known_changes.insert(path, changing);
         self.active_mask = outer_mask;
         self.is_directly_in_loop = was_directly_in_loop;
         self.env.truncate(first_flag);
         Ok(())
+    }
+
+    /// Where a loop is: the calls that are being inlined, and its body.
+    fn path_of_loop(&self, body: &'m Block) -> Vec<usize> {
+        self.call_path.iter().copied().chain([std::ptr::from_ref(body).addr()]).collect()
     }
 
     /// Lowers a loop, given the scalars that are assumed to change in it; returns the scalars that changed. Scalars are given by their index in `env`.
@@ -272,7 +273,7 @@ impl<'m> Lowerer<'m> {
         body: &'m Block,
         continuing: &'m Block,
         break_if: Option<Handle<Expression>>,
-        changing: &HashMap<usize, ScalarChange>,
+        changing: &LoopChanges,
     ) -> Result<Vec<(usize, ScalarChange)>> {
         let (outer_mask, loop_span) = (self.active_mask, self.span);
         let mut scalars: Vec<usize> = changing.keys().copied().collect();

@@ -36,6 +36,18 @@ pub(crate) struct LoopFlags {
     pub continue_flag: usize,
 }
 
+/// How a scalar of the environment changes in a loop.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ScalarChange {
+    /// Whether the scalar differs between lanes.
+    pub is_per_lane: bool,
+    /// Whether the scalar has changed at the end of the body, and not only at jumps out of the loop.
+    pub is_changed_at_body_end: bool,
+}
+
+/// The scalars that change in a loop, by their index in `env`.
+pub(crate) type LoopChanges = HashMap<usize, ScalarChange>;
+
 /// A loop whose body is being lowered. Lanes that all leave it together do so by a jump.
 pub(crate) struct OpenLoop {
     pub exit: JumpLabel,
@@ -68,6 +80,10 @@ pub(crate) struct Lowerer<'m> {
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
     /// The loops whose bodies are being lowered, in all functions being inlined; innermost last.
     pub open_loops: Vec<OpenLoop>,
+    /// Addresses of the calls that are being inlined, outermost first.
+    pub call_path: Vec<usize>,
+    /// How scalars change in the inner loops of the outermost open loop, as far as these were lowered, by [`Lowerer::path_of_loop`].
+    pub known_changes: HashMap<Vec<usize>, LoopChanges>,
     /// Whether the current statement is at the top level of the innermost loop's body, where an exit that all lanes take together may be a jump.
     pub is_directly_in_loop: bool,
     /// Number of conditions under which the current statement runs; see [`Lowerer::conditional`].
@@ -142,6 +158,8 @@ impl<'m> Lowerer<'m> {
             active_mask: active,
             globals: HashMap::default(),
             open_loops: Vec::new(),
+            call_path: Vec::new(),
+            known_changes: HashMap::default(),
             is_directly_in_loop: false,
             condition_depth: 0,
             named_values: None,

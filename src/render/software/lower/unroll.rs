@@ -101,6 +101,8 @@ impl<'m> Lowerer<'m> {
         // The last pass only finds that the condition fails.
         for _ in 0..=MAX_ITERATIONS {
             let first_step = self.builder.lane_steps.len();
+            // The loops in one iteration may change less than those in another.
+            self.known_changes.clear();
             self.block(body)?;
             self.env[continue_flag] = no;
             let exited = self.exited_mask();
