@@ -12,6 +12,11 @@ pub(crate) fn value(text: &str) -> serde_json::Result<Value> {
     serde_json::from_str::<Unrepeated>(text).map(|found| found.0)
 }
 
+/// The value of a field, for `#[serde(deserialize_with = ...)]`.
+pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Value, D::Error> {
+    Unrepeated::deserialize(deserializer).map(|found| found.0)
+}
+
 /// A value in which no object gives a field twice.
 struct Unrepeated(Value);
 

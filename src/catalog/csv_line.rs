@@ -54,6 +54,11 @@ pub(super) fn columns_of_fields<'n, const N: usize>(names: &'n [String], accepte
     Ok(columns)
 }
 
+/// What is wrong with a table of which several columns have this name.
+pub(super) fn repeated_column(name: &str) -> String {
+    format!("two columns are named `{name}` (only letters and digits count); leave one out")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

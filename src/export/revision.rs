@@ -94,8 +94,8 @@ impl Revision {
         Self { name: name.to_owned(), modules: Modules::Fragments(Box::new(fragments)), unknown_names: BTreeSet::new() }
     }
 
-    /// The revision in a folder: one generator's folder of a library, a library with one generator, a cache folder with such a library (that of `--cache`, or the
-    /// folder `orrery` in it, which `doctor` names), or fragments written by `orrery shader export`.
+    /// The revision in a folder: one generator's folder of a library, a library with one generator, a cache folder with such a library (that of `--cache`, or
+    /// the folder `orrery` in it, which `doctor` names), or fragments written by `orrery shader export`.
     ///
     /// # Errors
     /// The folder cannot be read, contains none of these, or contains several revisions.

@@ -147,7 +147,10 @@ impl PartialView {
         let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", shortened(pair)))?;
         let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", shortened(pair)))?;
         // A value that is not valid JSON is a string.
-        let value = serde_json::from_str(&text).unwrap_or(Value::String(text));
+        let value = match json::value(&text) {
+            Err(e) if e.is_data() => return Err(format!("`{}`: {e}", shortened(path))),
+            found => found.unwrap_or(Value::String(text)),
+        };
         let Some((parent, name)) = path.split_once('.') else {
             if self.fields.get(path).is_some_and(Value::is_object) {
                 return Err(format!("`{}` is both a value and a group of fields", shortened(path)));

@@ -140,6 +140,7 @@ fn a_tour_error_names_its_stop_and_field() {
         (with_second_stop(r#""text":"x""#), "view"),
         (with_second_stop(r#""view":"orrery://view?target=Nibiru""#), "stop 2, view: target: "),
         (with_second_stop(r#""view":{"target":399,"fov_deg":-1}"#), "stop 2, view: fov_deg"),
+        (with_second_stop(r#""view":{"target":399,"target":599}"#), "field `target` is given twice"),
         (with_second_stop(r#""view":"orrery://view?target=Moon","hold_s":-1"#), "stop 2, hold_s"),
         (with_second_stop(r#""view":"orrery://view?target=Moon","travel_s":1e9"#), "stop 2, travel_s"),
         (with_second_stop(r#""view":"orrery://view?target=Moon","time_rate":1e99"#), "stop 2, time_rate"),

@@ -4,7 +4,7 @@
 
 use super::columns::Columns;
 use super::layer::Content;
-use crate::catalog::csv_line::values;
+use crate::catalog::csv_line::{repeated_column, values};
 use crate::wording::echo_within;
 
 /// The points of a table. `on_body`: its columns are latitude and longitude, not declination and right ascension. The error is a line number and what is wrong
@@ -16,8 +16,7 @@ pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)
     let columns = Columns::of(&names, on_body).map_err(|why| (head_line_number, format!("the line of column names {why}")))?;
     // A VOTable, which a program writes, may have several columns of one name.
     if let Some(name) = columns.repeated_name(&names) {
-        let shown = echo_within(name, 40);
-        return Err((head_line_number, format!("two columns are named `{shown}` (only letters and digits count); leave one out")));
+        return Err((head_line_number, repeated_column(&echo_within(name, 40))));
     }
     let mut content = Content::default();
     for (line_number, line) in lines {

@@ -8,7 +8,7 @@ use super::rows::{
     PERIHELION_DISTANCE, PERIHELION_PASSAGE, SEMI_MAJOR_AXIS, Values, body, number,
 };
 use super::{SmallBody, SmallBodyFileError, mpcorb};
-use crate::catalog::csv_line::{cells, columns_of_fields};
+use crate::catalog::csv_line::{cells, columns_of_fields, repeated_column};
 use crate::wording::{echo, echo_within, json_error_text};
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -37,8 +37,7 @@ impl Columns {
     /// Finds the columns by name. The error names a required column that is missing, or one that the table has twice.
     fn of(names: &[String]) -> Result<Self, String> {
         // The earlier of a field's accepted names has precedence: `M_deg` before `m`, which may be a magnitude.
-        let repeated = |name: &str| format!("two columns are named `{name}` (only letters and digits count); leave one out");
-        let by_field = columns_of_fields(names, FIELDS.each_ref().map(|f| f.columns)).map_err(repeated)?;
+        let by_field = columns_of_fields(names, FIELDS.each_ref().map(|f| f.columns)).map_err(repeated_column)?;
         let has_any = |alternatives: &[usize]| alternatives.iter().any(|k| by_field[*k].is_some());
         let missing = |alternatives: &[usize]| {
             let names: Vec<_> = alternatives.iter().map(|k| format!("`{}`", FIELDS[*k].name)).collect();
@@ -61,7 +60,7 @@ impl Columns {
             return missing(&[EPOCH, EPOCH_MJD]);
         }
         let texts = [&["number", "pdes", "designation", "desig"][..], &["name"], &["fullname"]];
-        let [designation, name, full_name] = columns_of_fields(names, texts).map_err(repeated)?;
+        let [designation, name, full_name] = columns_of_fields(names, texts).map_err(repeated_column)?;
         Ok(Self { by_field, designation, name, full_name, column_count: names.len() })
     }
 

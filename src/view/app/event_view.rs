@@ -142,7 +142,8 @@ impl EventPlayback {
         }
     }
 
-    /// Whether a time is within the playback, or before or after it by at most its length. This range includes the times at which other places see the event.
+    /// Whether a time is within the playback, or before or after it by at most its length. If the playback is not that at a place, this range includes the times
+    /// at which all places see the event.
     pub(crate) fn is_near(&self, tdb_s: f64) -> bool {
         let length_s = self.end_tdb_s - self.start_tdb_s;
         (self.start_tdb_s - length_s..=self.end_tdb_s + length_s).contains(&tdb_s)
@@ -153,7 +154,30 @@ impl EventPlayback {
 mod tests {
     use super::*;
     use crate::events::MoonEvent;
+    use crate::view::app::event_search::ContactAtPlace;
     use glam::DVec3;
+
+    /// Rise and set cut the playback only where the first or the last contact is below the horizon: a body that sets and rises again is up at both.
+    #[test]
+    fn playback_at_a_place_is_cut_by_rise_and_set() {
+        let at = Instant::from_tdb_seconds_past_j2000;
+        let (class, moon, planet) = (MoonEventType::Transit, NaifId(501), NaifId(599));
+        let event = SkyEvent::Moons(MoonEvent { class, moon, planet, nearer_moon: None, greatest: at(500.0), contacts: Vec::new() });
+        let contact = |name, s: f64, is_up| ContactAtPlace { name, time: at(s), altitude_deg: 0.0, is_up };
+        // Each span includes a lead of a twentieth of the length.
+        for (first_is_up, last_is_up, rise_s, set_s, [start_s, end_s]) in [
+            (false, true, Some(400.0), None, [370.0, 1030.0]),
+            (true, false, None, Some(600.0), [-30.0, 630.0]),
+            (false, false, Some(400.0), Some(600.0), [390.0, 610.0]),
+            (true, true, Some(600.0), Some(400.0), [-50.0, 1050.0]),
+            (true, true, None, None, [-50.0, 1050.0]),
+        ] {
+            let contacts = vec![contact("T1", 0.0, first_is_up), contact("T4", 1000.0, last_is_up)];
+            let playback = event.playback_at(&EventFromPlace { contacts, is_visible: true, rise: rise_s.map(at), set: set_s.map(at) });
+            let errors_s = [playback.start_tdb_s - start_s, playback.end_tdb_s - end_s];
+            assert!(errors_s.iter().all(|error_s| error_s.abs() < 1e-3), "{start_s} to {end_s} s: {errors_s:?}");
+        }
+    }
 
     /// From a place, a mutual event is seen at the moon, and the field around Jupiter contains a moon in Jupiter's shadow.
     #[test]

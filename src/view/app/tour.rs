@@ -57,6 +57,7 @@ struct TourFile {
 #[serde(deny_unknown_fields)]
 struct StopFile {
     /// A link, or the fields of a view file.
+    #[serde(deserialize_with = "crate::json::deserialize")]
     view: Value,
     #[serde(default)]
     text: String,

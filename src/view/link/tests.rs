@@ -162,6 +162,9 @@ fn a_field_given_twice_is_an_error() {
         let why = of_link(&format!("orrery://view?{query}")).expect_err(query);
         assert!(why.contains(&format!("`{field}` is given twice")), "{query}: {why}");
     }
+    // A value may be a group of fields.
+    let why = of_link("orrery://view?eye={\"body\":301,\"body\":399}").expect_err("two bodies");
+    assert!(why.contains("`eye`: field `body` is given twice"), "{why}");
     let of_json = |text: &str| with_test_defaults(PartialView::of_json(text));
     let why = of_json("{\"target\": 599, \"eye\": {\"body\": 301, \"body\": 399}}").expect_err("two bodies");
     assert!(why.contains("field `body` is given twice"), "{why}");
