@@ -36,7 +36,7 @@ fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Place
     air::model(request.effects.air_model(), request.quality, air::table_in_drafts(inputs.placed, air, shell))
 }
 
-/// Part of the air's light below which the light of another body is left out, relative to the smallest visible part. By day the sky is about equally bright
+/// The light of another body is left out of the air below this part of the smallest visible change of the mean sky. By day the sky is about equally bright
 /// everywhere; in twilight it is up to some twenty times darker opposite the Sun than in the mean.
 const MIN_SECOND_LIGHT_RATIO: f64 = 0.05;
 
@@ -111,7 +111,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let map_includes_air = !colours_exclude_air(body) && inputs.pixel_view() != PixelView::OpticalDepth;
     let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
     let colour_includes_air = map_includes_air && !camera_is_inside;
-    let continues_disc = colour_includes_air && !is_visible_over_disc(air);
+    let continues_disc = colour_includes_air && rim::continues_disc(body, air);
     let rim = Rim::of(body, air, inputs.diameter_px, inputs.placed.phase_angle_rad, continues_disc);
     let rim_is_left_out = !camera_is_inside && rim.is_negligible();
     if !camera_is_inside && rim.is_low() {
@@ -134,7 +134,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         log.record("air-over-ground", true, reason!("air-partly-in-colours", percent = format_args!("{:.2}", 100.0 * map_weight)));
     }
     decisions.map_weight = camera::narrow_scalar(map_weight);
-    if map_includes_air && !is_visible_over_disc(air) {
+    if rim::continues_disc(body, air) {
         // Seen from above such air no air is drawn over the disc, and its night side has no light of the night sky.
         decisions.night_fraction_on_ground = camera::narrow_scalar(air::night_sky_above(air, height_km));
     }

@@ -228,9 +228,10 @@ uniforms! {
         pub blend_mode: f32 = "air_blend_mode",
         /// Weight of mode 1 or 2 in a mixture with mode 0: 1 for a camera above the air, less for one in it; 0 if `blend_mode` is 0.
         pub map_weight: f32 = "air_map_weight",
-        /// Radiance of the night sky, as it lights the ground. In a draw of the sky, of its airglow alone, above the camera: 0 for a camera outside the air.
+        /// Radiance of the night sky, as it lights the ground. In a draw of the sky: of the airglow above the camera, 0 for a camera outside the air.
         pub night_radiance: f32 = "air_night_radiance",
-        /// In a draw of the sky: mean radiance of zodiacal light and starlight; the air scatters a part of it, in proportion to the air's opacity.
+        /// In a draw of the sky: mean radiance of zodiacal light and starlight, 0 for a camera outside the air. The air scatters a part of it, in proportion to
+        /// the air's opacity.
         pub starlight: f32 = "air_starlight",
         /// Irradiance by the second light relative to the Sun's, for the light of the air; 0 if that light would not be visible.
         pub second_light: Vec3 = "air_second_light",
