@@ -24,6 +24,8 @@ fn view(px_per_rad: f64, diameter_px: f64, phase_deg: f64) -> ViewRequest {
     let across = towards_sun.cross(DVec3::Z).normalize();
     let (sin, cos) = phase_deg.to_radians().sin_cos();
     let distance_km = 2.0 * px_per_rad / diameter_px * SESSION.catalog().body(MERCURY).expect("in the catalog").radii_km.x;
+    // From beyond the Sun the image would show the Sun in front of Mercury.
+    assert!(distance_km < 0.95 * sun_km.length(), "the camera is at or beyond the Sun at {diameter_px} pixels");
     ViewRequest {
         position: Position::Offset { body: MERCURY, offset_km: (across * sin + towards_sun * cos) * distance_km, axes: Axes::Icrf },
         exposure: ExposureRequest::Stops(10.0),
@@ -82,16 +84,17 @@ fn the_white_area_changes_steadily_from_point_to_disc() {
     assert!(last.points.is_empty() && scenes[35].points.iter().any(Point::is_disc_glare));
 }
 
-/// Point, disc and glare together have the light of a point. The tolerance is that of tests/scene/shrinking.rs, for the disc's samples.
+/// Point, disc and glare together have the light of a point, here of 1.5 pixels: at one pixel the camera is so near the Sun that the corona in the image adds
+/// 15 %. Measured: from 2.3 % too little at 17 pixels to 1.1 % too much at 3.
 #[test]
 fn a_disc_with_glare_has_the_light_of_its_point() {
     let light = |scene: &Scene, diameter_px: f64| pixels(scene).iter().map(|p| p.element_sum()).sum::<f64>() / diameter_px.powi(2);
-    let point = light(&scene(&narrow_view(0.5, 0.0)), 0.5);
+    let point = light(&scene(&narrow_view(1.5, 0.0)), 1.5);
     for diameter_px in [1.9, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 12.0, 15.0, 17.0] {
         let scene = scene(&narrow_view(diameter_px, 0.0));
         let ratio = light(&scene, diameter_px) / point;
         println!("{diameter_px} pixels: {ratio}");
-        assert!((ratio - 1.0).abs() < 0.125, "{diameter_px} pixels: {ratio}");
+        assert!((ratio - 1.0).abs() < 0.05, "{diameter_px} pixels: {ratio}");
         // Negative control: 30 % of the light is in the glare.
         let bare = light(&without_glare(&scene), diameter_px) / point;
         assert!(!(4.0..=8.0).contains(&diameter_px) || bare < 0.85 * ratio, "{diameter_px} pixels: {bare}");
