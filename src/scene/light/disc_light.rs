@@ -2,7 +2,7 @@
 //!
 //! In: a body, and a phase angle `alpha` in radians, 0..=pi. Out: the factor on the drawn ground, and the light of the body's point. Always: ground and air
 //! together have the light of the published law, up to its limit; disc and point are alike (tests/scene/points_like_discs.rs). Exception: the ground keeps
-//! `MIN_GROUND_PART` of the law where the drawn air alone is brighter.
+//! `MIN_GROUND_PART` of the law where the drawn air would leave it less.
 //!
 //! The air's light has two forms. Where clear air is opaque along the limb, the rim continues the disc's colour, in proportion to the ground (Venus, the giant
 //! planets: `rim::continued_light`). Haze and dust have the light of the catalog's `forward_light` (Mars, Titan, Pluto). Without a published law the
@@ -16,8 +16,8 @@ use crate::scene::numeric::smoothstep;
 use crate::units::{KM_PER_AU, luminance};
 use glam::DVec3;
 
-/// Smallest part of the published law that is left to the ground. The dust of Mars alone is brighter than the law from a phase angle of 117 degrees to the
-/// law's limit at 120, by up to 0.25 magnitudes; with less ground than this part Mars would be as bright.
+/// Smallest part of the published law that is left to the ground. Only Mars needs it, from a phase angle of 117 degrees to the law's limit at 120: there its
+/// dust alone rises from three quarters of the law's light to all of it, so that Mars is brighter than the law by up to 0.25 magnitudes.
 const MIN_GROUND_PART: f64 = 0.25;
 
 /// Light of haze or dust at a phase angle: mean radiance of the disc under irradiance 1, linear RGB, from the catalog's table.
