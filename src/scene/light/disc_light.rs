@@ -84,8 +84,7 @@ fn correction_weight(distance_radii: f64) -> f64 {
 /// in between.
 pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let weight = correction_weight(distance_radii);
-    // At a phase angle of 180 degrees the model has no light that could be corrected.
-    if weight <= 0.0 || matches!(body.photometry, Photometry::Emissive { .. }) || model_phase(&body.photometry, alpha) < 1e-9 {
+    if weight <= 0.0 || matches!(body.photometry, Photometry::Emissive { .. }) {
         return 1.0;
     }
     (model_factor(body, alpha) / measured_side_curve(body, alpha)).powf(weight)
