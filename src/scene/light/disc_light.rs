@@ -91,7 +91,7 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
 }
 
 /// By how much [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter, which does not know their light in front of
-/// the disc, takes the ground for so bright.
+/// the disc, takes the ground for so bright if the air is drawn.
 pub(crate) fn haze_over_ground(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
     part_without_haze(body, law, alpha.min(law.limit_deg.to_radians())).powf(-correction_weight(distance_radii))
