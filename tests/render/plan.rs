@@ -90,7 +90,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
             blend_mode: 45.0,
             map_weight: 53.0,
             night_radiance: 47.0,
-            starlight: 54.0,
+            starlight: 65.0,
             second_light: Vec3::splat(55.0),
             rim_is_thin: 49.0,
             multi_scatter_heights: Vec2::splat(43.0),

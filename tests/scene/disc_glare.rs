@@ -9,7 +9,7 @@ use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
 use orrery::scene::draw::Point;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Position, Projection, ViewRequest};
+use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Up, ViewRequest};
 use orrery::time::Instant;
 use std::f64::consts::PI;
 
@@ -138,6 +138,34 @@ fn the_glare_of_a_disc_is_limited_in_a_dome() {
     // Control: without the limit the glare would be wider, as in perspective.
     let perspective = scene(&narrow_view(7.0, 0.0));
     assert!(perspective.points.iter().any(|p| p.is_disc_glare() && p.radius_px > 20.0));
+}
+
+/// In an equirectangular image the profile of the glare follows from the height of the disc, which is the same at every latitude. The area of the stretched
+/// disc is 1.74 times as large at 55 degrees.
+#[test]
+fn the_glare_of_a_disc_is_as_high_at_every_latitude() {
+    let disc_radius_px = |latitude_deg: f64| {
+        let view = view(f64::from(SIDE) / PI, 6.0, 0.0);
+        let Position::Offset { offset_km, axes, .. } = view.position else { panic!("an offset") };
+        let towards = -offset_km.normalize();
+        let sideways = towards.any_orthonormal_vector();
+        let (sin, cos) = latitude_deg.to_radians().sin_cos();
+        let request = ViewRequest {
+            look: Look::Along { direction: towards * cos - sideways * sin, axes },
+            up: Up::Along { direction: towards * sin + sideways * cos, axes },
+            width: 2 * SIDE,
+            composition: Composition { projection: Projection::Equirectangular, ..Composition::default() },
+            ..view
+        };
+        let sampling = SamplingQuality { samples: 1, anisotropy: 4 };
+        let drawn = SESSION.draw(&request, sampling, FrameImages::Display).expect("drawn");
+        let glare = drawn.scene.points.iter().find(|p| p.body == MERCURY && p.is_disc_glare()).expect("glare");
+        f64::from(glare.disc_radius_px)
+    };
+    for latitude_deg in [0.0, 30.0, 55.0] {
+        let radius_px = disc_radius_px(latitude_deg);
+        assert!((radius_px / 3.0 - 1.0).abs() < 0.1, "{latitude_deg} degrees: {radius_px}");
+    }
 }
 
 /// A disc that is not brighter than white has no glare; nor has any disc if the user has switched points off, or the Sun, whose glare is an effect of its own.

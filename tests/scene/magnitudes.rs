@@ -93,6 +93,22 @@ fn a_distant_disc_has_the_light_of_its_point_at_every_phase() {
     }
 }
 
+/// Beyond its law's limit a body has one correction up to 180 degrees, where the ground has no light: the rim that continues the disc's colour still has some.
+/// If the correction ended at 179.9 degrees, the rim of a distant planet would change there suddenly.
+#[test]
+fn the_phase_correction_does_not_end_before_180_degrees() {
+    let catalog = Catalog::embedded();
+    let correction =
+        |id: i32, alpha_deg: f64| phase_correction(catalog.body(NaifId(id)).expect("in the catalog"), alpha_deg.to_radians(), 1e4);
+    for id in [299, 599, 699, 799, 899] {
+        for alpha_deg in [179.8, 179.9, 179.99, 180.0] {
+            let ratio = correction(id, alpha_deg) / correction(id, 179.0);
+            assert!((ratio - 1.0).abs() < 1e-9, "{id} at {alpha_deg}: {ratio}");
+        }
+    }
+    assert!(correction(299, 179.0) > 2.0, "the correction matters");
+}
+
 #[test]
 fn light_is_shared_between_disc_and_point_without_a_jump() {
     use orrery::scene::disc_share;

@@ -171,6 +171,25 @@ fn the_refracted_sun_leaves_a_narrow_field_of_view_gradually() {
     assert!(all.windows(2).all(|w| (w[1] - w[0]).abs() < 5.0), "{all:?}");
 }
 
+/// Shortly before the published law of Mars ends, its dust has most of the law's light, and the ground a quarter. Without its air the image is exposed for the
+/// ground, about two stops brighter. If the dust counted although it is not drawn, the two exposures would differ by 0.1 stops.
+#[test]
+fn mars_without_its_dust_is_exposed_for_its_ground() {
+    let (mars, time) = (NaifId(499), "2024-10-10T00:00:00Z");
+    let sun_km = SESSION.ephemeris().state(NaifId::SUN, mars, Instant::parse(time).expect("a time"), None).expect("placed").state.pos_km;
+    let to_sun = sun_km.normalize();
+    let across = to_sun.cross(DVec3::Z).normalize();
+    let distance_km = 400.0 * SESSION.catalog().body(mars).expect("Mars").radii_km.x;
+    let (sin, cos) = 119_f64.to_radians().sin_cos();
+    let with_effects = |effects: &str| {
+        let position = Position::Offset { body: mars, offset_km: (to_sun * cos + across * sin) * distance_km, axes: Axes::Icrf };
+        let effects = EffectOverrides::parse(effects).expect("effects");
+        stops(&ViewRequest { fov_deg: Some(0.6), effects, ..view(mars, time, position) })
+    };
+    let brighter = with_effects("-atmosphere") - with_effects("+atmosphere");
+    assert!((1.4..2.4).contains(&brighter), "{brighter} stops");
+}
+
 /// From a city (Paris) the view over the horizon is exposed for the sky, as without the lights of the ground: they must not hide the stars. A camera that looks
 /// down, and one in an aircraft, see the lights; between them the exposure does not jump.
 #[test]

@@ -135,7 +135,7 @@ fn mean_radiance(body: i32, phase_deg: f64, effects: &str) -> f64 {
 }
 
 /// Drawn discs of Venus and Mars with their air against Mallama and Hilton 2018: magnitude by phase angle, relative to zero phase, of a disc of the catalog's
-/// geometric albedo. Near 120 degrees the dust of Mars alone is a quarter brighter.
+/// geometric albedo. Near 120 degrees Mars is a quarter brighter.
 #[test]
 fn discs_with_air_have_the_light_of_the_published_law() {
     let venus = |a: f64| 236.05828 - 2.81914 * a + 8.39034e-3 * a * a + 4.384;

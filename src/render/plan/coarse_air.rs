@@ -163,7 +163,7 @@ fn sampling_draw(
     scissor: [u32; 4],
     provider: &impl ResourceProvider,
 ) -> Result<PlanDraw, PlanError> {
-    // The air scatters the first lights only.
+    // The module evaluates the first lights only: the Sun, and a second one if the air shows it.
     uniforms.lights.truncate(usize::from(features.lights));
     // The module reads no map.
     let map_taps = 1;

@@ -166,7 +166,8 @@ pub(crate) fn points(
                 stretch: s.stretch,
                 flux: s.flux,
                 covered_px: p.covered_px * s.pixels_per_face_pixel,
-                disc_radius_px: p.disc_radius_px * s.pixels_per_face_pixel.sqrt(),
+                // Like the sprite's radius, without the stretch.
+                disc_radius_px: p.disc_radius_px * (s.pixels_per_face_pixel / s.stretch).sqrt(),
             })),
             Drawn::InFace { radius_px, .. } => divided.in_face.push(Point { radius_px, ..p.clone() }),
         }

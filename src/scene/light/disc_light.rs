@@ -2,7 +2,7 @@
 //!
 //! In: a body, and a phase angle `alpha` in radians, 0..=pi. Out: the factor on the drawn ground, and the light of the body's point. Always: ground and air
 //! together have the light of the published law, up to its limit; disc and point are alike (tests/scene/points_like_discs.rs). Exception: the ground keeps
-//! `MIN_GROUND_PART` of the law where the drawn air alone is brighter.
+//! `MIN_GROUND_PART` of the law where the drawn air would leave it less.
 //!
 //! The air's light has two forms. Where clear air is opaque along the limb, the rim continues the disc's colour, in proportion to the ground (Venus, the giant
 //! planets: `rim::continued_light`). Haze and dust have the light of the catalog's `forward_light` (Mars, Titan, Pluto). Without a published law the
@@ -16,8 +16,8 @@ use crate::scene::numeric::smoothstep;
 use crate::units::{KM_PER_AU, luminance};
 use glam::DVec3;
 
-/// Smallest part of the published law that is left to the ground. The dust of Mars alone is brighter than the law from a phase angle of 117 degrees to the
-/// law's limit at 120, by up to 0.25 magnitudes; with less ground than this part Mars would be as bright.
+/// Smallest part of the published law that is left to the ground. Only Mars needs it, from a phase angle of 117 degrees to the law's limit at 120: there its
+/// dust alone rises from three quarters of the law's light to all of it, so that Mars is brighter than the law by up to 0.25 magnitudes.
 const MIN_GROUND_PART: f64 = 0.25;
 
 /// Light of haze or dust at a phase angle: mean radiance of the disc under irradiance 1, linear RGB, from the catalog's table.
@@ -84,15 +84,14 @@ fn correction_weight(distance_radii: f64) -> f64 {
 /// in between.
 pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let weight = correction_weight(distance_radii);
-    // At a phase angle of 180 degrees the model has no light that could be corrected.
-    if weight <= 0.0 || matches!(body.photometry, Photometry::Emissive { .. }) || model_phase(&body.photometry, alpha) < 1e-9 {
+    if weight <= 0.0 || matches!(body.photometry, Photometry::Emissive { .. }) {
         return 1.0;
     }
     (model_factor(body, alpha) / measured_side_curve(body, alpha)).powf(weight)
 }
 
 /// By how much [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter, which does not know their light in front of
-/// the disc, takes the ground for so bright.
+/// the disc, takes the ground for so bright if the air is drawn.
 pub(crate) fn haze_over_ground(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
     part_without_haze(body, law, alpha.min(law.limit_deg.to_radians())).powf(-correction_weight(distance_radii))

@@ -31,8 +31,8 @@ static LATITUDES: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
     gauss_legendre(NODES).into_iter().map(of_node).collect()
 });
 
-/// Phase function times squared radius of a circle with the area of the outline, km²; `None` for spheres, bodies with a published phase law and emissive bodies,
-/// for which this is the product of `photometry::phase` and `photometry::projected_radius_sq_km2`. `sun`, `viewer`: unit vectors from the body, body axes.
+/// Phase function times squared radius of a circle with the outline's area, km²; `None` for spheres, bodies with a published phase law and emissive bodies:
+/// `disc_light` gives their light. `sun`, `viewer`: unit vectors from the body, body axes.
 pub(crate) fn phase_times_radius_sq_km2(body: &Body, sun: DVec3, viewer: DVec3) -> Option<f64> {
     let radii_km = body.radii_km;
     let is_sphere = radii_km.min_element() > SPHERE_FROM_AXIS_RATIO * radii_km.max_element();

@@ -74,10 +74,11 @@ impl Albedo {
     pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64) -> Self {
         // The channels of the scale differ only for emissive bodies.
         let body = p.body;
-        let scale = p.radiance_scale().x * disc_light::haze_over_ground(body, p.phase_angle_rad, p.distance_km / body.radii_km.x);
+        let is_off = |effect: Effect| effects.override_of_body(body, effect) == Some(false);
+        let haze_over_ground = || disc_light::haze_over_ground(body, p.phase_angle_rad, p.distance_km / body.radii_km.x);
+        let scale = p.radiance_scale().x * if is_off(Effect::Atmosphere) { 1.0 } else { haze_over_ground() };
         let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
-        let is_off = |effect: Effect| effects.override_of_body(body, effect) == Some(false);
         let height_km = air::camera_height_km(body, &p.placement);
         let ground = scale * clear_sky_albedo * f64::from(body.clear_sky_colour.unwrap_or(body.colour).max_element());
         let air = body.atmosphere.as_ref().filter(|_| !is_off(Effect::Atmosphere));
