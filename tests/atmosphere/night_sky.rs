@@ -43,8 +43,11 @@ fn view(time: &str, height_km: f64, direction: DVec3, more_effects: &str) -> Vie
     }
 }
 
+/// The Earth alone. Without points other bodies are discs: at new Moon Vesta's one pixel in the zenith has 700 times the light of all pixels of the sky.
 fn scene(request: &ViewRequest) -> Scene {
-    SESSION.scene(request).expect("a scene")
+    let mut scene = SESSION.scene(request).expect("a scene");
+    scene.draws.retain(|d| d.body == NaifId::EARTH);
+    scene
 }
 
 /// The sky in the zenith of a camera on the ground.

@@ -162,7 +162,12 @@ fn scroll_to_the_end(window: &mut Window, pointer: Pos2) {
     for _ in 0..4 {
         let (unit, phase, source) = (MouseWheelUnit::Point, TouchPhase::Move, MouseWheelSource::Wheel);
         window.event(Event::MouseWheel { unit, delta: vec2(0.0, -1e5), phase, source, modifiers: Modifiers::NONE });
-        window.run_steps(8);
+        // egui applies the wheel's turn over some time, and after `settle` time stands still unless it is set.
+        for _ in 0..4 {
+            window.run_steps(1);
+            let next = window.input_mut().time.unwrap_or(0.0) + 0.25;
+            window.input_mut().time = Some(next);
+        }
     }
 }
 

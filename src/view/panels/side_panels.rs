@@ -12,7 +12,7 @@ use crate::view::app::viewer::Action;
 use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::containers::panel::PanelState;
-use egui::{Align, CursorIcon, Id, Label, Layout, Panel, RichText, ScrollArea, Sense, Ui, UiBuilder};
+use egui::{Align, CursorIcon, Id, Label, Layout, Panel, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 
 /// Minimum width of the list of bodies, points.
 const MIN_BODIES_WIDTH: f32 = 190.0;
@@ -169,10 +169,11 @@ fn content(interface: &mut Interface, ui: &mut Ui, tab: Tab, worker: &dyn Render
     ui.scope_builder(UiBuilder::new().scope_id(id), |ui| {
         // Without the minimum of 0, the controls would lie over the time bar in a very low window.
         ScrollArea::both().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
-            // One point less, because positions are rounded to pixels: controls as large as the panel would scroll by a fraction of a point.
-            ui.set_max_width(ui.available_width() - 1.0);
-            ui.set_max_height((ui.available_height() - 1.0).max(0.0));
-            tab.show(interface, ui, worker, actions);
+            // One point less, because positions are rounded to pixels: controls as large as the panel would scroll by a fraction of a point. Not by
+            // `Ui::set_max_height()`, which keeps the later controls above this height, one over the other.
+            let available = ui.available_rect_before_wrap();
+            let room = Rect::from_min_size(available.min, (available.size() - Vec2::splat(1.0)).max(Vec2::ZERO));
+            ui.scope_builder(UiBuilder::new().max_rect(room), |ui| tab.show(interface, ui, worker, actions));
         });
     });
 }
