@@ -3,7 +3,7 @@
 use crate::support::folds::{larger, smaller};
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
-use orrery::scene::disc_light::{air_irradiance_at_viewer, ground_irradiance_at_viewer, phase_correction};
+use orrery::scene::disc_light::{ground_and_air_irradiance, phase_correction};
 use orrery::scene::photometry::{magnitude, measured_side_curve, model_phase};
 use orrery::scene::request::Position;
 use orrery::scene::{BodyInView, bodies_seen_from};
@@ -46,8 +46,7 @@ fn model_magnitude(catalog: &Catalog, id: i32, sun_au: f64, viewer_au: f64, alph
     let body = catalog.body(NaifId(id)).expect("in the catalog");
     let radius_squared_km2 = body.radii_km.x * body.radii_km.z;
     let (alpha, sun_km, viewer_km) = (alpha_deg.to_radians(), sun_au * KM_PER_AU, viewer_au * KM_PER_AU);
-    let of_ground = ground_irradiance_at_viewer(body, alpha, sun_km, viewer_km, radius_squared_km2);
-    let of_air = air_irradiance_at_viewer(body, alpha, sun_km, viewer_km, radius_squared_km2);
+    let (of_ground, of_air) = ground_and_air_irradiance(body, alpha, sun_km, viewer_km, radius_squared_km2);
     magnitude(of_ground + luminance(of_air.to_array()))
 }
 
@@ -85,7 +84,7 @@ fn a_distant_disc_has_the_light_of_its_point_at_every_phase() {
             let distance_radii = 1e4_f64;
             let disc = body.geometric_albedo * model_phase(&body.photometry, alpha) * phase_correction(body, alpha, distance_radii);
             let radius_km = body.radii_km.x;
-            let irradiance = ground_irradiance_at_viewer(body, alpha, KM_PER_AU, distance_radii * radius_km, radius_km * radius_km);
+            let (irradiance, _) = ground_and_air_irradiance(body, alpha, KM_PER_AU, distance_radii * radius_km, radius_km * radius_km);
             let point = irradiance * distance_radii.powi(2);
             assert!((disc / point - 1.0).abs() < 1e-9, "{} at {alpha_deg}: disc {disc}, point {point}", body.name);
             assert!((phase_correction(body, alpha, 3.0) - 1.0).abs() < 1e-12, "near a body there is no phase correction");

@@ -15,7 +15,7 @@ use glam::DVec3;
 pub(crate) struct Irradiance {
     /// Luminance of the light of the ground, which has the body's colour.
     of_ground: f64,
-    /// Light of the air, linear RGB ([`disc_light::air_irradiance_at_viewer`]).
+    /// Light of the air, linear RGB ([`disc_light::ground_and_air_irradiance`]).
     of_air: DVec3,
     /// Light of the rings, linear RGB.
     of_rings: DVec3,
@@ -43,13 +43,14 @@ impl Irradiance {
 pub(crate) fn globe_irradiance(body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> Irradiance {
     let radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer_km.normalize());
     let (alpha, sun_distance_km, viewer_distance_km) = (phase_angle_rad, sun_distance_km(sun_km), viewer_km.length());
-    let mean_of_ground = match ellipsoid::phase_times_radius_sq_km2(body, sun_km.normalize_or_zero(), viewer_km.normalize()) {
-        Some(km2) => body.geometric_albedo * km2 * (KM_PER_AU / (sun_distance_km * viewer_distance_km)).powi(2),
-        None => disc_light::ground_irradiance_at_viewer(body, alpha, sun_distance_km, viewer_distance_km, radius_sq_km2),
-    };
+    let (mut mean_of_ground, of_air) =
+        disc_light::ground_and_air_irradiance(body, alpha, sun_distance_km, viewer_distance_km, radius_sq_km2);
+    if let Some(km2) = ellipsoid::phase_times_radius_sq_km2(body, sun_km.normalize_or_zero(), viewer_km.normalize()) {
+        mean_of_ground = body.geometric_albedo * km2 * (KM_PER_AU / (sun_distance_km * viewer_distance_km)).powi(2);
+    }
     Irradiance {
         of_ground: mean_of_ground * photometry::light_curve(body, sun_km.normalize_or_zero(), viewer_km.normalize()),
-        of_air: disc_light::air_irradiance_at_viewer(body, alpha, sun_distance_km, viewer_distance_km, radius_sq_km2),
+        of_air,
         of_rings: DVec3::ZERO,
     }
 }

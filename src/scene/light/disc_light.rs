@@ -39,33 +39,33 @@ fn part_without_haze(body: &Body, law: &PhaseLaw, alpha: f64) -> f64 {
     (1.0 - haze / (body.geometric_albedo * law.brightness(alpha.to_degrees())).max(1e-12)).max(MIN_GROUND_PART)
 }
 
-/// Light of a rim that continues the ground's colour, where the light of the ground is the photometric model's phase function.
-fn rim_of_model(body: &Body, alpha: f64) -> f64 {
-    let full_disc = model_geometric_albedo(&body.photometry)[0];
-    rim::continued_light(body) / full_disc.max(1e-12) * alpha.sin().max(0.0)
+/// Light of a rim that continues the ground's colour at a phase angle of 90 degrees, where the light of the ground is the photometric model's phase function;
+/// at other phase angles it is proportional to their sine. It is a sum over heights, so callers compute it once.
+fn rim_of_model(body: &Body) -> f64 {
+    rim::continued_light(body) / model_geometric_albedo(&body.photometry)[0].max(1e-12)
 }
 
 /// Factor on the photometric model that gives ground and air together the published law; beyond its limit that at the limit, and 1 without a law. Bright and
-/// dark sides are left out.
-fn model_factor(body: &Body, alpha: f64) -> f64 {
+/// dark sides are left out. `rim`: from [`rim_of_model`].
+fn model_factor(body: &Body, rim: f64, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
     let alpha = alpha.min(law.limit_deg.to_radians());
     let published = law.brightness(alpha.to_degrees()) * part_without_haze(body, law, alpha);
-    published / (model_phase(&body.photometry, alpha) + rim_of_model(body, alpha)).max(1e-12)
+    published / (model_phase(&body.photometry, alpha) + rim * alpha.sin().max(0.0)).max(1e-12)
 }
 
-/// Phase function of the ground together with a rim that continues it, without bright and dark sides.
-fn phase_of_ground_and_rim(body: &Body, alpha: f64) -> f64 {
+/// Phase function of the ground together with a rim that continues it, without bright and dark sides. `rim`: from [`rim_of_model`].
+fn phase_of_ground_and_rim(body: &Body, rim: f64, alpha: f64) -> f64 {
     // Within the law's limit the model and the rim need not be computed.
     match phase_laws::law(body.id).filter(|law| alpha <= law.limit_deg.to_radians()) {
         Some(law) => law.brightness(alpha.to_degrees()) * part_without_haze(body, law, alpha),
-        None => model_factor(body, alpha) * (model_phase(&body.photometry, alpha) + rim_of_model(body, alpha)),
+        None => model_factor(body, rim, alpha) * (model_phase(&body.photometry, alpha) + rim * alpha.sin().max(0.0)),
     }
 }
 
 /// The rim's part of this light.
-fn rim_part(body: &Body, alpha: f64) -> f64 {
-    let rim = rim_of_model(body, alpha);
+fn rim_part(body: &Body, rim: f64, alpha: f64) -> f64 {
+    let rim = rim * alpha.sin().max(0.0);
     if rim > 0.0 { rim / (rim + model_phase(&body.photometry, alpha)) } else { 0.0 }
 }
 
@@ -87,7 +87,7 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     if weight <= 0.0 || matches!(body.photometry, Photometry::Emissive { .. }) {
         return 1.0;
     }
-    (model_factor(body, alpha) / measured_side_curve(body, alpha)).powf(weight)
+    (model_factor(body, rim_of_model(body), alpha) / measured_side_curve(body, alpha)).powf(weight)
 }
 
 /// By how much [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter, which does not know their light in front of
@@ -108,31 +108,31 @@ fn emitted_irradiance(body: &Body, viewer_distance_km: f64, radius_sq_km2: f64) 
     is_emissive.then(|| sun_disc_radiance() * radius_sq_km2 / (viewer_distance_km * viewer_distance_km))
 }
 
-/// Irradiance that the body's ground causes at a viewer, in units of the Sun's at 1 au, if the body has no bright and dark sides (`photometry::light_curve`).
+/// Irradiance that the body's ground causes at a viewer, in units of the Sun's at 1 au, if the body has no bright and dark sides (`photometry::light_curve`);
+/// and the irradiance by the light that its air adds, linear RGB.
 ///
 /// `sun_distance_km`, `viewer_distance_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a circle with the area
 /// of the body's outline.
-pub fn ground_irradiance_at_viewer(body: &Body, alpha: f64, sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
+pub fn ground_and_air_irradiance(
+    body: &Body,
+    alpha: f64,
+    sun_distance_km: f64,
+    viewer_distance_km: f64,
+    radius_sq_km2: f64,
+) -> (f64, DVec3) {
     if let Some(emitted) = emitted_irradiance(body, viewer_distance_km, radius_sq_km2) {
-        return emitted;
+        return (emitted, DVec3::ZERO);
     }
-    let phase = phase_of_ground_and_rim(body, alpha) * (1.0 - rim_part(body, alpha)) / measured_side_curve(body, alpha);
-    body.geometric_albedo * phase * sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2)
-}
-
-/// Irradiance at a viewer by the light that the body's air adds to that of the ground, linear RGB. Parameters as for [`ground_irradiance_at_viewer`].
-pub fn air_irradiance_at_viewer(body: &Body, alpha: f64, sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> DVec3 {
-    if body.atmosphere.is_none() {
-        return DVec3::ZERO;
-    }
-    let rim_part = rim_part(body, alpha);
-    let rim = if rim_part > 0.0 { rim_part * phase_of_ground_and_rim(body, alpha) } else { 0.0 };
-    let mean_radiance = body.colour.as_dvec3() * (body.geometric_albedo * rim) + forward_light(body, alpha);
-    mean_radiance * sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2)
+    let rim = rim_of_model(body);
+    let (phase, rim_part) = (phase_of_ground_and_rim(body, rim, alpha), rim_part(body, rim, alpha));
+    let sunlit_solid_angle = sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2);
+    let ground = body.geometric_albedo * phase * (1.0 - rim_part) / measured_side_curve(body, alpha);
+    let air = body.colour.as_dvec3() * (body.geometric_albedo * phase * rim_part) + forward_light(body, alpha);
+    (ground * sunlit_solid_angle, air * sunlit_solid_angle)
 }
 
 /// Irradiance by ground and air, linear RGB: of a body with bright and dark sides that of the side that was measured, at full phase and crescent alike.
-/// Parameters as for [`ground_irradiance_at_viewer`].
+/// Parameters as for [`ground_and_air_irradiance`].
 pub(crate) fn irradiance_without_sides(
     body: &Body,
     alpha: f64,
@@ -144,6 +144,7 @@ pub(crate) fn irradiance_without_sides(
     if let Some(emitted) = emitted_irradiance(body, viewer_distance_km, radius_sq_km2) {
         return colour * emitted;
     }
-    let mean_radiance = colour * (body.geometric_albedo * phase_of_ground_and_rim(body, alpha)) + forward_light(body, alpha);
+    let mean_radiance =
+        colour * (body.geometric_albedo * phase_of_ground_and_rim(body, rim_of_model(body), alpha)) + forward_light(body, alpha);
     mean_radiance * sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2)
 }

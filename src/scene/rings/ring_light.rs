@@ -22,8 +22,9 @@ const AZIMUTHS: usize = 72;
 /// shadows mostly run across. The error of the fraction is at most 0.025 (test below); mostly it is below 0.005.
 const LUNE_COLUMNS: usize = 12;
 const LUNE_ROWS: usize = 48;
-/// Optical depth along a path below which the rings count as transparent: below it they take at most 0.002 of the globe's light.
-const MIN_SLANT_TAU: f64 = 1e-3;
+/// Width of opaque rings, in equatorial radii and for both ways of the light together, below which rings count as transparent: they take less than 0.01 of the
+/// globe's light, because a stripe of this width is at most 2 radii long, of a disc of area pi.
+const MIN_BLOCKED_WIDTH: f64 = 0.015;
 /// Smallest extent in radius over which transmittance is averaged, equatorial radii: it keeps the division by the extent accurate.
 const MIN_EXTENT: f64 = 1e-6;
 
@@ -108,16 +109,15 @@ impl Globe {
         let [to_sun, to_viewer] = [sun, viewer].map(|towards| (towards / self.axes).normalize());
         let (sum, difference) = (to_sun + to_viewer, to_viewer - to_sun);
         let Some(middle) = sum.try_normalize() else { return 1.0 };
-        // Jupiter's rings change nothing.
-        let largest_tau = intervals.iter().map(|interval| interval.tau).fold(0.0, f64::max);
-        if largest_tau < MIN_SLANT_TAU * sun.z.abs().min(viewer.z.abs()) {
-            return 1.0;
-        }
         let side = difference.try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
         let pole = side.cross(middle);
         // (pi - phase angle) / 2, for the directions in the frame of the unit sphere.
         let half_width_rad = sum.length().atan2(difference.length());
         let paths = [sun, viewer].map(|towards| RingPath::new(intervals, towards));
+        // The rings of Jupiter, Uranus and Neptune change almost nothing.
+        if paths.iter().map(RingPath::blocked_width).sum::<f64>() < MIN_BLOCKED_WIDTH {
+            return 1.0;
+        }
         let (cell_width_rad, cell_height_rad) = (2.0 * half_width_rad / LUNE_COLUMNS as f64, PI / LUNE_ROWS as f64);
         let meridians: [[DVec3; 2]; LUNE_COLUMNS] = std::array::from_fn(|k| {
             let (sin, cos) = ((k as f64 + 0.5) * cell_width_rad - half_width_rad).sin_cos();
@@ -165,6 +165,11 @@ impl<'a> RingPath<'a> {
             integrals.push(integral);
         }
         Self { intervals, towards, transmittances, integrals }
+    }
+
+    /// Width of opaque rings that would block as much light.
+    fn blocked_width(&self) -> f64 {
+        self.intervals.iter().zip(&self.transmittances).map(|(interval, t)| (interval.outer - interval.inner) * (1.0 - t)).sum()
     }
 
     /// Integral of the transmittance over the radius, from the inner edge of the first interval. Without rings the transmittance is 1.
