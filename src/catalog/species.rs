@@ -73,7 +73,8 @@ pub struct AerosolPhase {
     pub asymmetry: [f64; 3],
 }
 
-/// A field of [`AerosolPhase`] with numbers, as catalogs and the query `scatter` give it. A field that they leave out is 0.
+/// A field of [`AerosolPhase`] with numbers, as catalogs and the query `scatter` give it. A field that they leave out has the value
+/// of [`AerosolPhase::of`].
 #[derive(Clone, Copy)]
 pub struct AerosolField {
     /// Its key in catalogs.
@@ -127,7 +128,7 @@ impl AerosolPhase {
         numbers: |aerosol| &mut aerosol.asymmetry,
     }];
 
-    /// A function whose numbers are all 0.
+    /// A function with the numbers that it has where catalogs and queries give none: 0.
     pub const fn of(function: AerosolFunction) -> Self {
         Self { function, asymmetry: [0.0; 3] }
     }

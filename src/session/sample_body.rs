@@ -177,6 +177,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         rayleigh_extinction: Vec3::new(2.0, 4.0, 9.0),
         skylight_fraction: Vec3::splat(0.4),
         mie_scale_height: 0.01,
+        // Henyey-Greenstein's function (w = 0), whatever that of catalogs is: this body is invented, and its images stay.
         mie_phase: Vec4::new(0.7, 0.7, 0.7, 0.0),
         mie_scattering: Vec3::splat(8.0),
         mie_extinction: Vec3::new(9.0, 9.5, 10.0),

@@ -40,7 +40,11 @@ fn draft_keeps_four_fifths_of_the_light_of_every_body_with_air() {
             };
             let draft = ratios("");
             assert!(draft.iter().all(|r| (0.8..1.1).contains(r)), "{} {time}: {draft:?}", body.name);
-            let scattered_once = || ratios("+atmosphere=pixel-8");
+            let scattered_once = || {
+                let parts = ratios("+atmosphere=pixel-8");
+                println!("{} {time}: scattered once {parts:.3?}", body.name);
+                parts
+            };
             match body.id {
                 NaifId(606) => assert!(scattered_once().iter().all(|r| *r < 0.75), "Titan: {:?}", scattered_once()),
                 NaifId(499) if time == "2020-01-01" => assert!(scattered_once()[2] < 0.8, "Mars: {:?}", scattered_once()),

@@ -99,15 +99,26 @@ fn a_backlit_body_with_air_has_the_light_of_its_disc() {
     }
 }
 
-/// The light of a row of `forward_light` (see catalogs/README.md) at a phase angle, computed from the disc. `now`: the present row, which gives the unit.
+/// Moments a quarter of a rotation of Mars apart.
+const TIMES_OF_MARS: [&str; 4] = [TIME, "2024-10-10T06:09:21Z", "2024-10-10T12:18:41Z", "2024-10-10T18:28:02Z"];
+
+/// The light of a row of `forward_light` at a phase angle: the light of the disc less that of the disc without air, drawn as catalogs/README.md says. `now`:
+/// the present row, which gives the unit. With a published phase law (Mars) it also determines how bright the drawn ground is, so that the result is final only
+/// when it is equal to `now`.
 fn forward_light_of_disc(body: &Body, phase_deg: f64, now: DVec3) -> DVec3 {
-    let of = |size, effects: &str| light(body.id.0, phase_deg, TIME, 400.0, size, &format!(",-planet-shine,-eclipse,-rings{effects}"));
+    // The rim of Mars would be lower than a pixel of the smaller disc, and its map has brighter and darker sides.
+    let (disc, times) = if body.id == NaifId(499) { (DISC_WITH_LOW_RIM, &TIMES_OF_MARS[..]) } else { (DISC, &TIMES_OF_MARS[..1]) };
+    let of = |size: [u32; 2], time: &str, effects: &str| {
+        light(body.id.0, phase_deg, time, 400.0, size, &format!(",-planet-shine,-eclipse,-rings{effects}"))
+    };
     // Without its air a body has the light of its ground alone.
-    let [of_point, of_disc] = [POINT, DISC].map(|size| of(size, "") - of(size, ",-atmosphere"));
+    let of_air = |size: [u32; 2]| -> DVec3 { times.iter().map(|&time| of(size, time, "") - of(size, time, ",-atmosphere")).sum() };
+    let [of_point, of_disc] = [POINT, disc].map(of_air);
     (of_disc * (now.element_sum() / of_point.element_sum())).max(DVec3::ZERO)
 }
 
-/// Prints `forward_light` of all bodies as catalogs/atmospheres.toml has it, at the phase angles of the present rows. Rows without light stay.
+/// Prints `forward_light` of all bodies as catalogs/atmospheres.toml has it, at the phase angles of the present rows. Rows without light stay; where
+/// the light begins is not computed.
 #[test]
 #[ignore = "prints tables for catalogs/atmospheres.toml"]
 fn print_forward_light() {

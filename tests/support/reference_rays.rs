@@ -24,7 +24,7 @@ pub fn vector(v: &Value) -> DVec3 {
     DVec3::new(component(0), component(1), component(2))
 }
 
-/// The phase function of a species of a probe question, such as those of the table. A field that is absent, as in the table, is 0.
+/// The phase function of a species of a probe question, such as those of the table. An absent field has the value of [`AerosolPhase::of`].
 pub fn read_phase(species: &Value) -> PhaseFunction {
     let Some(function) = AerosolFunction::ALL.into_iter().find(|function| species["phase"] == function.query_word()) else {
         return PhaseFunction::Rayleigh;
