@@ -54,12 +54,15 @@ fn model_factor(body: &Body, rim: f64, alpha: f64) -> f64 {
     published / (model_phase(&body.photometry, alpha) + rim * alpha.sin().max(0.0)).max(1e-12)
 }
 
-/// Phase function of the ground together with a rim that continues it, without bright and dark sides. `rim`: from [`rim_of_model`].
-fn phase_of_ground_and_rim(body: &Body, rim: f64, alpha: f64) -> f64 {
+/// Phase function of the ground together with a rim that continues it, without bright and dark sides. `rim`: computes [`rim_of_model`].
+fn phase_of_ground_and_rim(body: &Body, rim: impl FnOnce() -> f64, alpha: f64) -> f64 {
     // Within the law's limit the model and the rim need not be computed.
     match phase_laws::law(body.id).filter(|law| alpha <= law.limit_deg.to_radians()) {
         Some(law) => law.brightness(alpha.to_degrees()) * part_without_haze(body, law, alpha),
-        None => model_factor(body, rim, alpha) * (model_phase(&body.photometry, alpha) + rim * alpha.sin().max(0.0)),
+        None => {
+            let rim = rim();
+            model_factor(body, rim, alpha) * (model_phase(&body.photometry, alpha) + rim * alpha.sin().max(0.0))
+        }
     }
 }
 
@@ -124,7 +127,7 @@ pub fn ground_and_air_irradiance(
         return (emitted, DVec3::ZERO);
     }
     let rim = rim_of_model(body);
-    let (phase, rim_part) = (phase_of_ground_and_rim(body, rim, alpha), rim_part(body, rim, alpha));
+    let (phase, rim_part) = (phase_of_ground_and_rim(body, || rim, alpha), rim_part(body, rim, alpha));
     let sunlit_solid_angle = sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2);
     let ground = body.geometric_albedo * phase * (1.0 - rim_part) / measured_side_curve(body, alpha);
     let air = body.colour.as_dvec3() * (body.geometric_albedo * phase * rim_part) + forward_light(body, alpha);
@@ -145,6 +148,6 @@ pub(crate) fn irradiance_without_sides(
         return colour * emitted;
     }
     let mean_radiance =
-        colour * (body.geometric_albedo * phase_of_ground_and_rim(body, rim_of_model(body), alpha)) + forward_light(body, alpha);
+        colour * (body.geometric_albedo * phase_of_ground_and_rim(body, || rim_of_model(body), alpha)) + forward_light(body, alpha);
     mean_radiance * sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2)
 }
