@@ -13,6 +13,7 @@ pub(crate) fn value(text: &str) -> serde_json::Result<Value> {
 }
 
 /// The value of a field, for `#[serde(deserialize_with = ...)]`.
+#[cfg(feature = "view")]
 pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Value, D::Error> {
     Unrepeated::deserialize(deserializer).map(|found| found.0)
 }

@@ -361,7 +361,7 @@ fn assemble(
         });
     }
     report_parent_cycles(&bodies, &parent_lines, problems);
-    read_ring::add_to_bodies(rings, &mut bodies, &find_id, &radii_lines, problems);
+    read_ring::add_to_bodies(rings, &mut bodies, find_id, &radii_lines, problems);
     for (body_name, air) in atmospheres {
         if let Some(b) = find_id(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) {
             b.atmosphere = Some(air);

@@ -161,9 +161,10 @@ impl ImageGeometry {
 
     /// Whether a short arc between two ICRF directions leaves the image at one edge and continues at the opposite edge: at the left and right edges of an
     /// equirectangular image, or at the circle of a fisheye of 360 degrees; also if the image is drawn on a mesh.
-    pub(crate) fn is_cut_between(&self, camera: &Camera, from: DVec3, to: DVec3) -> bool {
+    #[cfg(any(feature = "view", test))]
+    pub(crate) fn is_cut_between(&self, from: DVec3, to: DVec3) -> bool {
         match self {
-            Self::Warped(geometry) => geometry.image.is_cut_between(camera, from, to),
+            Self::Warped(geometry) => geometry.image.is_cut_between(from, to),
             Self::Sphere(image) => image.pixel_of(from).zip(image.pixel_of(to)).is_some_and(|(a, b)| {
                 // Beside a pole of an equirectangular image, a short arc that is not cut may span 180 degrees of longitude.
                 if self.is_periodic() {
@@ -290,7 +291,6 @@ mod tests {
     /// A small step is cut at the antimeridian of an equirectangular image and at the edge of a full fisheye only, both opposite to the middle.
     #[test]
     fn an_arc_is_cut_opposite_to_the_middle() {
-        let frame_camera = camera(90, 60);
         let sphere = |projection, half_fov_rad| {
             let (right, up, forward) = (-DVec3::Y, DVec3::Z, DVec3::X);
             ImageGeometry::Sphere(SphereImage { right, up, forward, projection, half_fov_rad, width: 90, height: 60 })
@@ -298,7 +298,7 @@ mod tests {
         // A step of 0.02 rad to the left, its middle this angle from the middle of the image.
         let is_cut = |geometry: &ImageGeometry, angle: f64| {
             let at = |angle: f64| DVec3::new(angle.cos(), angle.sin(), 0.01).normalize();
-            geometry.is_cut_between(&frame_camera, at(angle - 0.01), at(angle + 0.01))
+            geometry.is_cut_between(at(angle - 0.01), at(angle + 0.01))
         };
         for (geometry, cuts) in [
             (sphere(Projection::Equirectangular, std::f64::consts::PI), true),

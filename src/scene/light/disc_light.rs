@@ -100,8 +100,18 @@ pub(crate) fn haze_over_ground(body: &Body, alpha: f64, distance_radii: f64) -> 
     part_without_haze(body, law, alpha.min(law.limit_deg.to_radians())).powf(-correction_weight(distance_radii))
 }
 
+/// A bound of the mean radiance of a disc under irradiance 1, green, at every phase angle; infinite for a body that shines by itself.
+pub(crate) fn max_mean_radiance(body: &Body) -> f64 {
+    if body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. }) {
+        return f64::INFINITY;
+    }
+    let rows = body.atmosphere.as_ref().map_or(&[][..], |air| air.forward_light.as_slice());
+    // No phase function exceeds 2 (test below).
+    2.0 * f64::from(body.colour.y) * body.geometric_albedo + rows.iter().map(|[_, _, green, _]| *green).fold(0.0, f64::max)
+}
+
 /// Squared size of the body for a viewer, times the Sun's irradiance on it: the factor that makes an irradiance of a mean radiance.
-fn sunlit_solid_angle(sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
+pub(crate) fn sunlit_solid_angle(sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
     radius_sq_km2 * (KM_PER_AU / (viewer_distance_km * sun_distance_km)).powi(2)
 }
 
@@ -150,4 +160,25 @@ pub(crate) fn irradiance_without_sides(
     let mean_radiance =
         colour * (body.geometric_albedo * phase_of_ground_and_rim(body, || rim_of_model(body), alpha)) + forward_light(body, alpha);
     mean_radiance * sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::Catalog;
+
+    #[test]
+    fn no_disc_exceeds_the_bound_of_its_radiance() {
+        let mut nearest_to_bound = 0.0_f64;
+        for body in Catalog::embedded().bodies().iter().filter(|body| body.id != NaifId::SUN) {
+            for k in 0..=720 {
+                let alpha = f64::from(k) * std::f64::consts::PI / 720.0;
+                let mean_radiance = irradiance_without_sides(body, alpha, KM_PER_AU, 1.0, 1.0).y;
+                let ratio = mean_radiance / max_mean_radiance(body);
+                assert!(ratio <= 1.0, "{} at {} degrees: {ratio} of the bound", body.name, alpha.to_degrees());
+                nearest_to_bound = nearest_to_bound.max(ratio);
+            }
+        }
+        assert!(nearest_to_bound > 0.3, "a much too high bound: {nearest_to_bound}");
+    }
 }

@@ -36,6 +36,18 @@ pub(crate) fn sunlight(body_to_sun_km: DVec3) -> IncidentLight {
     IncidentLight { from: NaifId::SUN, direction: body_to_sun_km.normalize(), irradiance: DVec3::splat(irradiance) }
 }
 
+/// Squared radius of a sphere with the body's volume.
+fn radius_sq_km2(body: &Body) -> f64 {
+    body.radii_km.element_product().cbrt().powi(2)
+}
+
+/// A bound of the green light that `source` reflects onto a body at `receiver_km` (barycentric).
+fn max_reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> f64 {
+    let distance_km = (source.position_km - receiver_km).length();
+    let solid_angle = disc_light::sunlit_solid_angle(source.body_to_sun_km.length(), distance_km, radius_sq_km2(source.body));
+    disc_light::max_mean_radiance(source.body) * solid_angle
+}
+
 /// The light that `source` reflects onto a body at `receiver_km` (barycentric); `None` if the receiver is nearer to the source's centre than the source's
 /// greatest semi-axis.
 fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<IncidentLight> {
@@ -45,7 +57,7 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
         return None;
     }
     let phase_angle_rad = crate::ephemeris::angle_rad(-to_source, source.body_to_sun_km);
-    let radius_sq_km2 = source.body.radii_km.element_product().cbrt().powi(2);
+    let radius_sq_km2 = radius_sq_km2(source.body);
     let sun_distance_km = source.body_to_sun_km.length();
     let irradiance = disc_light::irradiance_without_sides(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
     Some(IncidentLight { from: source.body.id, direction: to_source / distance_km, irradiance })
@@ -62,13 +74,19 @@ pub(crate) fn planet_shine(
 ) -> (Vec<IncidentLight>, Option<(NaifId, f64)>) {
     // At least 0.01, so that a catalog albedo of 0 does not switch the lights off.
     let radiance_caused_by = |light: &IncidentLight| light.irradiance.y * receiver.geometric_albedo.max(0.01);
-    let mut all: Vec<IncidentLight> = sources
-        .iter()
-        .filter(|s| s.body.id != receiver.id && s.body.id != NaifId::SUN)
-        .filter_map(|s| reflected_light(s, receiver_km))
-        .filter(|l| l.irradiance.y > 0.0)
-        .collect();
-    all.sort_by(|a, b| b.irradiance.y.total_cmp(&a.irradiance.y));
+    let others = sources.iter().filter(|s| s.body.id != receiver.id && s.body.id != NaifId::SUN);
+    let mut by_bound: Vec<(f64, &Reflector<'_>)> = others.map(|s| (max_reflected_light(s, receiver_km), s)).collect();
+    by_bound.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    // Strongest first. Of most sources the bound shows that they are too weak.
+    let mut all: Vec<IncidentLight> = Vec::new();
+    for (bound, source) in by_bound {
+        if all.get(usize::from(MAX_LIGHTS) - 2).is_some_and(|weakest| weakest.irradiance.y > bound) {
+            break;
+        }
+        let Some(light) = reflected_light(source, receiver_km).filter(|l| l.irradiance.y > 0.0) else { continue };
+        let place = all.partition_point(|stronger| stronger.irradiance.y >= light.irradiance.y);
+        all.insert(place, light);
+    }
     let strongest = all.first().map(|l| (l.from, radiance_caused_by(l)));
     let significant = all.into_iter().filter(|l| is_significant(radiance_caused_by(l))).take(usize::from(MAX_LIGHTS) - 1).collect();
     (significant, strongest)

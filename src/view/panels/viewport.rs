@@ -92,7 +92,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         interface.angle.paint(
             &ui.painter().with_clip_rect(viewport),
             |direction| scene.geometry.pixel_of(&scene.camera, direction).map(point_of),
-            |from, to| scene.geometry.is_cut_between(&scene.camera, from, to),
+            |from, to| scene.geometry.is_cut_between(from, to),
         );
     }
     if let Some(click) = handle_mouse(interface, ui, &response, viewport, &placement, actions) {
