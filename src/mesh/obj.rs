@@ -120,7 +120,8 @@ impl Obj {
                 let has_colour = rest.len() == 6;
                 let position = parse_numbers::<3>(rest.get(..3).filter(|_| has_colour || rest.len() == 3).unwrap_or_default())
                     .ok_or_else(|| expected(&format!("v x y z, or v x y z r g b, below {NUMBER_LIMIT:e}")))?;
-                if has_colour == self.colours.is_empty() && !self.positions.is_empty() {
+                let others_have_colour = !self.colours.is_empty();
+                if !self.positions.is_empty() && has_colour != others_have_colour {
                     return Err(expected("a colour at each `v` or at none"));
                 }
                 if has_colour {

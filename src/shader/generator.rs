@@ -1,9 +1,9 @@
-//! The generator digest: a digest of everything on which a stored module depends.
+//! The generator digest: a digest of the generator, which is everything on which a stored module depends.
 //!
 //! In: the Rust sources that determine a module's key, text and stored form; the fragments; the versions of naga and of the WESL parser; and the digest of the
 //! lowering, the step from a module's IR to the tape of the software renderer (`shader` may not use the renderer, so the caller passes this digest in). Out: 16
-//! hexadecimal digits, which name the library's folder on disk. Always: a change of any of these gives another folder, so a module of an older generator is
-//! never read. Not included: sources that do not affect a module ([`EXCLUDED`]).
+//! hexadecimal digits, which name the library's folder on disk. Always: a change of any of these gives another folder, so a module that
+//! older sources or packages produced is never read. Not included: sources that do not affect a module ([`EXCLUDED`]).
 
 use super::fragments::Fragments;
 use sha2::{Digest, Sha256};

@@ -7,7 +7,7 @@ use orrery::catalog::NaifId;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Layers, Position, Purpose, Quality, ViewRequest};
 use orrery::time::Instant;
-use orrery::view::language::{self, Language, catalog_detail, catalog_text, message_text, reason_text};
+use orrery::view::language::{self, Language, catalog_entry_text, catalog_text, message_text, reason_text};
 use std::collections::BTreeSet;
 
 /// Bodies that differ in what they have: air, clouds, rings, a shape model, an invented map.
@@ -66,7 +66,7 @@ fn texts_of_catalogs_are_messages() {
     let mut texts: Vec<String> = Vec::new();
     for moment in catalog.moments() {
         texts.push(catalog_text("moment", &moment.name).into_owned());
-        texts.push(catalog_detail("moment", &moment.name, "about", &moment.about).into_owned());
+        texts.push(catalog_entry_text("moment", &moment.name, "about", &moment.about).into_owned());
     }
     for body in catalog.bodies() {
         texts.extend(body.estimate_notes().iter().map(message_text));
@@ -76,10 +76,10 @@ fn texts_of_catalogs_are_messages() {
     texts.extend(orrery::catalog::cities::all().iter().map(|city| catalog_text("country", city.country).into_owned()));
     for (title, about, text) in orrery_catalogs::TOURS {
         let tour: serde_json::Value = serde_json::from_str(text).expect("JSON");
-        texts.extend([catalog_text("tour", title), catalog_detail("tour", title, "about", about)].map(Into::into));
+        texts.extend([catalog_text("tour", title), catalog_entry_text("tour", title, "about", about)].map(Into::into));
         for (k, stop) in tour["stops"].as_array().expect("stops").iter().enumerate() {
             let stop_text = stop["text"].as_str().expect("a text");
-            texts.push(catalog_detail("tour", title, &(k + 1).to_string(), stop_text).into_owned());
+            texts.push(catalog_entry_text("tour", title, &(k + 1).to_string(), stop_text).into_owned());
         }
     }
     assert!(texts.len() > 100, "{} texts", texts.len());

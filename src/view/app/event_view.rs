@@ -35,8 +35,8 @@ const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
 /// Altitude below which the observed body is near the horizon, degrees.
 const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
-/// Real seconds that the playback of an event takes if the event, with the lead before and after the event, is longer than this. A shorter event is played
-/// in real time.
+/// Longest playback of an event, real seconds. An event that lasts longer, with the lead before and after it, is played faster, so that its playback takes
+/// this time; a shorter event is played in real time.
 const PLAYBACK_S: f64 = 30.0;
 /// Fraction of an event's length that is shown before its first contact and after its last contact.
 const LEAD_FRACTION: f64 = 0.05;
@@ -75,7 +75,7 @@ impl SkyEvent {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
             Self::Lunar(_) => (NaifId::MOON, LUNAR_ECLIPSE_FROM_PLACE_FOV_DEG),
             Self::Transit(_) => (NaifId::SUN, TRANSIT_FOV_DEG),
-            // A mutual event.
+            // A mutual event, as in `view`.
             Self::Moons(e) if e.nearer_moon.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
             Self::Moons(e) if e.class == MoonEventType::Eclipse => (e.planet, ECLIPSED_MOON_FROM_PLACE_FOV_DEG),
             Self::Moons(e) => (e.planet, PLANET_FROM_PLACE_FOV_DEG),
@@ -93,10 +93,9 @@ impl SkyEvent {
         base_view.paused_view(self.greatest(), target, camera_pose, fov_deg)
     }
 
-    /// Playback from shortly before the first contact to shortly after the last contact, in half a minute, or in real time if the event is shorter
-    /// than that.
+    /// Playback from shortly before the first contact to shortly after the last contact. It takes [`PLAYBACK_S`], or less if the event is shorter.
     pub(crate) fn playback(&self) -> EventPlayback {
-        let (first, last) = self.local_span();
+        let (first, last) = self.span_in_view();
         EventPlayback::of_span(first, last)
     }
 
@@ -111,7 +110,7 @@ impl SkyEvent {
 
     /// First and last contact as seen in [`SkyEvent::view`]. For a solar eclipse these are the contacts at the place of greatest eclipse: an eclipse is
     /// shorter at one place than for the entire Earth.
-    fn local_span(&self) -> (Instant, Instant) {
+    fn span_in_view(&self) -> (Instant, Instant) {
         let seen = if let Self::Solar(e) = self { e.seen_from(e.place) } else { None };
         match seen.as_ref().and_then(|s| Some((s.contacts.first()?.time, s.contacts.last()?.time))) {
             Some(span) => span,
@@ -142,8 +141,8 @@ impl EventPlayback {
         }
     }
 
-    /// Whether a time is within the playback, or before or after it by at most its length. If the playback is not that at a place, this range includes the times
-    /// at which all places see the event.
+    /// Whether a time is within the playback, or before or after it by at most its length. For a playback as seen from the Earth's centre or from the place of
+    /// greatest eclipse, every time at which any other place sees the event is therefore near, too.
     pub(crate) fn is_near(&self, tdb_s: f64) -> bool {
         let length_s = self.end_tdb_s - self.start_tdb_s;
         (self.start_tdb_s - length_s..=self.end_tdb_s + length_s).contains(&tdb_s)

@@ -15,7 +15,7 @@ mod translation;
 
 pub use self::choice::Language;
 pub(crate) use self::numbers::{decimal, signed};
-pub use self::translation::{catalog_detail, catalog_text, message_text, reason_text};
+pub use self::translation::{catalog_entry_text, catalog_text, message_text, reason_text};
 use fluent_bundle::concurrent::FluentBundle;
 use fluent_bundle::{FluentArgs, FluentResource, FluentValue};
 use std::cell::Cell;

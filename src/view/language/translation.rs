@@ -1,6 +1,6 @@
 //! Translates texts of the modules below the window (scene, catalogs).
 //!
-//! In: messages (reasons of scenes, notes on estimates), or English texts of the catalogs (moments, tours, gases). Out: the text in the window's
+//! In: messages (reasons of scenes, notes on estimated values of bodies), or English texts of the catalogs (moments, tours, gases). Out: the text in the window's
 //! language. Always: a message is looked up by its id, a text of a catalog by an id made of its English name; a text of a catalog without a
 //! translation, such as one of a user's own catalog, stays English. Not here: which message an error has (`view::error_texts`).
 
@@ -34,16 +34,17 @@ fn argument_text(argument: &Argument) -> String {
         Argument::Number(number) => number_text(number),
         Argument::Name(name) => name_text(name),
         Argument::Names(names) => names.iter().map(|name| name_text(name)).collect::<Vec<_>>().join(", "),
-        Argument::English(text) => detail_text(text),
+        Argument::English(text) => english_text(text),
         Argument::Time(iso_date) if !iso_date.contains('T') => iso_date_text(iso_date),
         Argument::Time(iso) => Instant::parse(iso).map_or_else(|_| iso.clone(), instant_text),
+        // One argument may hold several texts of a catalog, separated by `; `; each has its own id.
         Argument::CatalogText(kind, text) => text.split("; ").map(|part| catalog_text(kind, part)).collect::<Vec<_>>().join("; "),
         Argument::Reason(reason) => reason_text(reason),
     }
 }
 
-/// An English detail. If it ends in an error of the operating system whose number and text are known, that error is translated.
-fn detail_text(english: &str) -> String {
+/// An English text, such as the cause of an error. If it ends in an error of the operating system whose number and text are known, that error is translated.
+fn english_text(english: &str) -> String {
     let Some((text_before, number_and_rest)) = english.split_once(" (os error ") else { return english.to_owned() };
     let number = number_and_rest.split_once(')').map_or(number_and_rest, |(number, _)| number);
     let (phrase, translated) = match number {
@@ -71,7 +72,7 @@ pub fn catalog_text<'t>(kind: &str, english: &'t str) -> Cow<'t, str> {
 
 /// A further text of a catalog's entry, for instance the description of a moment. `kind`: as for [`catalog_text`]. `name`: the entry's English name.
 /// `part`: the last part of the id, such as `about`.
-pub fn catalog_detail<'t>(kind: &str, name: &str, part: &str, english: &'t str) -> Cow<'t, str> {
+pub fn catalog_entry_text<'t>(kind: &str, name: &str, part: &str, english: &'t str) -> Cow<'t, str> {
     if current() == Language::English {
         return Cow::Borrowed(english);
     }
@@ -80,7 +81,8 @@ pub fn catalog_detail<'t>(kind: &str, name: &str, part: &str, english: &'t str) 
 
 /// The message with this id, or else the English text.
 fn catalog_translation<'t>(id: &str, english: &'t str) -> Cow<'t, str> {
-    // The English files lack these texts, so a text is marked if it has a German translation.
+    // `Marked` shows English texts, and the message files for English have no texts of catalogs. Whether a text can be translated, and is therefore marked,
+    // is decided by the German file.
     if current() == Language::Marked {
         let is_translated = messages(Language::German).without_arguments.contains_key(id);
         return if is_translated { Cow::Owned(marked_message(english)) } else { Cow::Borrowed(english) };
@@ -110,6 +112,7 @@ mod tests {
 
     #[test]
     fn reasons_are_translated_message_by_message() {
+        // `share`: by how much the penumbra misses, as a multiple of its radius.
         let nearest = reason!("eclipse-nearest", body = "Moon", share = format_args!("{:.2}", 1.5));
         let light = reason!("of-white", light = 2, threshold = 1);
         let both = nearest.and(reason!("eclipse-at-most", light = light)).and(reason!("set-by-you"));
@@ -126,8 +129,9 @@ mod tests {
         assert!(reason_text(&path).contains("8. April 2024, 18:17:16 UTC"), "{}", reason_text(&path));
         assert_eq!(message_text(&message!("nobody-wrote-this")), "nobody-wrote-this");
         // A system error is recognised by its number and its text together.
-        assert_eq!(detail_text("x: No such file or directory (os error 2)"), "x: keine solche Datei, kein solcher Ordner");
-        assert_eq!(detail_text("x: odd (os error 2)"), "x: odd (os error 2)");
+        assert_eq!(english_text("x: No such file or directory (os error 2)"), "x: keine solche Datei, kein solcher Ordner");
+        assert_eq!(english_text("x: odd (os error 2)"), "x: odd (os error 2)");
+        // `«»` is around each message, also around the decimal mark, which is a message of its own; `‹›` is around each text argument.
         set(Language::Marked);
         assert_eq!(
             reason_text(&both.messages()[0].clone().into()),
@@ -141,8 +145,9 @@ mod tests {
         assert_eq!(slug("8 April: Voyager 2's (new) images."), "8-april-voyager-2-s-new-images");
         set(Language::German);
         assert_eq!(catalog_text("moment", "Earthrise"), "Erdaufgang");
-        assert!(catalog_detail("moment", "Earthrise", "about", "The Earth").starts_with("Die Erde über dem Mondhorizont"));
+        assert!(catalog_entry_text("moment", "Earthrise", "about", "The Earth").starts_with("Die Erde über dem Mondhorizont"));
         assert_eq!(catalog_text("moment", "My own eclipse"), "My own eclipse");
+        // `invented`: the kind of texts about maps and shapes that are invented. Only the first of these two texts is in the shipped catalogs.
         let how = Argument::CatalogText("invented", "the northern half, which no spacecraft saw lit; my own part".into());
         assert_eq!(argument_text(&how), "die Nordhälfte, die keine Raumsonde beleuchtet sah; my own part");
         set(Language::Marked);

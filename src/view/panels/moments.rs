@@ -12,7 +12,7 @@ use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::presets::Preset;
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::{day_text, instant_text};
-use crate::view::language::{catalog_detail, catalog_text, text, translated_name};
+use crate::view::language::{catalog_entry_text, catalog_text, text, translated_name};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::ScrollArea;
 
@@ -48,7 +48,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             ui.add_space(6.0);
             ui.strong(translated_name("moment-kind", kind));
             for moment in moments_of_kind {
-                let about = catalog_detail("moment", &moment.name, "about", &moment.about);
+                let about = catalog_entry_text("moment", &moment.name, "about", &moment.about);
                 let hover = text!("moments-hint", about = about, time = instant_text(moment.time), source = moment.source);
                 if ui.button(catalog_text("moment", &moment.name)).on_hover_text(hover).clicked() {
                     match view_of_moment(moment, catalog, &SessionPositions(worker.session()), &interface.viewer.base_view()) {
@@ -95,7 +95,7 @@ fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker
     ui.add_space(6.0);
     ui.strong(text!("tours"));
     for (name, about, json) in orrery_catalogs::TOURS {
-        let about = catalog_detail("tour", name, "about", about);
+        let about = catalog_entry_text("tour", name, "about", about);
         if ui.button(catalog_text("tour", name)).on_hover_text(about.as_ref()).clicked() {
             tour::start(interface, worker.session(), json, actions);
         }

@@ -12,7 +12,7 @@ use crate::view::app::tour::{MAX_BYTES, Tour};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
-use crate::view::language::{catalog_detail, catalog_text, text};
+use crate::view::language::{catalog_entry_text, catalog_text, text};
 use crate::wording::echo;
 use egui::{Align2, Button, Color32, Frame, Label, ProgressBar, Rect, RichText, Vec2};
 use std::path::Path;
@@ -157,7 +157,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 ))
                 .small(),
             ));
-            let stop_text = catalog_detail("tour", &playback.tour.title, &(stop_index + 1).to_string(), playback.tour.text(stop_index));
+            let stop_text = catalog_entry_text("tour", &playback.tour.title, &(stop_index + 1).to_string(), playback.tour.text(stop_index));
             let text_label = ui.label(stop_text);
             // Screen readers announce the text although it has no focus.
             ui.ctx().accesskit_node_builder(text_label.id, |node| node.set_live(egui::accesskit::Live::Polite));

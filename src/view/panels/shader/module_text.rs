@@ -14,7 +14,7 @@ use std::ops::Range;
 /// One line of the text, its feature and its origin.
 pub(crate) struct ModuleLine {
     pub text: String,
-    /// Index into [`ModuleText::features`]; 0 if the language has no features.
+    /// Index into [`ModuleText::features`]; 0 if the line needs no feature, or if the language has no features.
     pub feature: u16,
     /// Path of the fragment (a shader source) and number of the line in it, such as `shaders/lib/a.wesl:7`; empty if unknown.
     pub origin: String,
@@ -24,8 +24,9 @@ pub(crate) struct ModuleLine {
 pub(crate) struct ModuleText {
     pub language: Language,
     pub lines: Vec<ModuleLine>,
-    /// Name and number of lines of each feature. The first is the module's own name, with the lines that need no feature. Empty for languages other than
-    /// WGSL.
+    /// Names of features and the number of their lines, as in the source map's `features`. Entry 0 is no feature: it has the module's own name, and the lines
+    /// that need no feature. A line may need several features: the entry `a, not b, c` has the lines that are in the module because `a` is on, and `b` and
+    /// `c` are off. Empty for languages other than WGSL.
     pub features: Vec<(String, usize)>,
 }
 
@@ -39,8 +40,9 @@ pub(crate) fn translated_text(module: &ShaderModule, language: Language) -> Resu
     let has_source_map = language == Language::Wgsl;
     let line = |(index, text): (usize, &str)| {
         let mapped = source_map.lines.get(index).filter(|_| has_source_map);
+        let line_number = index + 1;
         let origin =
-            mapped.and_then(|_| source_map.origin_of(index + 1)).map_or(String::new(), |(path, line)| format!("shaders/{path}:{line}"));
+            mapped.and_then(|_| source_map.origin_of(line_number)).map_or(String::new(), |(path, line)| format!("shaders/{path}:{line}"));
         ModuleLine { text: text.replace('\t', "    "), feature: mapped.map_or(0, |mapped| mapped.feature), origin }
     };
     let lines: Vec<ModuleLine> = text.lines().enumerate().map(line).collect();
@@ -218,8 +220,8 @@ fn syntax_colour(kind: TokenKind, is_dark: bool) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// The colour of a feature, the same in every module; `is_dark`: on a dark background. Almost every feature of a dimension has its own colour, and its
-/// negation has the same hue. Any other name, such as the module's own, is grey.
+/// The colour of a feature, the same in every module; `is_dark`: on a dark background. Almost every feature of a dimension has its own colour; the
+/// lines that need the feature to be off have the same hue. Any other name, such as the module's own, is grey.
 pub(crate) fn feature_colour(name: &str, is_dark: bool) -> Color32 {
     // Of several negated features (`not a, b`), the first gives the hue.
     let (is_negated, name) = name.strip_prefix("not ").map_or((false, name), |names| (true, names.split(", ").next().unwrap_or(names)));

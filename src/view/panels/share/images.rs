@@ -51,18 +51,27 @@ pub(crate) fn single_image(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// The time of the first frame (TDB seconds past J2000) and the time between frames, seconds, of frames that span the chosen event; `None` unless the
-/// displayed time is near the event.
-fn frames_of_event(interface: &Interface) -> Option<(f64, f64)> {
+/// The times of the frames of a sequence or animation.
+#[derive(Clone, Copy)]
+pub(super) struct FrameTimes {
+    /// Time of the first frame, TDB seconds past J2000.
+    pub start_tdb_s: f64,
+    /// Displayed time between two frames, seconds.
+    pub step_s: f64,
+}
+
+/// The times of frames that span the chosen event; `None` unless the displayed time is near the event.
+fn frames_of_event(interface: &Interface) -> Option<FrameTimes> {
+    // `destination`: of a flight, if there is one. `home`: the user's place on the Earth, at which an event may be shorter.
     let view = interface.viewer.destination();
     let playback = interface.events.playback_of_chosen(&view.camera_pose, interface.information.home)?;
     let step_s = (playback.end_tdb_s - playback.start_tdb_s) / f64::from(interface.share.frame_count.max(2) - 1);
-    playback.is_near(view.tdb_s).then_some((playback.start_tdb_s, step_s))
+    playback.is_near(view.tdb_s).then_some(FrameTimes { start_tdb_s: playback.start_tdb_s, step_s })
 }
 
 /// As [`frames_of_event`], if the user wants the frames to span the event.
-pub(super) fn chosen_frames_of_event(interface: &Interface) -> Option<(f64, f64)> {
-    frames_of_event(interface).filter(|_| interface.share.spans_event)
+pub(super) fn chosen_frames_of_event(interface: &Interface) -> Option<FrameTimes> {
+    frames_of_event(interface).filter(|_| interface.share.wants_event_span)
 }
 
 /// Shows the button that exports a sequence, and the fields for the number of frames and their interval, which also apply to animations.
@@ -74,7 +83,7 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.horizontal_wrapped(|ui| {
         accessible::number_field(ui, DragValue::new(&mut panel.frame_count).range(1..=100_000), text!("frames-count"));
         ui.label(text!("frames-unit"));
-        if let Some((_, step_s)) = event_frames {
+        if let Some(FrameTimes { step_s, .. }) = event_frames {
             ui.label(format!("{} s", decimal(step_s, 1))).on_hover_text(text!("frames-step"));
         } else {
             // At most about a century between frames.
@@ -84,7 +93,7 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
         ui.label(text!("frames-apart"));
     });
     if is_near_event {
-        ui.checkbox(&mut panel.spans_event, text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
+        ui.checkbox(&mut panel.wants_event_span, text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
     }
     let sequence = icons::button(ui, Icon::Save, text!("frames-export"));
     let hover = text!("frames-export-hint");
@@ -102,17 +111,17 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
             .on_hover_text(text!("animation-file-hint"));
         dialog::button(interface, ui, FileField::Animation);
     });
-    let spans_event = chosen_frames_of_event(interface).is_some();
+    let frames_span_event = chosen_frames_of_event(interface).is_some();
     let panel = &mut interface.share;
     let animation = &mut panel.animation;
     ui.horizontal(|ui| {
         option_fields(ui, &mut animation.options, [text!("animation-width"), text!("animation-height"), text!("animation-labels")]);
     });
     ui.horizontal_wrapped(|ui| {
-        accessible::number_field(ui, DragValue::new(&mut animation.rate).range(1..=100), text!("animation-rate"));
+        accessible::number_field(ui, DragValue::new(&mut animation.frames_per_s).range(1..=100), text!("animation-rate"));
         ui.label(text!("animation-rate-unit"));
-        let centred = Checkbox::new(&mut animation.is_centred, text!("animation-centred"));
-        ui.add_enabled(!spans_event, centred).on_hover_text(text!("animation-centred-hint"));
+        let centred = Checkbox::new(&mut animation.is_centred_on_displayed_time, text!("animation-centred"));
+        ui.add_enabled(!frames_span_event, centred).on_hover_text(text!("animation-centred-hint"));
     });
     folder(ui, &animation.file_name);
     let record = icons::button(ui, Icon::Film, text!("animation-record"));

@@ -9,6 +9,7 @@ mod images;
 
 use self::dialog::FileField;
 use self::export::{Export, FrameViews, ImageOptions};
+use self::images::FrameTimes;
 use super::Interface;
 use super::icons::{self, Icon};
 use crate::files::{FileAccess, read_text, write_new};
@@ -42,7 +43,7 @@ pub(crate) struct SharePanel {
     /// Displayed time between two frames, seconds; negative to go back in time.
     step_s: f64,
     /// Whether the frames span the chosen event instead, while the displayed time is near it.
-    spans_event: bool,
+    wants_event_span: bool,
     animation: Animation,
     /// The image that is being drawn and written.
     saving: Option<Pending<Result<PathBuf, String>>>,
@@ -62,10 +63,9 @@ pub(crate) struct SharePanel {
 struct Animation {
     file_name: String,
     options: ImageOptions,
-    /// Frames per second.
-    rate: u32,
+    frames_per_s: u32,
     /// Whether the displayed time is in the middle of the animation; otherwise it is at the start.
-    is_centred: bool,
+    is_centred_on_displayed_time: bool,
 }
 
 /// What to export.
@@ -86,12 +86,12 @@ impl Default for SharePanel {
             image_options: ImageOptions { size_px: [1920, 1080], has_labels: false },
             frame_count: 60,
             step_s: 60.0,
-            spans_event: false,
+            wants_event_span: false,
             animation: Animation {
                 file_name: "orrery.gif".into(),
                 options: ImageOptions { size_px: [640, 360], has_labels: false },
-                rate: 25,
-                is_centred: true,
+                frames_per_s: 25,
+                is_centred_on_displayed_time: true,
             },
             saving: None,
             export: None,
@@ -238,24 +238,31 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
 /// An export with the panel's settings, not started yet.
 fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String> {
     let panel = &interface.share;
-    let Animation { file_name, options, rate, is_centred } = &panel.animation;
+    let Animation { file_name, options, frames_per_s, is_centred_on_displayed_time } = &panel.animation;
     let view = interface.viewer.shareable();
     let event_frames = images::chosen_frames_of_event(interface);
     // The frames from a time on, or those of the chosen event.
     let frames_from = |tdb_s: f64| {
-        let (tdb_s, step_s) = event_frames.unwrap_or((tdb_s, panel.step_s));
-        FrameViews::Steps { view: Box::new(ViewState { tdb_s, ..view.clone() }), step_s }
+        let FrameTimes { start_tdb_s, step_s } = event_frames.unwrap_or(FrameTimes { start_tdb_s: tdb_s, step_s: panel.step_s });
+        FrameViews::Steps { view: Box::new(ViewState { tdb_s: start_tdb_s, ..view.clone() }), step_s }
     };
     match kind {
         ExportKind::Sequence => Export::sequence(frames_from(view.tdb_s), &panel.image_file_name, panel.frame_count, panel.image_options),
         ExportKind::Animation => {
-            let start_to_displayed_s = if *is_centred { 0.5 * f64::from(panel.frame_count - 1) * panel.step_s } else { 0.0 };
-            Export::animation(frames_from(view.tdb_s - start_to_displayed_s), file_name, panel.frame_count, *rate, *options)
+            let start_to_displayed_s =
+                if *is_centred_on_displayed_time { 0.5 * f64::from(panel.frame_count - 1) * panel.step_s } else { 0.0 };
+            Export::animation(frames_from(view.tdb_s - start_to_displayed_s), file_name, panel.frame_count, *frames_per_s, *options)
         }
         ExportKind::Tour => {
             let tour = interface.tour.current_tour().ok_or(text!("share-no-tour"))?;
-            let frame_count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
-            Export::animation(FrameViews::Tour { tour, rate: *rate, quality: view.quality }, file_name, frame_count, *rate, *options)
+            let frame_count = ((tour.length_s() * f64::from(*frames_per_s)).ceil() as u32).max(1);
+            Export::animation(
+                FrameViews::Tour { tour, rate: *frames_per_s, quality: view.quality },
+                file_name,
+                frame_count,
+                *frames_per_s,
+                *options,
+            )
         }
     }
 }
