@@ -15,7 +15,8 @@ const MAX_TOUR_FRAMES: f64 = 216_000.0;
 
 /// The views of a sequence.
 pub(crate) enum Views {
-    /// One view at `count` times, `step_s` UTC seconds apart: a step of a day keeps the time of day across a leap second, as in tables of `ephemeris`.
+    /// One view at `count` times, `step_s` UTC seconds apart: a step of a day keeps the time of day across a leap second, as in the tables of
+    /// `orrery ephemeris`.
     Steps { first: Box<ViewRequest>, step_s: f64, count: u32 },
     /// The views along a tour, one per frame.
     // Constructed only with the feature `view`, whose module parses tour files.

@@ -1,7 +1,7 @@
 //! The fragments (WESL files of shaders/) that modules are emitted from.
 //!
-//! In: the built-in fragments, and a user's files that replace some of them or are new. Out: text and parsed form of each fragment, by path. Not here: the
-//! grammar (`shader::source`).
+//! In: the built-in fragments, and a user's files that replace some of them or are new; in this module only these are called *files*. Out: text and parsed
+//! form of each fragment, by path. Not here: the grammar (`shader::source`).
 
 use super::ShaderError;
 use super::constants::CONSTANTS;
@@ -142,18 +142,18 @@ type Parsed = OnceLock<Result<Fragment, ShaderError>>;
 static BUILT_IN: LazyLock<HashMap<&'static str, (&'static str, Parsed)>> =
     LazyLock::new(|| FRAGMENTS.iter().map(|(path, text)| (*path, (*text, Parsed::new()))).collect());
 
-/// A set of fragments from which modules are emitted: the built-in ones, and files that replace some of them or are new.
+/// A set of fragments from which modules are emitted: the built-in ones, and the user's files, which replace some of them or are new.
 #[derive(Clone, Debug, Default)]
 pub struct Fragments {
-    /// Text and parsed form of the files that replace built-in fragments or are new, by path inside shaders/.
-    files: BTreeMap<String, (String, Parsed)>,
+    /// Text and parsed form of the user's files that replace built-in fragments or are new, by path inside shaders/.
+    user_files: BTreeMap<String, (String, Parsed)>,
 }
 
 impl PartialEq for Fragments {
     fn eq(&self, other: &Self) -> bool {
         // The parsed forms are not compared, because they follow from the texts.
-        let mut pairs = self.files.iter().zip(&other.files);
-        self.files.len() == other.files.len()
+        let mut pairs = self.user_files.iter().zip(&other.user_files);
+        self.user_files.len() == other.user_files.len()
             && pairs.all(|((path, (text, _)), (other_path, (other_text, _)))| path == other_path && text == other_text)
     }
 }
@@ -161,7 +161,8 @@ impl PartialEq for Fragments {
 impl Eq for Fragments {}
 
 impl Fragments {
-    /// The built-in fragments, replaced and extended by these files (path inside shaders/, text). A file equal to the built-in fragment replaces nothing.
+    /// The built-in fragments, replaced and extended by these files of the user (path inside shaders/, text). A file equal to the built-in fragment replaces
+    /// nothing.
     pub fn with_files(files: impl IntoIterator<Item = (String, String)>) -> Self {
         Self::default().and_files(files)
     }
@@ -172,9 +173,9 @@ impl Fragments {
         let is_built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
         for (path, text) in files {
             if is_built_in(&path, &text) {
-                self.files.remove(&path);
+                self.user_files.remove(&path);
             } else {
-                self.files.insert(path, (text, Parsed::new()));
+                self.user_files.insert(path, (text, Parsed::new()));
             }
         }
         self
@@ -182,7 +183,7 @@ impl Fragments {
 
     /// Text and parsed form of a fragment, or its first error; `None` if there is no fragment of this path.
     pub fn parsed(&self, path: &str) -> Option<(&str, Result<&Fragment, ShaderError>)> {
-        let (text, parsed): (&str, _) = match self.files.get(path) {
+        let (text, parsed): (&str, _) = match self.user_files.get(path) {
             // All of a user's file is checked against the grammar, also the parts that no key includes.
             Some((text, parsed)) => (text, parsed.get_or_init(|| Fragment::check(path, text))),
             None => {
@@ -196,25 +197,25 @@ impl Fragments {
     /// A fragment's text by its path inside shaders/.
     pub fn text(&self, path: &str) -> Option<&str> {
         let built_in = || BUILT_IN.get(path).map(|(text, _)| *text);
-        self.files.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
+        self.user_files.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
     }
 
-    /// Paths of the fragments that a file replaces or adds.
+    /// Paths of the fragments that a file of the user replaces or adds.
     pub fn replaced_or_added(&self) -> impl Iterator<Item = &str> {
-        self.files.keys().map(String::as_str)
+        self.user_files.keys().map(String::as_str)
     }
 
-    /// Whether no file replaces or adds a fragment.
+    /// Whether no file of the user replaces or adds a fragment.
     pub fn are_built_in(&self) -> bool {
-        self.files.is_empty()
+        self.user_files.is_empty()
     }
 
     /// Paths of new files that no fragment with a built-in path imports, directly or through others, sorted. Empty if any file that is used has an error,
     /// because what that file imports is then unknown.
     pub fn unused(&self) -> Vec<&str> {
         let mut reached_paths: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();
-        // Only files can import new files, so the search starts at those that replace built-in fragments.
-        let mut unvisited: Vec<String> = self.files.keys().filter(|path| reached_paths.contains(*path)).cloned().collect();
+        // No built-in fragment imports a new one, so the search starts at the user's files that replace built-in fragments.
+        let mut unvisited: Vec<String> = self.user_files.keys().filter(|path| reached_paths.contains(*path)).cloned().collect();
         while let Some(path) = unvisited.pop() {
             match self.parsed(&path) {
                 Some((_, Ok(fragment))) => {
@@ -226,14 +227,14 @@ impl Fragments {
                 None => {}
             }
         }
-        self.files.keys().filter(|path| !reached_paths.contains(*path)).map(String::as_str).collect()
+        self.user_files.keys().filter(|path| !reached_paths.contains(*path)).map(String::as_str).collect()
     }
 
     /// Path and text of every fragment: first those with the path of a built-in one, sorted by path, then the new ones.
     pub fn all(&self) -> impl Iterator<Item = (&str, &str)> {
-        let built_in = FRAGMENTS.iter().map(|(path, text)| (*path, self.files.get(*path).map_or(*text, |(text, _)| text.as_str())));
+        let built_in = FRAGMENTS.iter().map(|(path, text)| (*path, self.user_files.get(*path).map_or(*text, |(text, _)| text.as_str())));
         let is_new = |(path, _): &(&String, &(String, Parsed))| !BUILT_IN.contains_key(path.as_str());
-        built_in.chain(self.files.iter().filter(is_new).map(|(path, (text, _))| (path.as_str(), text.as_str())))
+        built_in.chain(self.user_files.iter().filter(is_new).map(|(path, (text, _))| (path.as_str(), text.as_str())))
     }
 }
 
@@ -254,17 +255,18 @@ mod tests {
 
     #[test]
     fn a_file_that_nothing_imports_is_unused_also_beside_broken_files() {
-        let user = |import: &str| ("lib/clouds.wesl".to_owned(), format!("import package::lib::{import}::a;\n"));
+        // The built-in fragment of the clouds, replaced by a file that imports another fragment.
+        let clouds_importing = |import: &str| ("lib/clouds.wesl".to_owned(), format!("import package::lib::{import}::a;\n"));
         let new = |name: &str, text: &str| (format!("lib/{name}.wesl"), text.to_owned());
         let (sound, broken) = ("const a = 1.0;\n", "const a = = 1.0;\n");
         let unused = |files: Vec<(String, String)>| {
             let fragments = Fragments::with_files(files);
             fragments.unused().into_iter().map(str::to_owned).collect::<Vec<_>>()
         };
-        assert_eq!(unused(vec![user("mine"), new("mine", sound), new("other", sound)]), ["lib/other.wesl"]);
-        assert_eq!(unused(vec![user("mine"), new("mine", sound), new("other", broken)]), ["lib/other.wesl"]);
-        assert_eq!(unused(vec![user("mine"), new("mine", sound), new("other", broken), new("third", sound)]).len(), 2);
+        assert_eq!(unused(vec![clouds_importing("mine"), new("mine", sound), new("other", sound)]), ["lib/other.wesl"]);
+        assert_eq!(unused(vec![clouds_importing("mine"), new("mine", sound), new("other", broken)]), ["lib/other.wesl"]);
+        assert_eq!(unused(vec![clouds_importing("mine"), new("mine", sound), new("other", broken), new("third", sound)]).len(), 2);
         // The broken file is used, and may import the other one.
-        assert!(unused(vec![user("mine"), new("mine", broken), new("other", sound)]).is_empty());
+        assert!(unused(vec![clouds_importing("mine"), new("mine", broken), new("other", sound)]).is_empty());
     }
 }

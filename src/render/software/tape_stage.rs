@@ -1,7 +1,7 @@
 //! Shader stages that run the tape (list of instructions) of a lowered module.
 //!
-//! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch was stopped at a loop limit, no further batch
-//! runs. Not here: how a tape is executed (`exec`).
+//! In: a [`Program`] (a lowered entry point), a draw's uniform bytes and textures. Out: a [`LaneProgram`], the
+//! rasteriser's view of a shader stage. Always: after a batch was stopped at a loop limit, no further batch runs. Not here: how a tape is executed (`exec`).
 
 use super::exec::{BoundProgram, DrawTapeValues, ExecutionCounts, Executor, LaneMask, TextureUnit};
 use super::kernels::KernelClass;
@@ -23,7 +23,7 @@ pub(crate) struct TapeStage<'a, R: Real> {
     bound_program: Arc<BoundProgram<R>>,
     /// If set, the native tone map with these uniforms runs in place of the program.
     tone_map: Option<ToneMapUniforms>,
-    /// As [`LaneProgram::marks`].
+    /// Marks of texels of an earlier pass's image: the program discards the pixels whose four nearest texels are all marked.
     marks: Option<TexelMarks>,
     /// A batch was stopped at a loop limit; no further batch is run.
     hit_loop_limit: AtomicBool,
@@ -47,7 +47,7 @@ impl<'a, R: Real> TapeStage<'a, R> {
         Self { tone_map: tone_map.filter(|_| R::as_f32(&[]).is_some()), ..self }
     }
 
-    /// Sets the marks by which the program discards pixels.
+    /// Sets the marks of texels for whose pixels the program is known to discard (see `texel_marks`).
     pub(crate) fn with_marks(self, marks: Option<TexelMarks>) -> Self {
         Self { marks, ..self }
     }
@@ -73,9 +73,11 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
         self.program.uses_discard
     }
     fn reads_texture_size_per_draw(&self) -> bool {
+        // An instruction that runs once per draw can read the size of a texture, but no texels.
         self.program.draw_tape.iter().any(|instr| instr.texture().is_some())
     }
     fn is_position_independent(&self) -> bool {
+        // The pixel's position then affects a result only by the choice of the texels that are loaded.
         self.program.is_position_independent()
     }
     fn tone_map(&self) -> Option<ToneMapUniforms> {
@@ -110,11 +112,11 @@ impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
         if self.stage.hit_loop_limit() {
             return 0;
         }
-        let remaining = self.executor.run(&self.stage.draw_values, active, textures);
+        let undiscarded = self.executor.run(&self.stage.draw_values, active, textures);
         if self.executor.hit_loop_limit() {
             self.stage.hit_loop_limit.store(true, Ordering::Relaxed);
         }
-        remaining
+        undiscarded
     }
     fn output(&self, k: usize) -> &[R; LANES] {
         self.executor.output(k)

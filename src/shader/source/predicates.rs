@@ -75,7 +75,9 @@ pub static PREDICATES: &[Predicate] = &[
     ),
     predicate("has_cloud_map", "maps_cloud_shadow || surface_cloud", "the cloud map is read, for the clouds or for their shadow"),
     predicate("has_detail", "detail_craters || detail_hills || detail_billows", "procedural relief finer than the map is drawn"),
+    // In lib/detail.wesl, the noise of the hills also gives city lights their structure.
     predicate("has_city_light_detail", "maps_night && detail_hills", "city lights have structure finer than the night map"),
+    // `flags_alphatexture`: the alpha of a shape model's albedo map is its coverage.
     predicate("is_translucent", "flags_alphatexture || surface_cloud", "a map makes the surface transparent"),
     predicate(
         "has_map",
@@ -101,7 +103,7 @@ pub static PREDICATES: &[Predicate] = &[
     predicate(
         "has_quadric_shape",
         "shape_sphere || shape_ellipsoid",
-        "each pixel's view ray meets a quadric, and the fragment writes its depth",
+        "each pixel's view ray meets a quadric, and the fragment stage writes the depth of the intersection",
     ),
     predicate("has_axis_ratios", "shape_ellipsoid || shape_mesh", "lengths in the unit-sphere frame must be scaled by the axis ratios"),
     predicate("reads_ring_profile", "surface_ring || ring_shadow_point_sun || ring_shadow_penumbra", "the ring's profile table is read"),

@@ -1,9 +1,9 @@
-//! The events of the timeline that have been found so far, and the next search for more.
+//! The events of the timeline that have been found so far, and the two searches for more: back in time, and forward.
 //!
-//! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
+//! In: the displayed span of time, found events. Out: the search whose next step is due; the known events ordered by time. Always: the searched span has no
 //! gaps; its end that is closer to the middle of the displayed span is extended first. If the middle of the displayed span is farther from the searched
-//! span than the length of one step, or if the ephemeris covered nothing there, all events are dropped and the search starts again at that middle. Not
-//! here: the thread that searches, and the painting.
+//! span than the length of one step (than `MIN_STEP_S` if the ephemeris covered no step from where the searches started), or if there are too many events,
+//! all events are dropped and both searches start again at that middle. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, MIN_STEP_S, SkyEvent};
 use crate::time::Instant;
@@ -19,7 +19,7 @@ pub(crate) struct KnownEvent {
     pub event: Arc<SkyEvent>,
 }
 
-/// Number of events above which all events are dropped and the search starts again.
+/// Number of events above which all events are dropped and the searches start again.
 const MAX_EVENTS: usize = 5000;
 
 /// The events of some kinds found so far.
@@ -40,14 +40,14 @@ impl KnownEvents {
         Self { kinds, step_s: step_days * SECONDS_PER_DAY, searches: None, events: Vec::new() }
     }
 
-    /// Start and end of the searched span, TDB seconds past J2000; `None` before the first search.
+    /// Start and end of the searched span, TDB seconds past J2000; `None` before the searches start.
     fn searched_span(&self) -> Option<(f64, f64)> {
         let [back, forward] = self.searches.as_ref()?.each_ref().map(|search| search.searched_until().tdb_seconds_past_j2000());
         Some((back, forward))
     }
 
-    /// How far from the searched span the middle of the displayed span may be, seconds, before the search starts again. Where the searches began outside the
-    /// ephemeris and found no part of it, this is less than a step: they say nothing about the days around them.
+    /// How far from the searched span the middle of the displayed span may be, seconds, before the searches start again. This is the length of a step, or
+    /// `MIN_STEP_S` if the ephemeris covered no step of either search: it may still cover a time that is less than a step away, which must then be searched.
     fn reach_s(&self) -> f64 {
         let found_nothing_covered =
             |[back, forward]: &[EventSearch; 2]| back.is_over() && forward.is_over() && back.searched_until() == forward.searched_until();
@@ -63,7 +63,8 @@ impl KnownEvents {
             |(first_tdb_s, last_tdb_s): (f64, f64)| middle_tdb_s < first_tdb_s - reach_s || middle_tdb_s > last_tdb_s + reach_s;
         if self.searched_span().is_none_or(is_far_from_middle) || self.events.len() > MAX_EVENTS {
             let middle = Instant::from_tdb_seconds_past_j2000(middle_tdb_s);
-            let search = |is_backward| EventSearch::new(self.kinds.to_vec(), middle, f64::INFINITY, is_backward).in_steps_of(self.step_s);
+            let endless_s = f64::INFINITY;
+            let search = |is_backward| EventSearch::new(self.kinds.to_vec(), middle, endless_s, is_backward).in_steps_of(self.step_s);
             self.searches = Some([true, false].map(search));
             self.events.clear();
         }
@@ -147,7 +148,7 @@ mod tests {
         assert_eq!(steps(0.0, 100.0), 0);
         assert_eq!(steps(30.0, 120.0), 2, "only the new part after the searched span");
         assert_eq!(steps(-10.0, 50.0), 1, "only the new part before the searched span");
-        assert_eq!(steps(9000.0, 9100.0), 10, "the search starts again elsewhere");
+        assert_eq!(steps(9000.0, 9100.0), 10, "the searches start again elsewhere");
         assert_eq!(known.searched_span(), Some((9000.0 * DAY_S, 9100.0 * DAY_S)));
     }
 
@@ -185,13 +186,13 @@ mod tests {
         assert_eq!(steps_needed(&mut known, 0.0, 10.0 * DAY_S, |_| true), 0);
     }
 
-    /// The built-in series reach from 3001 BC to AD 3000; a kernel may reach further.
+    /// The dates are inside and outside the span of the built-in series, 3001 BC to AD 3000, because a kernel may reach further.
     #[test]
     fn both_sides_of_a_distant_date_are_searched() {
-        for years in [-12_000.0, -3500.0, 1500.0, 9000.0] {
+        for years_past_j2000 in [-12_000.0, -3500.0, 1500.0, 9000.0] {
             let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
-            let middle_s = years * DAYS_PER_JULIAN_YEAR * DAY_S;
-            assert_eq!(steps_needed(&mut known, middle_s - 100.0 * DAY_S, middle_s + 100.0 * DAY_S, |_| true), 20, "{years}");
+            let middle_s = years_past_j2000 * DAYS_PER_JULIAN_YEAR * DAY_S;
+            assert_eq!(steps_needed(&mut known, middle_s - 100.0 * DAY_S, middle_s + 100.0 * DAY_S, |_| true), 20, "{years_past_j2000}");
         }
     }
 
@@ -213,7 +214,7 @@ mod tests {
         }
     }
 
-    /// A search from a date beyond the end of the ephemeris once counted as one of the 500 days before that date, too.
+    /// When the searches started beyond the end of the ephemeris, the 500 days before their start once counted as searched, too.
     #[test]
     fn a_search_that_began_outside_the_ephemeris_starts_again_inside() {
         // The ephemeris ends at J2000.
@@ -223,7 +224,7 @@ mod tests {
         let mut known = KnownEvents::new(&[EventKind::Solar], 500.0);
         let mut steps = |from_days: f64, to_days: f64| steps_needed(&mut known, from_days * DAY_S, to_days * DAY_S, is_covered);
         assert!(steps(50.0, 150.0) > 0);
-        assert_eq!(steps(50.5, 150.5), 0, "not again and again while time runs there");
+        assert_eq!(steps(50.5, 150.5), 0, "no search starts again after a move of less than `MIN_STEP_S`");
         assert!(steps(-350.0, -250.0) > 0);
         let (first_s, last_s) = known.searched_span().expect("a span");
         assert!(first_s <= -350.0 * DAY_S && last_s >= -250.0 * DAY_S, "{} to {} days", first_s / DAY_S, last_s / DAY_S);

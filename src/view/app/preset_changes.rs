@@ -10,14 +10,16 @@ use super::view_state::ViewState;
 struct PresetSettings {
     orbits: bool,
     constellations: bool,
-    stars_boost_stops: f64,
+    /// Stops, as in [`ViewState`].
+    stars_boost: f64,
+    /// As in [`ViewState`]; `None`: automatic exposure.
     exposure_stops: Option<f64>,
 }
 
 impl PresetSettings {
     fn of(view: &ViewState) -> Self {
         let ViewState { orbits, stars_boost, exposure_stops, .. } = *view;
-        Self { orbits, constellations: view.layers.constellations, stars_boost_stops: stars_boost, exposure_stops }
+        Self { orbits, constellations: view.layers.constellations, stars_boost, exposure_stops }
     }
 }
 
@@ -45,7 +47,7 @@ impl PresetChanges {
     /// Undoes only the brightness of stars and the exposure: a flight from the preset's view to a body keeps the preset's orbits and constellations.
     pub(crate) fn undo_brightness(&self, view: &mut ViewState) {
         if PresetSettings::of(view) == self.settings_after {
-            (view.stars_boost, view.exposure_stops) = (self.settings_before.stars_boost_stops, self.settings_before.exposure_stops);
+            (view.stars_boost, view.exposure_stops) = (self.settings_before.stars_boost, self.settings_before.exposure_stops);
         }
     }
 }

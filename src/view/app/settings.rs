@@ -8,7 +8,7 @@
 mod merge;
 mod other_version;
 
-use self::other_version::OtherVersion;
+use self::other_version::UnreadParts;
 use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
 use crate::session::DisplayPreference;
 use crate::view::app::civil_time::ShownTimeZone;
@@ -193,9 +193,9 @@ pub struct Settings {
     /// The last views that the user left, newest first. `other_version::Saved` writes them, too.
     #[serde(skip_serializing)]
     pub recent: Vec<Bookmark>,
-    /// The parts of the file that only another version of the program can read.
+    /// The parts of the file that this version of the program cannot read.
     #[serde(skip)]
-    pub other_version: OtherVersion,
+    pub unread: UnreadParts,
 }
 
 impl Default for Settings {
@@ -216,7 +216,7 @@ impl Default for Settings {
             window_placement: None,
             bookmarks: Vec::new(),
             recent: Vec::new(),
-            other_version: OtherVersion::default(),
+            unread: UnreadParts::default(),
         }
     }
 }
@@ -257,7 +257,7 @@ impl Settings {
             };
             return (settings, Some(format!("{}: {invalid_fields}; {outcome}", path.display())));
         }
-        let notice = settings.other_version.notice().map(|notice| format!("{}: {notice}", path.display()));
+        let notice = settings.unread.notice().map(|notice| format!("{}: {notice}", path.display()));
         (settings, notice)
     }
 

@@ -1,7 +1,7 @@
 //! Translates texts of the modules below the window (scene, catalogs).
 //!
-//! In: messages (reasons of scenes, notes on estimated values of bodies), or English texts of the catalogs (moments, tours, gases). Out: the text in the window's
-//! language. Always: a message is looked up by its id, a text of a catalog by an id made of its English name; a text of a catalog without a
+//! In: messages (reasons of scenes, notes on estimated values of bodies), or English texts of the catalogs (moments, tours, gases). Out: the text in the
+//! window's language. Always: a message is looked up by its id, a text of a catalog by an id made of its English name; a text of a catalog without a
 //! translation, such as one of a user's own catalog, stays English. Not here: which message an error has (`view::error_texts`).
 
 use super::dates::{instant_text, iso_date_text};

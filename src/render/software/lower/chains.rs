@@ -1,8 +1,8 @@
 //! Fuses operations into chains. Each operation of a chain is the only reader of the previous operation's result, and one kernel computes them all.
 //!
-//! In: the steps after all other passes. Out: the same steps with chains, each split into as few kernels as `kernels/chains.rs` allows. Always: a kernel
-//! takes the place of the last of its operations; the operations of a chain come from one basic block, and no loop variable that they read is assigned
-//! between them.
+//! In: the steps (instructions in SSA form) after all other optimisations. Out: the same steps with chains, each split into as few kernels as
+//! `kernels/chains.rs` allows. Always: a kernel takes the place of the last of its operations; the operations of a chain come from one basic block, and no
+//! loop variable that they read is assigned between them.
 
 use super::step::{SsaStep, SsaValue, SsaValues, remove_steps, use_counts};
 use crate::render::software::kernels::chains::{MAX_CHAIN_OPS, MAX_OPERANDS, find};

@@ -2,7 +2,7 @@
 //!
 //! In: the text of a settings file. Out: the settings that this version can read, and the rest. Always: a field or bookmark that cannot be read affects no
 //! other; fields with unknown names, and bookmarks and recent views that cannot be read, are saved as they were, so that the other version still finds
-//! them. Not here: unknown fields inside a known one, such as a panel's, which stay in the file (`merge`).
+//! them. Not here: unknown fields inside a known field, such as those of a panel's settings; `settings::merge` keeps them in the file.
 
 use super::{Bookmark, MAX_RECENT, Settings};
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ pub(super) const LISTS: [&str; 2] = [BOOKMARKS, "recent"];
 
 /// The parts of a settings file that this version cannot read, but writes back.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct OtherVersion {
+pub struct UnreadParts {
     /// Fields with unknown names.
     fields: Map<String, Value>,
     /// Entries of the two lists that this version cannot read.
@@ -23,7 +23,7 @@ pub struct OtherVersion {
     recent: Vec<Value>,
 }
 
-impl OtherVersion {
+impl UnreadParts {
     /// A line that tells the user which bookmarks are kept but not shown.
     pub(super) fn notice(&self) -> Option<String> {
         match self.bookmarks.len() {
@@ -34,28 +34,30 @@ impl OtherVersion {
     }
 }
 
-/// A bookmark of this version or of another.
+/// A bookmark or recent view; both have the form of a [`Bookmark`].
 #[derive(Serialize)]
 #[serde(untagged)]
-enum SavedBookmark<'s> {
-    This(&'s Bookmark),
-    Other(&'s Value),
+enum SavedView<'s> {
+    Read(&'s Bookmark),
+    /// One that this version cannot read.
+    Unread(&'s Value),
 }
 
-impl<'s> SavedBookmark<'s> {
-    /// The bookmarks of this version, then those of other versions.
-    fn all(of_this: &'s [Bookmark], of_others: &'s [Value]) -> Vec<Self> {
-        of_this.iter().map(Self::This).chain(of_others.iter().map(Self::Other)).collect()
+impl<'s> SavedView<'s> {
+    /// The entries that this version could read, then those that it could not.
+    fn all(read: &'s [Bookmark], unread: &'s [Value]) -> Vec<Self> {
+        read.iter().map(Self::Read).chain(unread.iter().map(Self::Unread)).collect()
     }
 }
 
 /// The content of a settings file.
 #[derive(Serialize)]
 pub(super) struct Saved<'s> {
+    /// Serialised without its lists and unread parts, which follow here.
     #[serde(flatten)]
     settings: &'s Settings,
-    bookmarks: Vec<SavedBookmark<'s>>,
-    recent: Vec<SavedBookmark<'s>>,
+    bookmarks: Vec<SavedView<'s>>,
+    recent: Vec<SavedView<'s>>,
     #[serde(flatten)]
     other_fields: &'s Map<String, Value>,
 }
@@ -63,13 +65,13 @@ pub(super) struct Saved<'s> {
 impl Settings {
     /// The settings as they are written to a file.
     pub(super) fn saved(&self) -> Saved<'_> {
-        let other = &self.other_version;
+        let unread = &self.unread;
         Saved {
             settings: self,
-            bookmarks: SavedBookmark::all(&self.bookmarks, &other.bookmarks),
-            // The recent views of the other version are limited, like those of this version, so that the file does not grow without bound.
-            recent: SavedBookmark::all(&self.recent, &other.recent[..other.recent.len().min(MAX_RECENT)]),
-            other_fields: &other.fields,
+            bookmarks: SavedView::all(&self.bookmarks, &unread.bookmarks),
+            // The recent views that this version cannot read are limited, like the others, so that the file does not grow without bound.
+            recent: SavedView::all(&self.recent, &unread.recent[..unread.recent.len().min(MAX_RECENT)]),
+            other_fields: &unread.fields,
         }
     }
 }
@@ -81,11 +83,11 @@ impl Settings {
 pub(super) fn read(text: &str) -> Result<(Settings, Option<String>), serde_json::Error> {
     let fields: Map<String, Value> = serde_json::from_str(text)?;
     let defaults = serde_json::to_value(Settings::default().saved())?;
-    let mut other_version = OtherVersion::default();
+    let mut unread = UnreadParts::default();
     let (mut valid, mut invalid) = (Map::new(), Vec::new());
     for (name, value) in fields {
         if defaults.get(&name).is_none() {
-            other_version.fields.insert(name, value);
+            unread.fields.insert(name, value);
             continue;
         }
         let value = match value {
@@ -93,9 +95,9 @@ pub(super) fn read(text: &str) -> Result<(Settings, Option<String>), serde_json:
                 let is_readable = |entry: &Value| Bookmark::deserialize(entry).is_ok();
                 let (readable, unreadable): (Vec<Value>, Vec<Value>) = entries.into_iter().partition(is_readable);
                 if name == BOOKMARKS {
-                    other_version.bookmarks = unreadable
+                    unread.bookmarks = unreadable
                 } else {
-                    other_version.recent = unreadable
+                    unread.recent = unreadable
                 }
                 Value::Array(readable)
             }
@@ -107,7 +109,7 @@ pub(super) fn read(text: &str) -> Result<(Settings, Option<String>), serde_json:
             Err(e) => invalid.push(format!("{name}: {e}")),
         }
     }
-    let settings = Settings { other_version, ..serde_json::from_value::<Settings>(Value::Object(valid))? };
+    let settings = Settings { unread, ..serde_json::from_value::<Settings>(Value::Object(valid))? };
     Ok((settings, (!invalid.is_empty()).then(|| invalid.join("; "))))
 }
 
@@ -143,7 +145,7 @@ mod tests {
         assert_eq!((settings.ui_scale, &settings.bookmarks), (1.1, &ours.bookmarks));
         assert!(notice.expect("a line").contains("1 bookmark of another version"));
         assert!(!folder.path().join("settings.json.broken").exists(), "nothing is lost");
-        // This version saves a change; nothing of the newer one is lost.
+        // This version saves a change; nothing of the newer one is lost. In the file, `labels_bodies` is called `names`.
         Settings { labels_bodies: false, ..settings }.save(&path, None).expect("a file");
         let saved: Value = serde_json::from_str(&std::fs::read_to_string(&path).expect("text")).expect("JSON");
         assert_eq!((&saved["telescope"], &saved["names"]), (&newer["telescope"], &json!(false)));
@@ -162,8 +164,8 @@ mod tests {
         other["recent"].as_array_mut().expect("a list").push(json!({"name": "x"}));
         std::fs::write(&path, other.to_string()).expect("a file");
         let (settings, line) = Settings::load(&path);
-        let other_recent = OtherVersion { recent: vec![json!({"name": "x"})], ..OtherVersion::default() };
-        let ours = Settings { other_version: other_recent, ..ours };
+        let unread = UnreadParts { recent: vec![json!({"name": "x"})], ..UnreadParts::default() };
+        let ours = Settings { unread, ..ours };
         assert_eq!(settings, ours);
         let line = line.expect("a line");
         assert!(line.contains("unit: ") && line.contains("settings.json.broken"), "{line}");
@@ -171,11 +173,13 @@ mod tests {
         assert_eq!(Settings::load(&path), (ours, None), "the valid part is in the file, and is not reported again");
     }
 
-    /// The only copy of a value that this version cannot read is not replaced: with `.broken` the file's name exceeds the 255 bytes of file systems.
+    /// A file with a value that this version cannot read is its only copy. If the file cannot be renamed to `*.broken`, here because this name would be longer
+    /// than the 255 bytes that file systems allow, the file is therefore not overwritten.
     #[test]
     fn a_file_that_cannot_be_set_aside_stays_as_it_is() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("s".repeat(250));
+        // `names`: the name of `labels_bodies` in the file.
         let text = r#"{"unit": "furlongs", "names": false}"#;
         std::fs::write(&path, text).expect("a file");
         let (settings, line) = Settings::load(&path);
