@@ -29,7 +29,7 @@ pub struct Scene {
     pub time: Instant,
     /// The camera's position, axes and projection.
     pub camera: Camera,
-    /// The mapping from directions to pixels of the finished image.
+    /// The mapping from directions to pixels of the finished image: the perspective of `camera`, or another one for a composed image.
     pub geometry: ImageGeometry,
     /// Factor from radiance to display.
     pub exposure: Exposure,
@@ -37,7 +37,7 @@ pub struct Scene {
     pub pixel_view: PixelView,
     /// How radiance above white is mapped to display values.
     pub tone_map: ToneMap,
-    /// Every body of the catalog, in catalog order.
+    /// Every body of the catalog, also those that the image does not show, in catalog order.
     pub bodies: Vec<BodyInView>,
     /// Diffuse light of the sky, behind everything else.
     pub background: Option<SkyBackground>,
@@ -55,11 +55,12 @@ pub struct Scene {
     pub sky_lines: Vec<LineSegment>,
     /// Draws of bodies, sorted from far to near.
     pub draws: Vec<Draw>,
-    /// Bodies of up to 4 pixels, drawn as points of light, and the glare of discs of up to 16 pixels (`scene::point`).
+    /// Bodies with a diameter of up to 4 pixels, drawn as points of light, and the glare of discs with a diameter of up to 16 pixels (`scene::point`).
     pub points: Vec<Point>,
     /// Orbits, drawn over the bodies; nearer bodies hide them.
     pub orbits: Vec<orbit_arcs::OrbitArc>,
-    /// Other lines in space: traces of past motion, shadow cones, outlines of instruments' fields of view; nearer bodies hide them.
+    /// Other lines in space: traces of past motion and shadow cones, which nearer bodies hide; and outlines of instruments' fields of view, which no body
+    /// hides.
     pub lines_in_space: Vec<LineSegment>,
     /// For each body with lines on its ground: the segments on the side that faces the camera.
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
@@ -69,13 +70,15 @@ pub struct Scene {
     pub refracted_limbs: Vec<refracted_limb::RefractedLimb>,
     /// The Sun's glare, drawn over everything.
     pub glare: Option<glare::Glare>,
-    /// The shape of the selected body in black, if its outline is drawn.
+    /// The draw of the selected body's shape alone, in black, from which its outline is computed; `None` if no outline is drawn.
     pub outlined_shape: Option<Draw>,
     /// Whether bloom spreads light brighter than white.
     pub bloom: bool,
-    /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of data; `None` if all are off.
+    /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of the user's data; `None` if all
+    /// are off.
     pub labels: Option<labels::LabelLayer>,
-    /// Over the finished image: labels of lines, and names of constellations, stars and instruments; `None` if there are none.
+    /// Over the finished image: texts about lines and the sky, which are coordinates of grids, and names of constellations, stars and instruments; `None` if
+    /// there are none.
     pub line_texts: Option<line_texts::TextLayer>,
     /// What the image is for.
     pub purpose: Purpose,
@@ -90,6 +93,7 @@ impl Scene {
     /// Rectangles of all texts and bars in the image except the names of bodies.
     #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "only the window asks for them"))]
     pub(crate) fn text_rects(&self) -> Vec<Rect> {
+        // `occupied` leaves out the names of bodies.
         let label_rects = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.glyph_px)).collect::<Vec<_>>();
         let line_text_rects = |layer: &line_texts::TextLayer| {
             let metrics = LabelMetrics::of_size(layer.glyph_px);

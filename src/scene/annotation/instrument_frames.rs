@@ -1,8 +1,8 @@
 //! Outlines of the fields of view of instruments over the image, each with the instrument's name. In this module such an outline is called a *frame*.
 //!
 //! In: the catalog's instruments, the camera, and the target's direction. Out: line segments, labels and a decision. Always: a frame is centred on the
-//! target, or on the middle of the image if the target is outside it; sides of a rectangle are great circles; an instrument whose field covers the
-//! entire image, or is smaller than a few pixels, has no frame.
+//! target, or on the middle of the image if the target is outside it (not so in faces of a cube, see `frames`); sides of a rectangle are great circles; an
+//! instrument whose field covers the entire image, or is smaller than a few pixels, has no frame.
 
 use crate::catalog::{FieldOfView, Instrument};
 use crate::message::reason;
@@ -44,15 +44,17 @@ impl FieldAxes {
         self.centre * radius_rad.cos() + (self.up * t.cos() + self.left * t.sin()) * radius_rad.sin()
     }
 
-    /// The point whose offsets from the centre, to the left and up, have these tangents.
+    /// The direction with these coordinates, left and up, in the gnomonic projection about the centre: tangents of angles from the centre.
     fn at_tangents(&self, left: f64, up: f64) -> DVec3 {
         (self.centre + self.left * left + self.up * up).normalize()
     }
 }
 
-/// Draws a curve on the unit sphere with first and second derivatives of at most `derivative_bound`.
+/// Draws the part of a curve on the unit sphere that is in the image. `range_rad`: first and last parameter of `point`. `derivative_bound`: see [`Curve`].
 fn draw_arc(camera: &Camera, output: &mut AnnotationLines, point: &dyn Fn(f64) -> DVec3, range_rad: [f64; 2], derivative_bound: f64) {
+    // All points are infinitely far away, so the tolerance is that at the corners of the image, where a wide view is magnified.
     let curve = Curve { camera, point, derivative_bound, tolerance_factor: tolerance_at_corners(camera) };
+    // The image shows the curve as pieces (runs); the range is searched for them in spans of at most a quarter turn.
     for run in curve.runs(&quarter_turns(range_rad)) {
         // Reversed depth 1 is in front of all bodies.
         output.segments.extend(segments(camera, &run, |_| 1.0, |_| OPACITY, COLOUR));
@@ -74,7 +76,8 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     let mut output = AnnotationLines::default();
     let in_image = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
     let target = target.and_then(DVec3::try_normalize);
-    // A face of a cube has no fallback, because its middle is not the middle of the image.
+    // In a face of a cube, the centre is the target even if it is outside the face, because a part of a frame may be inside. The middle of a face is not the
+    // middle of the image and does not replace the target.
     let Some(centre) = target.filter(|v| camera.is_cube_face || in_image(v)).or((!camera.is_cube_face).then_some(camera.forward)) else {
         return output;
     };
@@ -147,12 +150,13 @@ mod tests {
         }
         // A quarter turn exchanges width and height. North is up here, east is left.
         let field = FieldOfView::Rectangle { width_deg: 12.0, height_deg: 4.0 };
-        for (angle, wide, high) in [(0.0, 6.0, 2.0), (90.0, 2.0, 6.0)] {
-            let found = frames(&[instrument(field, angle)], &camera, Some(DVec3::X), GLYPH_PX);
+        for (angle_deg, half_width_deg, half_height_deg) in [(0.0, 6.0, 2.0), (90.0, 2.0, 6.0)] {
+            let found = frames(&[instrument(field, angle_deg)], &camera, Some(DVec3::X), GLYPH_PX);
             let rays: Vec<DVec3> = found.segments.iter().flat_map(|p| p.ends).map(ray).collect();
             let max_angle_deg =
                 |component: &dyn Fn(&DVec3) -> f64| rays.iter().map(|r| (component(r) / r.x).atan().to_degrees()).fold(0.0, f64::max);
-            assert!((max_angle_deg(&|r| r.y) - wide).abs() < 1e-3 && (max_angle_deg(&|r| r.z) - high).abs() < 1e-3, "{angle}");
+            let errors_deg = [max_angle_deg(&|r| r.y) - half_width_deg, max_angle_deg(&|r| r.z) - half_height_deg];
+            assert!(errors_deg.iter().all(|error| error.abs() < 1e-3), "{angle_deg}: {errors_deg:?}");
         }
         // At 30 degrees the upper side leans to the east, which is left of north.
         let tilted = frames(&[instrument(field, 30.0)], &camera, Some(DVec3::X), GLYPH_PX);

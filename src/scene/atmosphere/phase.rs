@@ -24,7 +24,8 @@ pub(crate) fn mean_cosine(phase: PhaseFunction) -> DVec3 {
     const STEPS: u32 = 256;
     let (mut sum, mut sum_of_cosines) = (DVec3::ZERO, DVec3::ZERO);
     for k in 0..STEPS {
-        // Angles are closely spaced at both ends, where the functions have their peaks.
+        // The scattering angle is (t - sin t) / 2, and 1 - cos t is proportional to its derivative: the angles are closely spaced at both ends, where the
+        // functions have their peaks.
         let t = TAU * (f64::from(k) + 0.5) / f64::from(STEPS);
         let (sin, cos) = (0.5 * (t - t.sin())).sin_cos();
         let scattered = per_steradian(phase, cos) * (sin * (1.0 - t.cos()));
@@ -41,9 +42,9 @@ fn rayleigh(cos_scattering: f64) -> f64 {
 
 /// Henyey and Greenstein's phase function, for aerosols (1941, Astrophysical Journal 93, 70).
 fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
-    // In the forward direction the denominator is (1 - g)^2, with g the asymmetry. As in the shader, it is kept above 0 for g near 1.
-    let denominator = (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6);
-    (1.0 - asymmetry * asymmetry) / (4.0 * PI * denominator.powf(1.5))
+    // In the forward direction the base is (1 - g)^2, with g the asymmetry. As in the shader, it is kept above 0 for g near 1.
+    let base = (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6);
+    (1.0 - asymmetry * asymmetry) / (4.0 * PI * base.powf(1.5))
 }
 
 #[cfg(test)]

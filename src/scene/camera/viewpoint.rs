@@ -12,7 +12,7 @@ use crate::scene::camera::Camera;
 use crate::scene::error::SceneError;
 use crate::scene::request::camera_file::direction_of_any_length;
 use crate::scene::request::view_request::{
-    Axes, FITTED_DISC_FRACTION, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest,
+    Axes, FITTED_DISC_FRACTION, FOV_AT_FITTED_DISTANCE_DEG, FOV_OTHERWISE_DEG, Look, Position, Up, ViewRequest,
 };
 use crate::scene::sky::frames::ecliptic_pole;
 use crate::time::Instant;
@@ -130,7 +130,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         Position::AboveTarget { towards, distance_radii } => {
             let target = states.body(needs_target()?)?;
             reference_body = target.id;
-            let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });
+            let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_OTHERWISE_DEG } else { FOV_AT_FITTED_DISTANCE_DEG });
             let distance_km = distance_radii.unwrap_or_else(|| fitted_distance_radii(fov)) * target.radii_km.max_element();
             let distance_text = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
             check_distance(distance_km, distance_text)?;
@@ -209,7 +209,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         Up::Ecliptic => ecliptic_pole(),
         Up::Along { direction, axes } => states.icrf_from(axes, reference_body)? * direction,
     };
-    let fov_deg = fov_deg.unwrap_or(FOV_AT_DISTANCE_DEG);
+    let fov_deg = fov_deg.unwrap_or(FOV_OTHERWISE_DEG);
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
     let body_velocity_km_s = states.state(reference_body)?.1;
     Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, up_hint, at_centre_of, stands_on })

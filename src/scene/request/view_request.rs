@@ -22,7 +22,8 @@ pub enum Axes {
     /// International Celestial Reference Frame.
     #[default]
     Icrf,
-    /// Body-fixed axes of the body that the position names.
+    /// Body-fixed axes of the body relative to which the camera is placed: the one that the [`Position`] names, or the target for
+    /// [`Position::AboveTarget`].
     BodyFixed,
 }
 
@@ -76,7 +77,7 @@ impl Position {
 pub enum Look {
     /// At the target.
     Target,
-    /// Along a direction; body-fixed axes are those of the body that the position names.
+    /// Along a direction.
     Along {
         /// A vector of any length.
         direction: DVec3,
@@ -173,9 +174,9 @@ impl ToneMap {
 /// The trade-off between speed and accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
-    /// One sample per pixel, one tap per read of a map, rings averaged over one span of radius per pixel, and faster models of eclipses and air.
+    /// One sample per pixel, one tap per read of a map, rings averaged over one range of radii per pixel, and faster models of eclipses and air.
     Draft,
-    /// Four samples per pixel, up to 8 taps per read of a map, and rings averaged over two spans of radius per pixel.
+    /// Four samples per pixel, up to 8 taps per read of a map, and rings averaged over two overlapping ranges of radii per pixel.
     #[default]
     Standard,
     /// Four samples per pixel, up to 16 taps per read of a map, and air evaluated for each pixel. The command line also computes such images in f64.
@@ -242,7 +243,7 @@ pub struct ViewRequest {
     pub layers: Layers,
     /// Stops by which stars, Milky Way and zodiacal light are brightened, -30 to 30.
     pub stars_boost_stops: f64,
-    /// The selected body; `None`: the target.
+    /// The body whose name, marker and outline are emphasised, in the window the selected one; `None`: the target, or else the Sun.
     pub selected: Option<NaifId>,
     /// The trade-off between speed and accuracy.
     pub quality: Quality,
@@ -256,11 +257,12 @@ pub struct ViewRequest {
     pub coarse_air: bool,
 }
 
-/// Default field of view for [`Position::AboveTarget`] without a distance. It is that of a long lens, so that nearly a hemisphere of the target is visible.
-pub const FOV_DEFAULT_DEG: f64 = 20.0;
-/// Default field of view for [`Position::AboveTarget`] with a distance, and for all other positions: at a distance of 3 radii a disc fills 85 % of the frame's
-/// height. Exception: from a body's centre, the field of view is fitted to the target if the camera looks at it.
-pub const FOV_AT_DISTANCE_DEG: f64 = 45.0;
+/// Default field of view for [`Position::AboveTarget`] without a distance; the distance then follows from it. It is that of a long lens, so that nearly a
+/// hemisphere of the target is visible.
+pub const FOV_AT_FITTED_DISTANCE_DEG: f64 = 20.0;
+/// Default field of view in all other cases: for [`Position::AboveTarget`] with a distance, and for all other positions. At a distance of 3 radii a disc fills
+/// 85 % of the frame's height. Exception: from a body's centre, the field of view is fitted to the target if the camera looks at it.
+pub const FOV_OTHERWISE_DEG: f64 = 45.0;
 /// Diameter of a fitted disc relative to the frame's height.
 pub const FITTED_DISC_FRACTION: f64 = 0.75;
 
@@ -291,7 +293,7 @@ impl ViewRequest {
         }
     }
 
-    /// The request with the effects that the user set for this body only; `None` if there are none.
+    /// The request with all overrides of effects that apply to this body; `None` if the user has set none for this body only.
     pub(crate) fn for_body(&self, body: &Body) -> Option<Self> {
         self.effects.for_catalog_body(body).map(|effects| Self { effects, ..self.clone() })
     }

@@ -34,9 +34,9 @@ pub(crate) struct OrbitCamera {
     pub distance_radii: f64,
 }
 
-/// Rotation from the axes of a body's equator to ICRF. Its columns are the axes: z is the pole, x the ascending node of the body's equator on
-/// the ICRF equator. With the pole of body-fixed axes, which is z, the rotation is the identity.
-pub(crate) fn icrf_from_equator(pole: DVec3) -> DMat3 {
+/// Rotation from the axes of a body's equator to the reference axes, in which `pole` is given: ICRF or body-fixed ones. Its columns are the axes of the
+/// equator: z is the pole, x the ascending node on the plane z = 0 of the reference axes. In body-fixed axes the pole is z, and the rotation is the identity.
+pub(crate) fn reference_from_equator(pole: DVec3) -> DMat3 {
     let z = pole.try_normalize().unwrap_or(DVec3::Z);
     let x = DVec3::Z.cross(z).try_normalize().unwrap_or(DVec3::X);
     DMat3::from_cols(x, z.cross(x), z)
@@ -51,11 +51,11 @@ impl OrbitCamera {
     /// The orbit of a camera at `offset_km` from the centre of a body of `radius_km`. `pole`: in the axes of `offset_km`.
     pub(crate) fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
         // The offset along the axes of the body's equator.
-        let equatorial_km = icrf_from_equator(pole).transpose() * offset_km;
-        let from_pole_axis_km = equatorial_km.truncate().length();
+        let equatorial_km = reference_from_equator(pole).transpose() * offset_km;
+        let distance_from_axis_km = equatorial_km.truncate().length();
         let mut orbit = Self {
             azimuth_rad: equatorial_km.y.atan2(equatorial_km.x),
-            elevation_rad: equatorial_km.z.atan2(from_pole_axis_km),
+            elevation_rad: equatorial_km.z.atan2(distance_from_axis_km),
             distance_radii: equatorial_km.length() / radius_km,
         };
         orbit.keep_in_bounds();
@@ -82,7 +82,7 @@ impl OrbitCamera {
         let (sin_azimuth, cos_azimuth) = self.azimuth_rad.sin_cos();
         let (sin_elevation, cos_elevation) = self.elevation_rad.sin_cos();
         let direction = DVec3::new(cos_elevation * cos_azimuth, cos_elevation * sin_azimuth, sin_elevation);
-        icrf_from_equator(pole) * direction * (self.distance_radii * radius_km)
+        reference_from_equator(pole) * direction * (self.distance_radii * radius_km)
     }
 
     /// Applies a drag by `dx_px` to the right and `dy_px` down. The angle per pixel is proportional to the height above the ground, up to
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn a_pole_along_icrf_z_still_has_axes() {
-        let axes = icrf_from_equator(DVec3::Z);
+        let axes = reference_from_equator(DVec3::Z);
         assert!((axes.determinant() - 1.0).abs() < 1e-12);
     }
 

@@ -51,7 +51,7 @@ pub struct NowView {
     pub about: String,
     pub view: ViewState,
     /// Whether the view shows the time at which it is opened.
-    pub is_now: bool,
+    pub opens_at_current_time: bool,
     /// The event that the view shows, for the Events panel.
     pub event: Option<Arc<SkyEvent>>,
 }
@@ -74,17 +74,19 @@ impl NowItem {
     pub fn view(self, session: &Session, now: Instant, base_view: &ViewState) -> Option<NowView> {
         let (catalog, positions) = (session.catalog(), SessionPositions(session));
         let title = self.name().to_owned();
-        let at_fixed_time = |about: String, view| Some(NowView { title: title.clone(), about, view, is_now: false, event: None });
-        // Such a view shows the time at which it is opened; the caller decides whether time is paused.
+        let at_fixed_time =
+            |about: String, view| Some(NowView { title: title.clone(), about, view, opens_at_current_time: false, event: None });
+        // A view of the time at which it is opened. Whether time is then paused is left open: the caller decides.
         let at_current_time = |about: String, view: ViewState| {
-            Some(NowView { title: title.clone(), about, view: ViewState { paused: None, ..view }, is_now: true, event: None })
+            let view = ViewState { tdb_s: now.tdb_seconds_past_j2000(), paused: None, ..view };
+            Some(NowView { title: title.clone(), about, view, opens_at_current_time: true, event: None })
         };
         let of_moment = |moment: &Moment| view_of_moment(moment, catalog, &positions, base_view);
         match self {
             Self::Moon => {
                 let camera = CameraPose::Centre { body: NaifId::EARTH };
                 let lit_fraction = illuminated_fraction(&positions, NaifId::MOON, now)?;
-                let view = base_view.paused_view(now, NaifId::MOON, camera, MOON_FOV_DEG);
+                let view = base_view.tracking_view(NaifId::MOON, camera, MOON_FOV_DEG);
                 at_current_time(text!("now-moon-about", percent = decimal(100.0 * lit_fraction, 0)), view)
             }
             Self::Eclipse => {
@@ -93,13 +95,13 @@ impl NowItem {
                 let event = search.find_first(catalog, session.ephemeris()).ok()??;
                 let view = event.view(catalog, &positions, base_view);
                 let about = text!("now-dated", what = event.title(catalog), day = day_text(event.greatest()));
-                Some(NowView { title: title.clone(), about, view, is_now: false, event: Some(Arc::new(event)) })
+                Some(NowView { title: title.clone(), about, view, opens_at_current_time: false, event: Some(Arc::new(event)) })
             }
             Self::Saturn => {
                 let sunward = positions.geometric_between_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
                 let pole = positions.body_from_icrf(SATURN, now)?.row(2);
                 let orbit = OrbitCamera::on_lit_side(sunward, SATURN_DISTANCE_RADII, pole);
-                let view = base_view.paused_view(now, SATURN, inertial_orbit_pose(SATURN, orbit), DEFAULT_FOV_DEG);
+                let view = base_view.tracking_view(SATURN, inertial_orbit_pose(SATURN, orbit), DEFAULT_FOV_DEG);
                 at_current_time(text!("now-saturn-about").into(), view)
             }
             Self::Shadows => {

@@ -189,9 +189,9 @@ pub(crate) fn open(
             // thumbnail also has a quality of its own.
             let now = interface.viewer.now();
             let view = item.view(worker.session(), now, &interface.viewer.base_view()).map_or(now_view.view, |current| current.view);
-            let tdb_s = if now_view.is_now { now.tdb_seconds_past_j2000() } else { view.tdb_s };
+            let tdb_s = if now_view.opens_at_current_time { now.tdb_seconds_past_j2000() } else { view.tdb_s };
             actions.push(Action::Show(Box::new(ViewState { tdb_s, ..view })));
-            if now_view.is_now {
+            if now_view.opens_at_current_time {
                 // A view of the present runs in real time, whatever the rate was. `RunAt` ends a pause, so a pause is restored.
                 actions.push(Action::RunAt(1.0));
                 if interface.viewer.time_rate.is_paused() {
