@@ -51,7 +51,7 @@ pub enum Action {
     /// Select a body, and leave the view as it is.
     Select(NaifId),
     /// Fly to the body this many entries after the selected one in the list: 1 for the next, -1 for the previous body.
-    SelectNext(i32),
+    FlyAlongList(i32),
     /// Fly to a body, which becomes the target and the selected body at once.
     FlyTo(NaifId),
     /// Turn the camera about its body by a drag in pixels, right and down; a camera that does not orbit looks around instead.
@@ -60,9 +60,9 @@ pub enum Action {
     LookAround(f64, f64),
     /// Roll by degrees; positive turns the image clockwise.
     Roll(f64),
-    /// Zoom by wheel notches; positive moves closer.
+    /// Zoom by wheel notches, positive inwards: change the height of an orbit, or the field of view of any other camera.
     Zoom(f64),
-    /// Zoom by wheel notches; positive narrows the field of view.
+    /// Change the field of view by wheel notches; positive narrows it.
     ChangeFov(f64),
     /// Stand at a planetographic latitude and an east longitude of the selected body, degrees.
     StandOn(f64, f64),
@@ -72,7 +72,7 @@ pub enum Action {
     LookFrom(NaifId),
     /// Let an orbiting camera rotate with the body (true), or stay in ICRF (false).
     RotateWithBody(bool),
-    /// Whether the camera keeps facing the target.
+    /// Make the camera keep facing the target (true), or no longer (false).
     Track(bool),
     /// Face the orbited body again, or, without an orbit, the target; reset the roll.
     FaceBody,
@@ -96,7 +96,7 @@ pub enum Action {
     NextView,
     /// Show a complete view: a bookmark, a link, a moment. Its target becomes the selected body.
     Show(Box<ViewState>),
-    /// Show the view of a preset, which has made these changes.
+    /// Show the view of a preset. It contains the changes already: they say what the preset has changed in the settings of the view before.
     ShowPreset(Box<ViewState>, PresetChanges),
 }
 
@@ -106,7 +106,8 @@ const ARRIVAL_RADII: f64 = 3.5;
 const ARRIVAL_RADII_SUN: f64 = 6.0;
 /// Least field of view of a body seen from another one: the image then shows a small disc with its surroundings.
 const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
-/// Field of view of a body seen from another one, if its disc is larger, such as Jupiter's from its moons; in apparent diameters.
+/// Field of view of a body seen from another one, in apparent diameters of its disc. It exceeds [`MIN_LOOK_FROM_FOV_DEG`] only for a large disc, such as
+/// Jupiter's from its moons.
 const LOOK_FROM_FOV_DIAMETERS: f64 = 1.8;
 /// Field of view of a camera that is placed on the ground.
 const GROUND_FOV_DEG: f64 = 60.0;
@@ -124,14 +125,14 @@ enum HistoryStep {
     Forward,
 }
 
-/// A view in the history.
-struct PastView {
+/// A view in the history, before or after the current one.
+struct HistoryEntry {
     view: ViewState,
     /// See [`Viewer::preset_changes`].
     preset_changes: Option<PresetChanges>,
 }
 
-/// The state of the window. (`scene::viewpoint::Viewer` is another type: the camera of a frame with its motion.)
+/// The state of the window. (`scene::camera::viewpoint::Viewer` is another type: the camera of a frame with its motion.)
 pub struct Viewer {
     pub view: ViewState,
     pub time_rate: TimeRate,
@@ -143,13 +144,13 @@ pub struct Viewer {
     /// A flight and the camera pose at its end. During the flight, all fields of `view` except the camera pose are already those of the destination, so that
     /// the user's changes during the flight last.
     flight: Option<(Flight, CameraPose)>,
-    /// What a preset has changed in the view, until the user leaves the preset. The history stores these changes with each view, so that the next view does
-    /// not inherit them after *Back*, either.
+    /// What a preset has changed in the view, until the user leaves the preset. The history stores these changes with each view: after *Back* to a preset's
+    /// view they are known again, and a view opened from there does not inherit them.
     preset_changes: Option<PresetChanges>,
     /// The views before the current one, oldest first.
-    back_history: Vec<PastView>,
+    back_history: Vec<HistoryEntry>,
     /// The views to which *Forward* leads, the nearest one last.
-    forward_history: Vec<PastView>,
+    forward_history: Vec<HistoryEntry>,
     /// Gives the current time.
     clock: fn() -> Instant,
 }
@@ -229,7 +230,7 @@ impl Viewer {
     pub fn apply(&mut self, action: Action, image_height_px: f64, positions: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
-            Action::SelectNext(entries) => self.select_next(entries, positions),
+            Action::FlyAlongList(entries) => self.fly_along_list(entries, positions),
             Action::FlyTo(id) => self.fly_to(id, positions),
             Action::Turn(dx_px, dy_px) => self.turn(dx_px, dy_px, image_height_px, positions),
             Action::LookAround(dx_px, dy_px) => self.look_around(dx_px, dy_px, image_height_px, positions),
@@ -239,7 +240,7 @@ impl Viewer {
             Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
             Action::LookAt(id) => self.look_at(id, positions),
             Action::LookFrom(id) => self.look_from(id, positions),
-            Action::RotateWithBody(make_fixed) => self.rotate_with_body(make_fixed, positions),
+            Action::RotateWithBody(make_body_fixed) => self.rotate_with_body(make_body_fixed, positions),
             Action::Track(tracks) => self.track(tracks, positions),
             Action::FaceBody => self.face_body(positions),
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
@@ -265,12 +266,12 @@ impl Viewer {
     /// Advances scene time and a flight by `real_s` real seconds.
     pub(crate) fn advance(&mut self, real_s: f64) {
         self.view.tdb_s += self.time_rate.scene_seconds(real_s);
-        let Some((flight, destination)) = &mut self.flight else { return };
+        let Some((flight, end_pose)) = &mut self.flight else { return };
         if !flight.advance(real_s) {
             self.end_flight();
         } else {
             let Pose { offset_km, forward, up } = flight.pose();
-            self.view.camera_pose = CameraPose::Free { body: destination.body(), offset_km, forward, up };
+            self.view.camera_pose = CameraPose::Free { body: end_pose.body(), offset_km, forward, up };
         }
     }
 
@@ -301,7 +302,7 @@ impl Viewer {
     /// Stores the view, or a flight's destination, in the history, unless the history ends with this view already. Ends the flight, and drops the views to
     /// which *Forward* led.
     fn push_history(&mut self) {
-        let current = self.current_view();
+        let current = self.history_entry();
         self.end_flight();
         if self.back_history.last().is_none_or(|last| last.view != current.view) {
             self.back_history.push(current);
@@ -312,13 +313,13 @@ impl Viewer {
         self.forward_history.clear();
     }
 
-    /// The current view as the history stores it.
-    fn current_view(&self) -> PastView {
-        PastView { view: self.destination(), preset_changes: self.preset_changes }
+    /// The current view, or a flight's destination, as the history stores it.
+    fn history_entry(&self) -> HistoryEntry {
+        HistoryEntry { view: self.destination(), preset_changes: self.preset_changes }
     }
 
-    /// Stores the view in the history before the camera goes elsewhere, then undoes the brightness of stars and the exposure that a preset has set. The
-    /// history keeps the view as it was.
+    /// Stores the view in the history before the camera goes elsewhere, then undoes the brightness of stars and the exposure that a preset has set, but not
+    /// its orbits and constellations. The history keeps the view as it was.
     fn leave_view(&mut self) {
         self.push_history();
         if let Some(changes) = self.preset_changes.take() {
@@ -337,7 +338,7 @@ impl Viewer {
 
     /// The current view; during a flight, its destination.
     pub fn destination(&self) -> ViewState {
-        let camera_pose = self.flight.as_ref().map_or(self.view.camera_pose, |(_, destination)| *destination);
+        let camera_pose = self.flight.as_ref().map_or(self.view.camera_pose, |(_, end_pose)| *end_pose);
         ViewState { camera_pose, ..self.view.clone() }
     }
 
@@ -348,7 +349,7 @@ impl Viewer {
 
     /// Restores the previous or the next view of the history, if there is one.
     fn step_history(&mut self, step: HistoryStep) {
-        let current = self.current_view();
+        let current = self.history_entry();
         let (from_history, to_history) = match step {
             HistoryStep::Back => (&mut self.back_history, &mut self.forward_history),
             HistoryStep::Forward => (&mut self.forward_history, &mut self.back_history),
@@ -361,7 +362,7 @@ impl Viewer {
     }
 
     /// Flies to the body this many entries after the selected one in the list, which wraps around at its ends.
-    fn select_next(&mut self, entries: i32, positions: &dyn BodyPositions) {
+    fn fly_along_list(&mut self, entries: i32, positions: &dyn BodyPositions) {
         let count = self.selectable_bodies.len() as i32;
         let Some(index) = self.selectable_bodies.iter().position(|s| s.id == self.selected) else { return };
         if let Some(next) = self.selectable_bodies.get((index as i32 + entries).rem_euclid(count.max(1)) as usize).map(|s| s.id) {
@@ -379,7 +380,8 @@ impl Viewer {
         let time = self.view.time();
         let camera_body = self.view.camera_pose.body();
         let icrf_from_body = positions.body_from_icrf(camera_body, time)?.transpose();
-        // `tracking_up`: the up direction while the camera tracks another body; `None` in poses that do not track.
+        // `tracking_up`: the up direction if the camera tracks another body, as in `ViewState::request`: celestial north in an orbit, the zenith on the ground.
+        // `None` in poses that use neither `tracks` nor `roll_deg`.
         let (offset_km, forward, up, tracking_up) = match self.view.camera_pose {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up, None),
             CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
@@ -397,7 +399,7 @@ impl Viewer {
                 (icrf_from_body * offset, icrf_from_body * forward, icrf_from_body * up, Some(icrf_from_body * normal))
             }
             CameraPose::Centre { .. } => {
-                // The pose is outside the body, on the side of the target.
+                // A flight from here draws the body, which the view from its centre omits. The pose is outside, on the side of the target.
                 let towards_target = positions.geometric_between_km(camera_body, self.view.target, time)?.try_normalize()?;
                 (towards_target * self.radius_km(camera_body) * CENTRE_VIEW_DISTANCE_RADII, towards_target, DVec3::Z, None)
             }
@@ -410,6 +412,7 @@ impl Viewer {
         // A positive roll turns the up vector about `forward` by a negative angle.
         let (forward, up) = tracked.unwrap_or_else(|| (forward, DQuat::from_axis_angle(forward, -roll_rad) * up));
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        // The same position relative to `body`.
         Some(Pose { offset_km: positions.free_camera_offset_km(body, camera_body, offset_km, time)?, forward, up })
     }
 
@@ -430,23 +433,23 @@ impl Viewer {
         self.leave_view();
         self.selected = id;
         (self.view.target, self.view.tracks, self.view.roll_deg, self.view.fov_deg) = (id, true, 0.0, DEFAULT_FOV_DEG);
-        let destination = inertial_orbit_pose(id, orbit);
+        let end_pose = inertial_orbit_pose(id, orbit);
         let offset_km = orbit.offset_km(radius_km, pole);
         let forward = -offset_km.normalize();
         let (_, up) = rotated_view(forward, pole, 0.0, 0.0);
         match start_pose {
             Some(start) => {
                 self.view.camera_pose = CameraPose::Free { body: id, offset_km: start.offset_km, forward: start.forward, up: start.up };
-                self.flight = Some((Flight::new(start, Pose { offset_km, forward, up }), destination));
+                self.flight = Some((Flight::new(start, Pose { offset_km, forward, up }), end_pose));
             }
-            None => self.view.camera_pose = destination,
+            None => self.view.camera_pose = end_pose,
         }
     }
 
     /// Ends a flight at once: the camera takes the pose of the destination, an orbit that drags can change.
     fn end_flight(&mut self) {
-        if let Some((_, destination)) = self.flight.take() {
-            self.view.camera_pose = destination;
+        if let Some((_, end_pose)) = self.flight.take() {
+            self.view.camera_pose = end_pose;
         }
     }
 

@@ -145,8 +145,8 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
         actions.push(Action::NextView);
     }
     for (key, action) in [
-        (Key::PageDown, Action::SelectNext(1)),
-        (Key::PageUp, Action::SelectNext(-1)),
+        (Key::PageDown, Action::FlyAlongList(1)),
+        (Key::PageUp, Action::FlyAlongList(-1)),
         (Key::Home, Action::FaceBody),
         (Key::Backspace, Action::PreviousView),
         (Key::ArrowRight, Action::Turn(ARROW_DRAG_PX, 0.0)),

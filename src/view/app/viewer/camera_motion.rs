@@ -156,17 +156,17 @@ impl Viewer {
         }
     }
 
-    /// Changes the axes of an orbit to body-fixed ones (`make_fixed`) or to ICRF, and keeps the camera in place.
-    pub(super) fn rotate_with_body(&mut self, make_fixed: bool, positions: &dyn BodyPositions) {
+    /// Changes the axes of an orbit to body-fixed ones (`make_body_fixed`) or to ICRF, and keeps the camera in place.
+    pub(super) fn rotate_with_body(&mut self, make_body_fixed: bool, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
         let CameraPose::Orbit { body, is_body_fixed, yaw_deg: old_yaw_deg, pitch_deg: old_pitch_deg, .. } = self.view.camera_pose else {
             return;
         };
-        let Some(pose) = self.pose_relative_to(body, positions).filter(|_| is_body_fixed != make_fixed) else { return };
+        let Some(pose) = self.pose_relative_to(body, positions).filter(|_| is_body_fixed != make_body_fixed) else { return };
         let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()) else { return };
         let radius_km = self.radius_km(body);
-        self.view.camera_pose = if make_fixed {
+        self.view.camera_pose = if make_body_fixed {
             body_fixed_orbit_pose(body, OrbitCamera::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z))
         } else {
             inertial_orbit_pose(body, OrbitCamera::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2)))

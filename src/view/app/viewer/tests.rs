@@ -262,10 +262,10 @@ fn changing_the_frame_keeps_the_direction_of_view() {
     let before = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
     let towards_earth = -before.offset_km.normalize();
     assert!(before.forward.dot(towards_earth) < 0.6, "the camera has turned away from the Earth");
-    for make_fixed in [true, false] {
-        apply(&mut viewer, Action::RotateWithBody(make_fixed));
+    for make_body_fixed in [true, false] {
+        apply(&mut viewer, Action::RotateWithBody(make_body_fixed));
         let after = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
-        assert!(before.forward.distance(after.forward) < 1e-9 && before.up.distance(after.up) < 1e-9, "{make_fixed}: {after:?}");
+        assert!(before.forward.distance(after.forward) < 1e-9 && before.up.distance(after.up) < 1e-9, "{make_body_fixed}: {after:?}");
     }
 }
 
@@ -399,6 +399,6 @@ fn extreme_zooms_keep_the_camera_finite() {
         assert!((MIN_FOV_DEG..=MAX_FOV_DEG).contains(&viewer.view.fov_deg));
     }
     apply(&mut viewer, Action::FlyTo(NaifId(12345)));
-    apply(&mut viewer, Action::SelectNext(-3));
+    apply(&mut viewer, Action::FlyAlongList(-3));
     assert!(viewer.selectable_body(viewer.selected).is_some());
 }
