@@ -1,14 +1,18 @@
-//! Fuses operations into chains. Each operation of a chain is the only reader of the previous operation's result, and one kernel computes them all.
+//! Fuses operations into chains, in which each operation is the only reader of the previous operation's result, and computes a chain with as few kernels as
+//! possible.
 //!
-//! In: the steps (instructions in SSA form) after all other optimisations. Out: the same steps with chains, each split into as few kernels as
-//! `kernels/chains.rs` allows. Always: a kernel takes the place of the last of its operations; the operations of a chain come from one basic block, and no
-//! loop variable that they read is assigned between them.
+//! In: the steps (instructions in SSA form) after all other optimisations. Out: the same steps, in which a fused kernel of
+//! `kernels/chains.rs` replaces each piece of a chain that it computes. Always: a kernel takes the place of the last of its operations; the operations of a
+//! chain come from one basic block, and no loop variable that they read is assigned between them.
 
 use super::step::{SsaStep, SsaValue, SsaValues, remove_steps, use_counts};
 use crate::render::software::kernels::chains::{MAX_CHAIN_OPS, MAX_OPERANDS, find};
 use crate::render::software::tape::{FusedOp, Op};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
+
+/// `chained_operand` of the first operation, which has no chained operand.
+const NO_CHAINED_OPERAND: u8 = 0;
 
 /// One operation of a chain.
 #[derive(Clone)]
@@ -50,7 +54,7 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
                         open_chains.remove(&v);
                         chain
                     }
-                    None => vec![ChainOp { index, op: FusedOp { op: *op, chained_operand: 0 }, args: args.clone() }],
+                    None => vec![ChainOp { index, op: FusedOp { op: *op, chained_operand: NO_CHAINED_OPERAND }, args: args.clone() }],
                 };
                 if uses.get(dst) == Some(&1) {
                     open_chains.insert(*dst, chain);
@@ -98,7 +102,7 @@ fn fold_negations(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
             SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: Op::Fma, args } => {
                 let found = (0..2).find_map(|position| Some((position, *negated.get(&args[position])?)));
                 let Some((position, (negation, factor))) = found else { continue };
-                // A value common to all lanes comes first, as in the table of chains.
+                // `SsaValue` sorts values common to all lanes before values of one lane each, as does the table of chains.
                 let mut factors = [factor, args[1 - position]];
                 factors.sort();
                 removed.insert(negation);
@@ -144,7 +148,11 @@ fn operands(piece: &[ChainOp]) -> Option<(SsaValues, u8)> {
 
 /// The operations of a piece of a chain. The first has no chained operand in this piece.
 fn fused_ops(piece: &[ChainOp]) -> Vec<FusedOp> {
-    piece.iter().enumerate().map(|(k, op)| FusedOp { chained_operand: if k == 0 { 0 } else { op.op.chained_operand }, ..op.op }).collect()
+    piece
+        .iter()
+        .enumerate()
+        .map(|(k, op)| FusedOp { chained_operand: if k == 0 { NO_CHAINED_OPERAND } else { op.op.chained_operand }, ..op.op })
+        .collect()
 }
 
 /// Whether one kernel computes this piece.
