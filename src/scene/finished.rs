@@ -92,11 +92,12 @@ impl Scene {
 
     /// Rectangles of all texts and bars in the image except the names of bodies.
     #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "only the window asks for them"))]
-    pub(crate) fn text_rects(&self) -> Vec<Rect> {
+    pub(crate) fn text_and_bar_rects(&self) -> Vec<Rect> {
         // `occupied` leaves out the names of bodies.
         let label_rects = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.glyph_px)).collect::<Vec<_>>();
         let line_text_rects = |layer: &line_texts::TextLayer| {
             let metrics = LabelMetrics::of_size(layer.glyph_px);
+            // `left_px`: the left end of a text's centre line.
             layer.texts.iter().map(|text| metrics.rect(&text.text, text.left_px)).collect::<Vec<_>>()
         };
         self.labels.iter().flat_map(label_rects).chain(self.line_texts.iter().flat_map(line_text_rects)).collect()

@@ -89,8 +89,8 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
             FieldOfView::Circle { diameter_deg } => DVec2::splat((0.5 * diameter_deg).to_radians()),
             FieldOfView::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
         };
-        let tan = half_size_rad.map(f64::tan);
-        if 2.0 * tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || tan.min_element() > max_half_fov_tan {
+        let half_size_tan = half_size_rad.map(f64::tan);
+        if 2.0 * half_size_tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || half_size_tan.min_element() > max_half_fov_tan {
             left_out += 1;
             continue;
         }
@@ -100,7 +100,8 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
                 draw_arc(camera, &mut output, &|t| axes.on_circle(half_size_rad.x, t), [0.0, TAU], half_size_rad.x.sin())
             }
             FieldOfView::Rectangle { .. } => {
-                let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(|[l, u]| axes.at_tangents(l * tan.x, u * tan.y));
+                let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]
+                    .map(|[l, u]| axes.at_tangents(l * half_size_tan.x, u * half_size_tan.y));
                 (0..4).for_each(|k| draw_great_circle(camera, &mut output, corners[k], corners[(k + 1) % 4]));
             }
         }
@@ -109,7 +110,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
             continue;
         }
         drawn.push(instrument.name.clone());
-        if let Some(clip) = camera.clip(axes.at_tangents(0.0, tan.y)) {
+        if let Some(clip) = camera.clip(axes.at_tangents(0.0, half_size_tan.y)) {
             let centre_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * glyph_px);
             output.texts.push(UnplacedText { text: instrument.name.clone(), centre_px, colour: COLOUR, is_grid_coordinate: false });
         }

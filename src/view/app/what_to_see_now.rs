@@ -43,7 +43,7 @@ pub enum NowItem {
     Shader,
 }
 
-/// A view with its texts.
+/// One of the views of *What to see now*, with its texts.
 #[derive(Clone, Debug)]
 pub struct NowView {
     pub title: String,

@@ -185,7 +185,7 @@ impl Interface {
         let scene = &rendered.scene;
         let parent_of = |id: NaifId| self.viewer.selectable_body(id).and_then(|s| s.parent);
         let translated_name = |name: &str| body_name(name).to_owned();
-        let occupied: Vec<Rect> = overlays.into_iter().chain(scene.text_rects()).collect();
+        let occupied: Vec<Rect> = overlays.into_iter().chain(scene.text_and_bar_rects()).collect();
         self.viewport.labels = body_labels(
             &*scene.geometry.projection(&scene.camera),
             &scene.bodies,

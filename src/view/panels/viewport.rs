@@ -159,7 +159,7 @@ fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
     if !(layers.caption || layers.scale_bar) {
         return 0.0;
     }
-    let caption_rects = rendered.scene.text_rects().into_iter().filter(|rect| rect.min.y > CAPTION_TOP_FRACTION * height);
+    let caption_rects = rendered.scene.text_and_bar_rects().into_iter().filter(|rect| rect.min.y > CAPTION_TOP_FRACTION * height);
     (caption_rects.map(|rect| height - rect.min.y).fold(0.0, f64::max) * placement.points_per_px) as f32
 }
 

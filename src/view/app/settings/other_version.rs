@@ -82,6 +82,7 @@ impl Settings {
 /// If the text is not a JSON object.
 pub(super) fn read(text: &str) -> Result<(Settings, Option<String>), serde_json::Error> {
     let fields: Map<String, Value> = serde_json::from_str(text)?;
+    // The names in this object are those that this version knows.
     let defaults = serde_json::to_value(Settings::default().saved())?;
     let mut unread = UnreadParts::default();
     let (mut valid, mut invalid) = (Map::new(), Vec::new());
@@ -103,6 +104,7 @@ pub(super) fn read(text: &str) -> Result<(Settings, Option<String>), serde_json:
             }
             value => value,
         };
+        // Each field is read alone, so that an error in it affects no other.
         let single_field = Value::Object(Map::from_iter([(name.clone(), value.clone())]));
         match serde_json::from_value::<Settings>(single_field) {
             Ok(_) => drop(valid.insert(name, value)),

@@ -152,6 +152,7 @@ fn token_kind(word: &str, rest: &str) -> TokenKind {
     } else if is_type(word) {
         TokenKind::Type
     } else if word.starts_with("Op") && word.len() > 2 && word[2..].starts_with(|c: char| c.is_ascii_uppercase()) {
+        // An instruction of SPIR-V, such as `OpLoad`.
         TokenKind::Keyword
     } else if rest.starts_with('(') {
         TokenKind::Call
@@ -194,6 +195,7 @@ pub(crate) fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
             push(start..start + length, token_kind(&rest[..length], &rest[length..]));
             start += length;
         } else if c == '@' || (c == '[' && rest.starts_with("[[")) {
+            // An attribute of WGSL, or of MSL (`[[`).
             let length = rest.char_indices().skip(1).find(|(_, c)| !is_word(*c) && *c != '[').map_or(rest.len(), |(i, _)| i);
             push(start..start + length, TokenKind::Attribute);
             start += length;
