@@ -102,7 +102,7 @@ pub(crate) fn haze_over_ground(body: &Body, alpha: f64, distance_radii: f64) -> 
 
 /// A bound of the mean radiance of a disc under irradiance 1, green, at every phase angle; infinite for a body that shines by itself.
 pub(crate) fn max_mean_radiance(body: &Body) -> f64 {
-    if body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. }) {
+    if is_emissive(body) {
         return f64::INFINITY;
     }
     let rows = body.atmosphere.as_ref().map_or(&[][..], |air| air.forward_light.as_slice());
@@ -115,10 +115,13 @@ pub(crate) fn sunlit_solid_angle(sun_distance_km: f64, viewer_distance_km: f64, 
     radius_sq_km2 * (KM_PER_AU / (viewer_distance_km * sun_distance_km)).powi(2)
 }
 
+fn is_emissive(body: &Body) -> bool {
+    body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. })
+}
+
 /// Irradiance of a body that shines by itself; `None` for others.
 fn emitted_irradiance(body: &Body, viewer_distance_km: f64, radius_sq_km2: f64) -> Option<f64> {
-    let is_emissive = body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. });
-    is_emissive.then(|| sun_disc_radiance() * radius_sq_km2 / (viewer_distance_km * viewer_distance_km))
+    is_emissive(body).then(|| sun_disc_radiance() * radius_sq_km2 / (viewer_distance_km * viewer_distance_km))
 }
 
 /// Irradiance that the body's ground causes at a viewer, in units of the Sun's at 1 au, if the body has no bright and dark sides (`photometry::light_curve`);
