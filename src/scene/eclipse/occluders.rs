@@ -401,7 +401,7 @@ mod tests {
     use crate::catalog::Catalog;
     use crate::random::Random;
 
-    /// Mercury in front of the Sun, seen from Venus, is too small to be an occluder in images, even if every shadow counts. Venus has no other, so no draw needs
+    /// Mercury in front of the Sun, seen from Venus, is too small to be an occluder in images, even if every shadow counts. Venus has no other: no draw needs
     /// a module with an eclipse of Venus. A body with five times Mercury's radius is an occluder, and so is Mercury where every body counts.
     #[test]
     fn a_body_too_small_to_be_seen_is_no_occluder() {
