@@ -6,12 +6,12 @@ use crate::catalog::NaifId;
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::text::{LabelMetrics, Rect};
 use crate::scene::annotation::{labels, line_texts, orbit_arcs};
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::Camera;
 use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::decision::Decision;
 use crate::scene::draw::{Draw, PixelView, Point, StarSprite};
 use crate::scene::eclipse::refracted_limb;
-use crate::scene::in_view::BodyInView;
 use crate::scene::light::exposure::Exposure;
 use crate::scene::light::{corona, glare};
 use crate::scene::purpose::Purpose;
@@ -38,7 +38,7 @@ pub struct Scene {
     /// How radiance above white is mapped to display values.
     pub tone_map: ToneMap,
     /// Every body of the catalog, also those that the image does not show, in catalog order.
-    pub bodies: Vec<BodyInView>,
+    pub bodies: Vec<BodyReport>,
     /// Diffuse light of the sky, behind everything else.
     pub background: Option<SkyBackground>,
     /// The user's sky images, drawn over the background.
@@ -86,7 +86,7 @@ pub struct Scene {
 
 impl Scene {
     /// A body of the catalog by its code.
-    pub fn body(&self, id: NaifId) -> Option<&BodyInView> {
+    pub fn body(&self, id: NaifId) -> Option<&BodyReport> {
         self.bodies.iter().find(|b| b.id == id)
     }
 

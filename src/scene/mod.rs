@@ -13,6 +13,7 @@
 pub mod annotation;
 #[doc(hidden)]
 pub mod atmosphere;
+mod body_report;
 mod build;
 #[doc(hidden)]
 pub mod camera;
@@ -29,7 +30,6 @@ mod error;
 #[doc(hidden)]
 mod features;
 mod finished;
-mod in_view;
 #[doc(hidden)]
 pub mod light;
 mod numeric;
@@ -58,6 +58,7 @@ pub(crate) use atmosphere::ground_depth;
 pub use atmosphere::uniform_rows::uniform_value;
 #[doc(hidden)]
 pub use atmosphere::{multi_scatter_in_shadow, multi_scatter_table, quadrature_nodes};
+pub use body_report::{Appearance, BodyReport, SubPoint};
 #[doc(hidden)]
 pub use build::SceneBuilder;
 #[doc(hidden)]
@@ -66,7 +67,6 @@ pub use camera::{silhouette, viewpoint};
 pub use eclipse::refracted_limb;
 pub use error::SceneError;
 pub use finished::Scene;
-pub use in_view::{Appearance, BodyInView, SubPoint};
 pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CD_M2_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
 #[doc(hidden)]
 pub use light::meter::metered_twilight;

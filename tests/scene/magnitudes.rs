@@ -6,7 +6,7 @@ use orrery::ephemeris::Ephemeris;
 use orrery::scene::disc_light::{ground_and_air_irradiance, phase_correction};
 use orrery::scene::photometry::{magnitude, measured_side_curve, model_phase};
 use orrery::scene::request::Position;
-use orrery::scene::{BodyInView, bodies_seen_from};
+use orrery::scene::{BodyReport, bodies_seen_from};
 use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, luminance};
 
@@ -118,7 +118,7 @@ fn light_is_shared_between_disc_and_point_without_a_jump() {
 }
 
 /// A body as seen from the Earth's centre.
-fn from_earth(catalog: &Catalog, ephemeris: &Ephemeris, id: i32, time: Instant) -> BodyInView {
+fn from_earth(catalog: &Catalog, ephemeris: &Ephemeris, id: i32, time: Instant) -> BodyReport {
     let bodies = bodies_seen_from(catalog, ephemeris, Position::Centre(NaifId::EARTH), time).expect("placed");
     bodies.into_iter().find(|body| body.id == NaifId(id)).expect("in the catalog")
 }

@@ -12,10 +12,10 @@ pub use super::text::LabelMetrics;
 use super::text::Rect;
 pub(crate) use super::text::{MARKER_RADIUS, NAME_COLOUR};
 use crate::catalog::{Catalog, NaifId};
+use crate::scene::body_report::{Appearance, BodyReport};
 use crate::scene::camera::Placement;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::draw::PixelView;
-use crate::scene::in_view::{Appearance, BodyInView};
 use crate::scene::request::view_request::ViewRequest;
 use glam::{DVec2, DVec3};
 
@@ -65,7 +65,7 @@ impl LabelSide {
 const LARGE_DISC_PX: f64 = 24.0;
 
 /// Sort key of a body's label, the most important first: its class, then its magnitude. A body of unknown magnitude counts as fainter than any other.
-fn rank(body: &BodyInView, selected: NaifId, parent_of: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
+fn rank(body: &BodyReport, selected: NaifId, parent_of: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
     let orbits_sun = parent_of(body.id).is_none_or(|p| p == NaifId::SUN);
     let class = match () {
         () if body.id == selected => 0,
@@ -105,7 +105,7 @@ impl LabelLayer {
         image: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
-        bodies: &[BodyInView],
+        bodies: &[BodyReport],
         velocity_km_s: DVec3,
     ) -> Option<Self> {
         let layers = &request.layers;
@@ -179,7 +179,7 @@ const HIDDEN_DEPTH: f64 = 0.03;
 /// The labels of the bodies that a camera sees, most important first. `name_of` translates names; `occupied`: rectangles that names avoid.
 pub(crate) fn body_labels(
     image: &dyn ImageProjection,
-    bodies: &[BodyInView],
+    bodies: &[BodyReport],
     selected: NaifId,
     parent_of: impl Fn(NaifId) -> Option<NaifId>,
     metrics: &LabelMetrics,
@@ -187,9 +187,9 @@ pub(crate) fn body_labels(
     occupied: &[Rect],
 ) -> Vec<Label> {
     let size = image.size_px();
-    let angular_radius_rad = |b: &BodyInView| (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
-    let is_placed = |b: &&BodyInView| b.distance_km.is_finite() && b.distance_km > 0.0;
-    let mut visible: Vec<(&BodyInView, DVec2, f64)> = bodies
+    let angular_radius_rad = |b: &BodyReport| (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
+    let is_placed = |b: &&BodyReport| b.distance_km.is_finite() && b.distance_km > 0.0;
+    let mut visible: Vec<(&BodyReport, DVec2, f64)> = bodies
         .iter()
         .filter(is_placed)
         .filter_map(|b| {
@@ -201,10 +201,10 @@ pub(crate) fn body_labels(
         })
         .collect();
     // Bodies hide others even if their centres are outside the image: for example the body on which the camera stands.
-    let is_disc = |b: &&BodyInView| !b.placement.camera_is_inside() && image.disc_radius_px(angular_radius_rad(b)) > MIN_HIDING_RADIUS_PX;
-    let possibly_hiding: Vec<&BodyInView> = bodies.iter().filter(is_placed).filter(is_disc).collect();
+    let is_disc = |b: &&BodyReport| !b.placement.camera_is_inside() && image.disc_radius_px(angular_radius_rad(b)) > MIN_HIDING_RADIUS_PX;
+    let possibly_hiding: Vec<&BodyReport> = bodies.iter().filter(is_placed).filter(is_disc).collect();
     // A body is hidden only if its disc is well inside the outline of the nearer body, so a moon over the pole of an oblate planet keeps its label.
-    let is_hidden = |b: &BodyInView| {
+    let is_hidden = |b: &BodyReport| {
         possibly_hiding.iter().filter(|other| other.id != b.id && other.distance_km < b.distance_km).any(|nearer| {
             // For a camera on the ground the outline is the horizon, and a body just below it is hidden.
             let height_radii = (nearer.placement.camera_in_unit_sphere().length() - 1.0).clamp(0.0, 1.0);

@@ -8,8 +8,8 @@
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
 use crate::catalog::Catalog;
 use crate::message::{Argument, TextLanguage, message};
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::sphere::ImageProjection;
-use crate::scene::in_view::BodyInView;
 use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::units::KM_PER_AU;
 use glam::DVec2;
@@ -67,7 +67,7 @@ impl Margin {
         image: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
-        bodies: &[BodyInView],
+        bodies: &[BodyReport],
         metrics: &LabelMetrics,
     ) -> Self {
         let mut margin = Self::default();
@@ -112,7 +112,7 @@ impl Margin {
         image: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
-        target: Option<&BodyInView>,
+        target: Option<&BodyReport>,
         metrics: &LabelMetrics,
     ) {
         let (glyph_px, language) = (metrics.glyph_px(), request.language);
@@ -156,12 +156,12 @@ impl Margin {
         }
     }
 
-    fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
+    fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyReport>, language: TextLanguage, metrics: &LabelMetrics) {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
         let px_per_radian = image.px_per_radian_in_middle();
         let max_px = MAX_BAR_FRACTION * size.x;
         let max_rad = max_px / px_per_radian;
-        let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * px_per_radian;
+        let disc_px = |t: &&BodyReport| 2.0 * t.placement.radii_km.max_element() / t.distance_km * px_per_radian;
         // Length of a bar in the image's middle that spans an angle. In a perspective image this length grows faster than the angle.
         let spanning_px = |angle_rad: f64| 2.0 * image.disc_radius_px(0.5 * angle_rad);
         let (text, length_px) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
@@ -208,7 +208,7 @@ impl Margin {
         self.text(text, text_position);
     }
 
-    fn compass(&mut self, image: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {
+    fn compass(&mut self, image: &impl ImageProjection, target: &BodyReport, metrics: &LabelMetrics) {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
         let centre_km = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);

@@ -8,10 +8,10 @@
 //! sprite ends at the circle, except that no sprite is smaller than that of a faint star.
 
 use super::faces::face_of;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::draw::{Point, StarSprite};
-use crate::scene::in_view::BodyInView;
 use crate::scene::point::{POINT_RADIUS_PX, pixel_sr, point_peak, point_radius_px};
 use crate::scene::request::Projection;
 use glam::{DVec2, DVec3, Vec3};
@@ -149,7 +149,7 @@ pub(crate) fn points(
     face: usize,
     camera: &Camera,
     face_points: &[Point],
-    bodies: &[BodyInView],
+    bodies: &[BodyReport],
     white: f64,
 ) -> DividedSprites<Point> {
     let mut divided = DividedSprites { in_face: Vec::new(), in_image: Vec::new() };

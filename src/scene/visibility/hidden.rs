@@ -9,11 +9,11 @@
 
 use crate::catalog::NaifId;
 use crate::message::reason;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::{Camera, Placement, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{BodyPart, Draw, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_darkening;
-use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
 use crate::scene::visibility::lunar_limb;
 use crate::scene::visibility::order::is_in_front;
@@ -213,18 +213,18 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
 
 /// Records as a decision the fraction of a body's light that nearer bodies leave visible, in the green channel; the decision is on if they hide all light. Does
 /// nothing if all light is visible or a fraction is recorded already.
-pub(super) fn record_visible_fraction(bodies: &mut [BodyInView], farther: NaifId, visible: DVec3) {
+pub(super) fn record_visible_fraction(bodies: &mut [BodyReport], farther: NaifId, visible: DVec3) {
     if visible == DVec3::ONE {
         return;
     }
     let reason = reason!("hidden", part = format_args!("{:.6}", visible.y));
     let decision = Decision { effect: "hidden", on: visible == DVec3::ZERO, reason, stated_error: None };
-    let is_unrecorded = |b: &&mut BodyInView| b.id == farther && b.decisions.iter().all(|d| d.effect != decision.effect);
+    let is_unrecorded = |b: &&mut BodyReport| b.id == farther && b.decisions.iter().all(|d| d.effect != decision.effect);
     bodies.iter_mut().filter(is_unrecorded).for_each(|b| b.decisions.push(decision.clone()));
 }
 
 /// Stores the limbs of nearer bodies in the draws of emissive discs, and records the visible fractions as decisions.
-pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyInView]) {
+pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyReport]) {
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == BodyPart::Globe).map(|d| (d.body, d.features.shape)).collect();
     let moon_limb = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());

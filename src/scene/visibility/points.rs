@@ -8,10 +8,10 @@
 use super::hidden::{gap_is_below, record_visible_fraction, visible_fraction};
 use super::order::is_in_front;
 use crate::catalog::NaifId;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::{narrow, narrow_scalar};
 use crate::scene::draw::{BodyPart, Draw, Point};
 use crate::scene::features::inputs::FrameContext;
-use crate::scene::in_view::BodyInView;
 use crate::scene::numeric::smooth_rise;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::POINT_RADIUS_PX;
@@ -88,7 +88,7 @@ pub(crate) fn apply(
     placed: &[PlacedBody<'_>],
     draws: &[Draw],
     points: &mut Vec<Point>,
-    bodies: &mut [BodyInView],
+    bodies: &mut [BodyReport],
 ) {
     let has_draw = |body: NaifId, part: BodyPart| draws.iter().any(|d| d.body == body && d.part == part);
     let drawn_discs: Vec<_> = placed.iter().filter(|p| has_draw(p.body.id, BodyPart::Globe)).collect();

@@ -14,7 +14,7 @@ use crate::ephemeris::Source;
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
 use crate::ephemeris::topocentric::{DiscPassage, Observer, ObserverSky, RiseSetTimes};
 use crate::message::Message;
-use crate::scene::{BodyInView, SubPoint};
+use crate::scene::{BodyReport, SubPoint};
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
@@ -151,7 +151,7 @@ pub(super) fn scaled_angle_text(angle_deg: f64) -> String {
 }
 
 /// Shows facts about a body as seen from the camera, and its constant properties.
-fn facts_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, catalog: &Catalog) {
+fn facts_from_camera(ui: &mut egui::Ui, body: &BodyReport, unit: LengthUnit, catalog: &Catalog) {
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
         if let Some([distance, light_time]) = distance_and_light_time(body.distance_km, radius_km, unit) {
@@ -213,7 +213,7 @@ pub(super) fn duration_text(duration_s: f64) -> String {
 }
 
 /// Shows the body's position in the sky of the observer's place and the day's solar eclipse, which the query worker computes.
-fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
+fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyReport, time: Instant) {
     let panel = &mut interface.information;
     ui.strong(text!("place-heading"));
     place_fields(ui, panel);

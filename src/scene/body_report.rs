@@ -48,7 +48,7 @@ impl SubPoint {
 /// One body of the frame: its appearance to the viewer, and the decisions about it. `explain --json` prints a new field without further code. JSON keeps two
 /// names of earlier versions.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct BodyInView {
+pub struct BodyReport {
     /// Its NAIF code.
     pub id: NaifId,
     /// As in the catalog.
@@ -89,7 +89,7 @@ pub struct BodyInView {
     pub invented: Vec<(String, Reason)>,
 }
 
-impl BodyInView {
+impl BodyReport {
     /// Whether size, phase, magnitude and sub-observer point are defined: they are neither if the camera is at the body's centre nor if its place is unknown.
     pub fn is_seen_from_outside(&self) -> bool {
         self.distance_km > 0.0
