@@ -141,7 +141,7 @@ pub struct EventSearch {
     searched_s: f64,
     /// Length of the next step, unless the span ends before. Below [`MIN_STEP_S`], the search is over.
     step_s: f64,
-    /// Why the last failed step failed: a part of it is outside the ephemeris. From then on, `step_s` is halved after each step.
+    /// Why the last failed step failed: a part of it is outside the ephemeris. From then on, `step_s` is halved after each step. `None`: no step has failed.
     failure: Option<EphemerisError>,
 }
 

@@ -205,15 +205,16 @@ mod tests {
     fn stops_approach_with_the_time_constant_at_any_frame_rate() {
         for rate_hz in [5.0, 20.0, 100.0] {
             let (mut adaptation, view) = (ExposureAdaptation::default(), view(NaifId::EARTH));
-            let mut step = |now_s: f64, metered_stops: f64| {
+            let mut draw = |now_s: f64, metered_stops: f64| {
                 let stops = draw_at_once(&mut adaptation, &view, now_s, metered_stops);
                 (stops, adaptation.needs_another_image())
             };
-            assert_eq!(step(0.0, 0.0), (0.0, false), "the first image has the metered exposure");
+            assert_eq!(draw(0.0, 0.0), (0.0, false), "the first image has the metered exposure");
             let (mut last_stops, mut stops_at_time_constant) = (0.0, f64::NAN);
+            // Four seconds: ten time constants.
             for k in 1..=(4.0 * rate_hz) as u32 {
                 let now_s = f64::from(k) / rate_hz;
-                let (stops, needs_another_image) = step(now_s, 10.0);
+                let (stops, needs_another_image) = draw(now_s, 10.0);
                 assert!((stops > last_stops || last_stops == 10.0) && stops <= 10.0, "{stops} after {last_stops}");
                 assert_eq!(needs_another_image, stops != 10.0);
                 if (now_s - TIME_CONSTANT_S).abs() < 1e-9 {

@@ -42,8 +42,8 @@ impl KnownEvents {
 
     /// Start and end of the searched span, TDB seconds past J2000; `None` before the searches start.
     fn searched_span(&self) -> Option<(f64, f64)> {
-        let [back, forward] = self.searches.as_ref()?.each_ref().map(|search| search.searched_until().tdb_seconds_past_j2000());
-        Some((back, forward))
+        let [first_tdb_s, last_tdb_s] = self.searches.as_ref()?.each_ref().map(|search| search.searched_until().tdb_seconds_past_j2000());
+        Some((first_tdb_s, last_tdb_s))
     }
 
     /// How far from the searched span the middle of the displayed span may be, seconds, before the searches start again. This is the length of a step, or

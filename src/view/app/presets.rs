@@ -127,6 +127,7 @@ fn system_view(distance_au: f64, positions: &dyn BodyPositions, now: Instant, ba
     orbit.elevation_rad = SYSTEM_ELEVATION_DEG.to_radians();
     orbit.distance_radii = distance_au * KM_PER_AU / SUN_RADIUS_KM;
     let view = base_view.paused_view(now, NaifId::SUN, inertial_orbit_pose(NaifId::SUN, orbit), DEFAULT_FOV_DEG);
+    // `paused: None`: time runs or is paused as before.
     Some(ViewState { orbits: true, exposure_stops: Some(SYSTEM_EXPOSURE_STOPS), paused: None, ..view })
 }
 

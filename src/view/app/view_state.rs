@@ -169,8 +169,8 @@ pub(crate) const MIN_FOV_DEG: f64 = 1e-4;
 pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 
 impl ViewState {
-    /// The view of a body from `offset_km` relative to its centre. `pole`: direction of its pole; both vectors are in ICRF. All other fields have their
-    /// defaults.
+    /// The view of a body from `offset_km` relative to its centre. `radius_km`: its equatorial radius. `pole`: direction of its pole; both vectors are in ICRF.
+    /// All other fields have their defaults.
     pub fn around(body: NaifId, offset_km: DVec3, radius_km: f64, pole: DVec3, time: Instant) -> Self {
         let orbit = OrbitCamera::from_offset(offset_km, radius_km, pole);
         Self {

@@ -230,7 +230,7 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
 /// Starts a search from the displayed date; a running search is dropped. If the chosen event is displayed, the search starts beside it, so that it
 /// finds the event.
 fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
-    let time = interface.viewer.destination().time();
+    let time = interface.viewer.view_after_flight().time();
     let panel = &interface.events;
     let is_displayed = |event: &&Arc<SkyEvent>| panel.includes_kind_of(event) && event.playback().is_near(time.tdb_seconds_past_j2000());
     let displayed = panel.chosen.as_ref().filter(is_displayed);

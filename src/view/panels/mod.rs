@@ -270,7 +270,7 @@ impl Interface {
                 _ => {}
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_) | Action::ShowPreset(..)) {
-                let view = self.viewer.destination();
+                let view = self.viewer.view_after_flight();
                 let name = self.name_of_view(&view);
                 self.settings.add_recent(name, view);
             }

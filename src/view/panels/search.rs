@@ -231,7 +231,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             events::search_for(interface, worker, &kinds, start);
         }
         SearchTarget::Preset(preset) => moments::open_preset(interface, worker, preset, actions),
-        SearchTarget::Now(item) => {
+        SearchTarget::WhatToSeeNow(item) => {
             let view = item.view(session, interface.viewer.now(), &interface.viewer.base_view());
             match view {
                 Some(view) => what_to_see_now::open(interface, ctx, worker, item, view, actions),

@@ -316,7 +316,7 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
     }
     if let Some(is_backward) = requested_backward {
         let gap_s = if is_backward { -EVENT_GAP_S } else { EVENT_GAP_S };
-        let start = interface.viewer.destination().time().plus_seconds(gap_s);
+        let start = interface.viewer.view_after_flight().time().plus_seconds(gap_s);
         let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
         let search = EventSearch::new(vec![kind], start, span_s, is_backward);
         let pending = ask(worker, move |session| search.find_first(session.catalog(), session.ephemeris()));

@@ -245,7 +245,7 @@ struct App<'a> {
     painter: Painter,
     /// `None` before the window is opened and while it is being replaced.
     opened: Option<OpenWindow>,
-    /// A GPU has failed to present, so the CPU presents all later windows.
+    /// Whether a GPU has failed to present; the CPU then presents all later windows.
     gpu_failed: bool,
     /// When the interface needs its next frame.
     next_redraw: Option<WallInstant>,

@@ -249,8 +249,8 @@ fn changing_the_frame_keeps_the_camera_in_place() {
     // In 1000 s the body has turned by 0.1 rad, and the camera with it.
     viewer.view.tdb_s += 1000.0;
     let later = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
-    let turned = (DMat3::from_rotation_z(0.1) * after.offset_km - later.offset_km).length();
-    assert!(turned < 1e-6 * before.offset_km.length(), "{turned}");
+    let error_km = (DMat3::from_rotation_z(0.1) * after.offset_km - later.offset_km).length();
+    assert!(error_km < 1e-6 * before.offset_km.length(), "{error_km}");
 }
 
 #[test]
@@ -352,19 +352,19 @@ fn on_the_ground_the_view_stays_where_it_was_when_tracking_ends() {
 /// In an orbit, in either frame, turning the camera away from the tracked body starts from the direction of the image, and moves the image.
 #[test]
 fn in_an_orbit_the_view_stays_where_it_was_when_tracking_ends() {
-    for rotates in [false, true] {
+    for make_body_fixed in [false, true] {
         for (action, is_motion) in
             [(Action::LookAround(100.0, 40.0), true), (Action::LookAround(0.0, 0.0), false), (Action::Track(false), false)]
         {
             let mut viewer = viewer();
             viewer.view.tdb_s = 5000.0;
-            apply(&mut viewer, Action::RotateWithBody(rotates));
+            apply(&mut viewer, Action::RotateWithBody(make_body_fixed));
             apply(&mut viewer, Action::LookAt(NaifId::MOON));
             let before = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
             apply(&mut viewer, action.clone());
             let after = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
             let turned = before.forward.distance(after.forward) + before.up.distance(after.up);
-            assert!(if is_motion { turned > 0.05 } else { turned < 1e-9 }, "{action:?}, {rotates}: {turned}");
+            assert!(if is_motion { turned > 0.05 } else { turned < 1e-9 }, "{action:?}, {make_body_fixed}: {turned}");
             assert_eq!((viewer.view.tracks, viewer.view.target), (false, NaifId::MOON), "{action:?}");
         }
     }

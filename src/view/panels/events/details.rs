@@ -46,7 +46,7 @@ pub(super) fn show(
     let home = interface.information.home;
     let seen_from_place = interface.events.seen_from(event, home).and_then(|seen| seen.as_ref().ok()).cloned();
     let is_visible_at_place = seen_from_place.as_ref().is_some_and(|seen| seen.is_visible);
-    let camera_is_at_place = stands_at(&interface.viewer.destination().camera_pose, home);
+    let camera_is_at_place = stands_at(&interface.viewer.view_after_flight().camera_pose, home);
     ui.horizontal_wrapped(|ui| {
         let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
         // A camera at the place stays there only if the event is visible there, which is known once the contacts have arrived.

@@ -270,7 +270,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
 /// Shows the bookmarks, a field that adds one, and the recent views.
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.strong(text!("bookmarks"));
-    let default_name = interface.name_of_view(&interface.viewer.destination());
+    let default_name = interface.name_of_view(&interface.viewer.view_after_flight());
     ui.horizontal_wrapped(|ui| {
         let field = ui.add(TextEdit::singleline(&mut interface.share.bookmark_name).hint_text(&default_name).desired_width(180.0));
         let enter_pressed = is_entered(&field.on_hover_text(text!("bookmarks-name")), &interface.share.bookmark_name);
