@@ -6,7 +6,7 @@
 use super::error::Result;
 use super::lowerer::Lowerer;
 use super::place::{scalar_kind_of, supported_kind};
-use super::step::SsaValue;
+use super::ssa::SsaValue;
 use super::value::{Place, Value};
 use crate::render::software::program::{Constant, TextureUse};
 use crate::render::software::tape::{Op, TextureOp};
