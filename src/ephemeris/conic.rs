@@ -200,12 +200,12 @@ mod tests {
     fn propagated_states_stay_on_their_orbit() {
         let gm = GAUSS_CONSTANT * GAUSS_CONSTANT;
         for (q, e) in [(0.6, 0.967), (1.0, 1.0), (2.0, 3.4), (2.5, 0.05)] {
-            let (at, span) = (heliocentric_state(&orbit(q, e), 123.0), 77.0);
-            let (propagated, expected) = (at.propagated(gm, span), heliocentric_state(&orbit(q, e), 123.0 + span));
+            let (start, span) = (heliocentric_state(&orbit(q, e), 123.0), 77.0);
+            let (propagated, expected) = (start.propagated(gm, span), heliocentric_state(&orbit(q, e), 123.0 + span));
             let (position, velocity) = (propagated.position, propagated.velocity);
             assert!(position.distance(expected.position) < 1e-12 && velocity.distance(expected.velocity) < 1e-13, "{q} {e}");
-            let slope = (at.propagated(gm, 0.01).position - at.propagated(gm, -0.01).position) / 0.02;
-            assert!(slope.distance(at.velocity) < 1e-9 && slope.distance(velocity) > 1e-4);
+            let slope = (start.propagated(gm, 0.01).position - start.propagated(gm, -0.01).position) / 0.02;
+            assert!(slope.distance(start.velocity) < 1e-9 && slope.distance(velocity) > 1e-4);
         }
     }
 }

@@ -3,8 +3,8 @@
 //! In: the catalog and the ephemeris; for the osculating period also an instant. Out: kilometres and seconds. Always: the semi-major axis and the sidereal
 //! period do not depend on the displayed instant. Not here: the other elements of the orbit.
 
-use super::Ephemeris;
 use super::conic::ConicState;
+use super::{BEST_SOURCE, Ephemeris};
 use crate::catalog::{Body, BodyKind, Catalog, Motion};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
@@ -17,7 +17,7 @@ const DOUBLINGS: u32 = 10;
 /// catalog or one that the ephemeris cannot place.
 fn orbit_at(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body, time: Instant) -> Option<(ConicState, Option<f64>)> {
     let parent = catalog.body(body.parent?)?;
-    let state = ephemeris.state(body.id, parent.id, time, None).ok()?.state;
+    let state = ephemeris.state(body.id, parent.id, time, BEST_SOURCE).ok()?.state;
     let gm_km3_s2 = parent.gm_km3_s2.map(|gm| gm + body.gm_km3_s2.unwrap_or(0.0));
     Some((ConicState { position: state.pos_km, velocity: state.vel_km_s }, gm_km3_s2))
 }

@@ -356,15 +356,15 @@ mod tests {
             bytes[at..at + 8].copy_from_slice(&number.to_le_bytes());
             bytes
         };
-        let (next, count) = (1024, 1024 + 16);
+        let (next_offset, count_offset) = (1024, 1024 + 16);
         for (bytes, word) in [
-            (with(next, 2.0), "summary record 2 follows itself"),
-            (with(next, 1e9), "is not in the file, which has 4 records"),
-            (with(next, -1.0), "is not in the file"),
-            (with(next, 0.5), "is not in the file"),
-            (with(next, f64::NAN), "is not in the file"),
-            (with(count, 1e18), "the most are 25"),
-            (with(count, -1.0), "the most are 25"),
+            (with(next_offset, 2.0), "summary record 2 follows itself"),
+            (with(next_offset, 1e9), "is not in the file, which has 4 records"),
+            (with(next_offset, -1.0), "is not in the file"),
+            (with(next_offset, 0.5), "is not in the file"),
+            (with(next_offset, f64::NAN), "is not in the file"),
+            (with(count_offset, 1e18), "the most are 25"),
+            (with(count_offset, -1.0), "the most are 25"),
         ] {
             let error = Spk::parse("x.bsp", &bytes).expect_err(word).to_string();
             assert!(error.starts_with("kernel x.bsp: ") && error.contains(word) && !error.contains('\n'), "{word}: {error}");

@@ -10,7 +10,7 @@ use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
 use super::numeric::{minimum, time_of_minimum, zero_crossing};
 use crate::catalog::{Body, Catalog, NaifId};
-use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError};
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::DVec3;
@@ -113,7 +113,7 @@ struct MoonAndPlanet<'a> {
 impl MoonAndPlanet<'_> {
     /// Position (km) and velocity (km/s) of the moon relative to the planet, ICRF.
     fn moon_from_planet(&self, t: Instant) -> Result<(DVec3, DVec3), EphemerisError> {
-        let state = self.ephemeris.state(self.moon.id, self.planet.id, t, None)?.state;
+        let state = self.ephemeris.state(self.moon.id, self.planet.id, t, BEST_SOURCE)?.state;
         Ok((state.pos_km, state.vel_km_s))
     }
 
@@ -125,7 +125,7 @@ impl MoonAndPlanet<'_> {
         // Signed distance of the moon from the line, in the plane of the orbit, km; and a number that is positive if the moon is in front of the planet.
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
             let (pos_km, vel_km_s) = self.moon_from_planet(t)?;
-            let to_observer_km = self.ephemeris.state(observer, barycentre, t, None)?.state.pos_km;
+            let to_observer_km = self.ephemeris.state(observer, barycentre, t, BEST_SOURCE)?.state.pos_km;
             let perpendicular = pos_km.cross(vel_km_s).cross(to_observer_km);
             Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(to_observer_km)))
         };
@@ -197,7 +197,7 @@ impl MoonConjunction {
         let instant = |s: f64| middle.plus_seconds(s);
         let moon = FittedPosition::fit(half_span_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
         let to_observer = FittedPosition::fit(half_span_s, |s| vector_to_observer(ephemeris, planet, observer, instant(s)))?;
-        let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
+        let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, BEST_SOURCE)?.state.vel_km_s;
         let pole = ephemeris.body_from_icrf(planet, middle)?.row(2);
         Ok(Self { observer, middle, half_span_s, moon, to_observer, planet_velocity_km_s, pole })
     }
@@ -244,7 +244,7 @@ impl MoonConjunction {
     fn reception_of(&self, pair: &MoonAndPlanet<'_>, class: MoonEventType, s: f64) -> Result<Instant, EphemerisError> {
         let (moon_km, delay_s, _) = self.geometry_of_light(s);
         let at = self.middle.plus_seconds(s);
-        let planet_km = pair.ephemeris.state(pair.planet.id, NaifId::SOLAR_SYSTEM_BARYCENTER, at, None)?.state.pos_km;
+        let planet_km = pair.ephemeris.state(pair.planet.id, NaifId::SOLAR_SYSTEM_BARYCENTER, at, BEST_SOURCE)?.state.pos_km;
         if class == MoonEventType::Eclipse {
             return reception_time(pair.ephemeris, planet_km + moon_km, at.plus_seconds(delay_s));
         }
@@ -301,7 +301,8 @@ impl MoonConjunction {
 /// Vector from a planet at `t` to the observer: to the Earth when it receives the planet's light, or to the Sun when it sent the light that arrives at
 /// `t`. Kilometres, ICRF axes.
 pub(super) fn vector_to_observer(ephemeris: &Ephemeris, planet: NaifId, observer: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
-    let barycentric_km = |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km);
+    let barycentric_km =
+        |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km);
     let planet_km = barycentric_km(planet, t)?;
     if observer == NaifId::SUN {
         return Ok(ephemeris.light_time_position(NaifId::SUN, planet_km, t)?.0 - planet_km);
@@ -314,7 +315,7 @@ pub(super) fn reception_time(ephemeris: &Ephemeris, place_km: DVec3, t: Instant)
     let mut at = t;
     // The Earth's speed is 1e-4 of light's: three rounds leave less than a microsecond.
     for _ in 0..3 {
-        let earth_km = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, at, None)?.state.pos_km;
+        let earth_km = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, at, BEST_SOURCE)?.state.pos_km;
         at = t.plus_seconds((earth_km - place_km).length() / SPEED_OF_LIGHT_KM_S);
     }
     Ok(at)

@@ -9,7 +9,7 @@ use super::fitted::FittedPosition;
 use super::moons::{GALILEAN, MoonEvent, MoonEventType, reception_time, vector_to_observer};
 use super::numeric::{time_of_minimum, zero_crossing};
 use crate::catalog::{Body, Catalog, NaifId};
-use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError};
 use crate::time::Instant;
 use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
@@ -47,14 +47,14 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
         let mut second_last: Option<Vec<f64>> = None;
         let mut last: Option<Vec<f64>> = None;
         while sample_time < to.plus_seconds(2.0 * STEP_S) {
-            let towards = ephemeris.state(observer, JUPITER_BARYCENTRE, sample_time, None)?.state.pos_km.normalize_or_zero();
+            let towards = ephemeris.state(observer, JUPITER_BARYCENTRE, sample_time, BEST_SOURCE)?.state.pos_km.normalize_or_zero();
             let pole = ephemeris.body_from_icrf(JUPITER, sample_time)?.row(2);
             if pole.dot(towards).abs() > MAX_SEASON_SINE {
                 (second_last, last) = (None, None);
                 sample_time = sample_time.plus_seconds(SECONDS_PER_DAY);
                 continue;
             }
-            let positions = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, sample_time, None)?.state.pos_km));
+            let positions = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, sample_time, BEST_SOURCE)?.state.pos_km));
             let positions: Vec<DVec3> = positions.collect::<Result<_, EphemerisError>>()?;
             let current: Vec<f64> = pairs.iter().map(|&(a, b)| (positions[a] - positions[b]).cross(towards).length()).collect();
             if let (Some(second_last), Some(last)) = (&second_last, &last) {
@@ -129,13 +129,15 @@ impl<'a> MutualConjunction<'a> {
         middle: Instant,
     ) -> Result<Self, EphemerisError> {
         let instant = |s: f64| middle.plus_seconds(s);
-        let fit = |moon: &Body| FittedPosition::fit(HALF_SPAN_S, |s| Ok(ephemeris.state(moon.id, JUPITER, instant(s), None)?.state.pos_km));
+        let fit = |moon: &Body| {
+            FittedPosition::fit(HALF_SPAN_S, |s| Ok(ephemeris.state(moon.id, JUPITER, instant(s), BEST_SOURCE)?.state.pos_km))
+        };
         let to_observer = FittedPosition::fit(HALF_SPAN_S, |s| vector_to_observer(ephemeris, JUPITER, observer, instant(s)))?;
         let [a, b] = moons;
         let (a_km, b_km) = (fit(a)?, fit(b)?);
         let a_is_near = (a_km.at(0.0) - b_km.at(0.0)).dot(to_observer.at(0.0)) > 0.0;
         let (near, far, near_km, far_km) = if a_is_near { (a, b, a_km, b_km) } else { (b, a, b_km, a_km) };
-        let planet_velocity_km_s = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
+        let planet_velocity_km_s = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, BEST_SOURCE)?.state.vel_km_s;
         Ok(Self { near, far, near_km, far_km, to_observer, observer, sun_radius_km, planet_velocity_km_s, middle })
     }
 
@@ -195,7 +197,7 @@ impl<'a> MutualConjunction<'a> {
         };
         let reception_of = |s: f64| -> Result<Instant, EphemerisError> {
             let at = self.middle.plus_seconds(s);
-            let planet_km = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, at, None)?.state.pos_km;
+            let planet_km = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, at, BEST_SOURCE)?.state.pos_km;
             reception_time(ephemeris, planet_km + self.far_km.at(s), at)
         };
         // The first region in `limits` contains the others.

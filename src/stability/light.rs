@@ -6,7 +6,7 @@
 use super::views::{JUPITER, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, retain_draws};
 use crate::catalog::{Body, NaifId};
-use crate::ephemeris::angle_rad;
+use crate::ephemeris::{BEST_SOURCE, angle_rad};
 use crate::measure::larger_or_nan;
 use crate::probe::Prober;
 use crate::probe::sunlight::OccludedSun;
@@ -141,8 +141,8 @@ fn deepest_in_shadow(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, start:
     const STEP_S: f64 = 120.0;
     for k in 0..(SEARCH_DURATION_S / STEP_S) as u32 {
         let time = start.plus_seconds(STEP_S * f64::from(k));
-        let moon_km = ephemeris.state(moon, planet.id, time, None)?.state.pos_km;
-        let antisunward = -ephemeris.state(NaifId::SUN, planet.id, time, None)?.state.pos_km.normalize();
+        let moon_km = ephemeris.state(moon, planet.id, time, BEST_SOURCE)?.state.pos_km;
+        let antisunward = -ephemeris.state(NaifId::SUN, planet.id, time, BEST_SOURCE)?.state.pos_km.normalize();
         let axis_distance_radii = moon_km.cross(antisunward).length() / planet.radii_km.x;
         if moon_km.dot(antisunward) > 0.0 && axis_distance_radii < best.1 {
             best = (time, axis_distance_radii);
@@ -182,7 +182,7 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
         }
         let Some((name, radius_km)) = session.catalog().body(moon).map(|b| (b.name.as_str(), b.radii_km.x)) else { continue };
         // The camera is on the Sun's side of the moon and looks along the axis of the shadow.
-        let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
+        let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, BEST_SOURCE)?.state.pos_km.normalize();
         let distance_km = 20.0 * radius_km;
         // The moon fills the frame: at this distance its disc has a diameter of 5.7 degrees.
         const FOV_DEG: f64 = 4.0;

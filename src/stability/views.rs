@@ -5,6 +5,7 @@
 use super::difference::{compare, least_differences, worst_of};
 use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, if_possible};
 use crate::catalog::{Body, NaifId};
+use crate::ephemeris::BEST_SOURCE;
 use crate::ephemeris::topocentric::place_of_normal_deg;
 use crate::events;
 use crate::random::Random;
@@ -50,7 +51,7 @@ fn bodies_named(setup: &SweepSetup<'_>, names: &[&str]) -> Vec<Body> {
 
 /// Unit vector from the body to the Sun, ICRF; the x axis if the direction is unknown or the body is the Sun.
 pub(super) fn sunward(setup: &SweepSetup<'_>, body: NaifId, time: Instant) -> DVec3 {
-    let state = setup.session().ephemeris().state(NaifId::SUN, body, time, None);
+    let state = setup.session().ephemeris().state(NaifId::SUN, body, time, BEST_SOURCE);
     state.map_or(DVec3::X, |s| s.state.pos_km.try_normalize().unwrap_or(DVec3::X))
 }
 

@@ -7,7 +7,7 @@
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::topocentric::ground_point_km;
-use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError};
 use crate::scene::camera::Camera;
 use crate::scene::error::SceneError;
 use crate::scene::request::camera_file::direction_of_any_length;
@@ -76,7 +76,7 @@ impl StateLookup<'_> {
 
     /// Barycentric position and velocity, ICRF, km and km/s.
     fn state(&self, id: NaifId) -> Result<(DVec3, DVec3), SceneError> {
-        let state = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, None)?.state;
+        let state = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, BEST_SOURCE)?.state;
         Ok((state.pos_km, state.vel_km_s))
     }
 
@@ -85,7 +85,7 @@ impl StateLookup<'_> {
         // If the ephemeris does not contain the requested time, the error must name that time, not the time less the light time.
         self.state(id)?;
         let emission_time = self.time.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
-        let emitted = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None);
+        let emitted = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, BEST_SOURCE);
         Ok(emitted.map_err(EphemerisError::when_light_left)?.state.pos_km)
     }
 

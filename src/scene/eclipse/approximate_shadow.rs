@@ -140,7 +140,7 @@ impl<'a> ApproximateShadow<'a> {
 mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
-    use crate::ephemeris::Ephemeris;
+    use crate::ephemeris::{BEST_SOURCE, Ephemeris};
     use crate::scene::eclipse::occluders::{limb_darkening, outline};
     use crate::time::Instant;
     use glam::DMat3;
@@ -165,7 +165,7 @@ mod tests {
             let [body, occluder, sun] = [ids[0], ids[1], 10].map(|id| catalog.body(NaifId(id)).expect("in the catalog"));
             let receiver = Receiver::at(ephemeris, body, time).expect("placed");
             let axis = Axis::of(&receiver, sun).expect("lit");
-            let offset_km = ephemeris.state(occluder.id, body.id, time, None).expect("placed").state.pos_km;
+            let offset_km = ephemeris.state(occluder.id, body.id, time, BEST_SOURCE).expect("placed").state.pos_km;
             let distance_along = offset_km.length() / receiver.radius_km();
             let receiver_from_occluder =
                 receiver.body_from_icrf * ephemeris.body_from_icrf(occluder.id, time).expect("an orientation").transpose();

@@ -7,8 +7,8 @@
 //! 0.6 s). shaders/lib/eclipse computes the remaining light.
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
-use crate::ephemeris::Ephemeris;
 use crate::ephemeris::apparent::aberrated;
+use crate::ephemeris::{BEST_SOURCE, Ephemeris};
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::MAX_OCCLUDERS;
 use crate::scene::eclipse::refraction;
@@ -37,7 +37,7 @@ pub struct Receiver<'a> {
 impl<'a> Receiver<'a> {
     /// A body that light reaches at `time`.
     pub fn at(ephemeris: &Ephemeris, body: &'a Body, time: Instant) -> Result<Self, crate::ephemeris::EphemerisError> {
-        let state = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None)?.state;
+        let state = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, BEST_SOURCE)?.state;
         let position_km = state.pos_km;
         let body_to_sun_km = ephemeris.light_time_position(NaifId::SUN, position_km, time)?.0 - position_km;
         let velocity_km_s = state.vel_km_s;
@@ -255,7 +255,7 @@ impl<'a> Occluder<'a> {
         let radius = body.radii_km.max_element() / receiver_radius_km;
         // The geometric position, not corrected for light time, is enough to reject bodies that are far too small. Half the distance leaves a margin for its
         // error.
-        let geometric = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
+        let geometric = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, BEST_SOURCE).ok()?.state;
         let distance_km = (geometric.pos_km - receiver.position_km).length();
         // It also rejects bodies behind the receiver or beyond the Sun. The margin is for light time and aberration: speeds are below 2e-4 of that of light.
         let distance = distance_km / receiver_radius_km;

@@ -4,6 +4,7 @@
 //! computed from their shadows, such as the mean fraction of sunlight per channel. The candidates are computed once per placed body and cached in it.
 
 use crate::catalog::{Body, NaifId};
+use crate::ephemeris::BEST_SOURCE;
 use crate::message::Reason;
 use crate::scene::atmosphere::clouds;
 use crate::scene::camera::Camera;
@@ -36,7 +37,7 @@ pub(crate) fn receiver_and_candidates<'p, 'a>(
     let body = placed.body;
     let sun = placed.catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
     let (receiver, candidates) = placed.sun_occluders.get_or_init(|| {
-        let state = context.ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, placed.emitted_at, None);
+        let state = context.ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, placed.emitted_at, BEST_SOURCE);
         let receiver = Receiver {
             body,
             position_km: placed.position_km,

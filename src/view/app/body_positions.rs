@@ -4,7 +4,7 @@
 //! [`BodyPositions`] with invented bodies.
 
 use crate::catalog::NaifId;
-use crate::ephemeris::Source;
+use crate::ephemeris::BEST_SOURCE;
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
@@ -25,9 +25,6 @@ pub trait BodyPositions {
     /// The rotation from ICRF to body-fixed axes. Its rows are the body's axes in ICRF.
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3>;
 }
-
-/// Selects the best source that covers the time.
-const BEST_SOURCE: Option<Source> = None;
 
 /// Positions from a session's ephemeris.
 pub struct SessionPositions<'a>(pub &'a Session);
