@@ -56,13 +56,13 @@ impl Prober<'_> {
         })?;
         let Value::Object(mut given) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
         let known: Vec<&str> = QUERIES.iter().map(|k| k.name).collect();
-        let kind = match given.remove("q") {
-            Some(Value::String(kind)) => kind,
+        let kind_name = match given.remove("q") {
+            Some(Value::String(name)) => name,
             Some(_) => return Err("field \"q\" is not a string".into()),
             None => return Err(format!("field \"q\" is missing; one of {}", known.join(", ")).into()),
         };
-        let Some(kind) = QUERIES.iter().find(|k| k.name == kind) else {
-            return Err(format!("q `{}` is not known; {}", echo(&kind), suggestion_or_list(&kind, &known)).into());
+        let Some(kind) = QUERIES.iter().find(|k| k.name == kind_name) else {
+            return Err(format!("q `{}` is not known; {}", echo(&kind_name), suggestion_or_list(&kind_name, &known)).into());
         };
         kind.check(&given)?;
         (kind.answer)(self, Value::Object(given))

@@ -135,6 +135,7 @@ impl<'a> OccludedSun<'a> {
     /// One line: the catalog has no Sun.
     pub fn seen_from(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
+        // Every side and every direction counts, at single points instead of pixels.
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel_radii: 0.0 };
         let (min_change, min_blocked) = (None, 0.0);
         let candidates = eclipse::candidates(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, min_blocked);

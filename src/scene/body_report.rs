@@ -90,7 +90,8 @@ pub struct BodyReport {
 }
 
 impl BodyReport {
-    /// Whether size, phase, magnitude and sub-observer point are defined: they are neither if the camera is at the body's centre nor if its place is unknown.
+    /// Whether size, phase, magnitude and sub-observer point are defined. They are not if the camera is at the body's centre, or if the ephemeris could not
+    /// place the body.
     pub fn is_seen_from_outside(&self) -> bool {
         self.distance_km > 0.0
     }

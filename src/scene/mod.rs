@@ -7,7 +7,7 @@
 //! `build` calls the submodules in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light::meter`
 //! (exposure), `features` with the modules of each effect (`surface`, `eclipse`, `rings`, `atmosphere`), light around the Sun (`light::corona`,
 //! `light::glare`), `visibility` (what is hidden), `sky`, `visibility::order` (order of draws), `annotation`. `draw` defines the plain values that these
-//! modules create for the renderer; `composite` combines several frames into one image, and `seen_from` reports all bodies without one.
+//! modules create for the renderer; `composite` combines several frames into one image, and `seen_from` reports all bodies without an image.
 
 #[doc(hidden)]
 pub mod annotation;
@@ -53,7 +53,7 @@ mod visibility;
 
 #[doc(hidden)]
 pub use annotation::{grids, legend, line_texts, orbit_arcs, orbits, sky_lines, traces};
-pub(crate) use atmosphere::ground_depth;
+pub(crate) use atmosphere::optical_depth_above_ground;
 #[doc(hidden)]
 pub use atmosphere::uniform_rows::uniform_value;
 #[doc(hidden)]
@@ -74,7 +74,7 @@ pub use light::meter::metered_twilight;
 pub use light::{corona, disc_light, glare, night_lights, photometry};
 #[doc(hidden)]
 pub use point::{
-    CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_glare_spread,
+    CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_glare_spread,
     disc_share, point_peak, point_spread,
 };
 #[doc(hidden)]

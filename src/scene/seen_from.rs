@@ -20,8 +20,8 @@ const IMAGE_PX: u32 = 16;
 /// Every body of the catalog, in catalog order, as a viewer at `position` sees it at `time`; the position needs no target, so it is not
 /// [`Position::AboveTarget`]. Distances and directions have light time, magnitudes include rings, light curves and eclipses.
 ///
-/// A body at whose centre the viewer is has the distance 0 and no magnitude, and its phase angle, sub-observer point and angular diameter mean nothing; a body
-/// that the ephemeris cannot place has the distance NaN and no magnitude ([`BodyReport::is_seen_from_outside`]).
+/// If the viewer is at a body's centre, this body has the distance 0 and no magnitude, and its phase angle, sub-observer point and angular diameter mean
+/// nothing. A body that the ephemeris cannot place has the distance NaN and no magnitude ([`BodyReport::is_seen_from_outside`]).
 /// Any other body without a magnitude is one that no sunlight reaches. The fields about an image are of no use: `appearance`, `diameter_px`, `decisions`,
 /// `features` and `invented`.
 ///

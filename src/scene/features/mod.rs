@@ -32,6 +32,7 @@ use std::sync::Arc;
 /// Everything decided about one body.
 pub(crate) struct DecidedBody {
     pub appearance: Appearance,
+    /// See [`DecisionInputs::diameter_px`].
     pub diameter_px: f64,
     pub decisions: Vec<Decision>,
     /// The draws of the body, the globe first.
@@ -276,7 +277,7 @@ fn globe_draw(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: Cl
 /// Completes the draws of a body and returns them, the globe first, with the decisions about it.
 fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
     for draw in [&mut globe, &mut decided.clouds].into_iter().flatten().filter(|d| d.features.air.model != AtmosphereModel::None) {
-        draw.uniforms.air.ground_depth = atmosphere::ground_depth::terms(&draw.uniforms.air);
+        draw.uniforms.air.optical_depth_above_ground = atmosphere::optical_depth_above_ground::terms(&draw.uniforms.air);
     }
     if let Some((globe, clouds)) = globe.as_mut().zip(decided.clouds.as_ref())
         && globe.features.air_pass == AirPass::ReadWithClouds

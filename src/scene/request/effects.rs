@@ -143,8 +143,8 @@ impl Effect {
 /// The effects that the user switched on or off.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EffectOverrides {
-    on: BTreeSet<Effect>,
-    off: BTreeSet<Effect>,
+    switched_on: BTreeSet<Effect>,
+    switched_off: BTreeSet<Effect>,
     eclipse_model: Option<EclipseModel>,
     air_model: Option<AtmosphereModel>,
     /// Overrides for single bodies, by their names as [`normalized_name`] writes them; they take precedence over overrides for all bodies.
@@ -196,7 +196,8 @@ impl EffectOverrides {
 
     /// Switches an effect on or off for all bodies.
     pub fn set(&mut self, effect: Effect, on: bool) {
-        let (chosen, opposite) = if on { (&mut self.on, &mut self.off) } else { (&mut self.off, &mut self.on) };
+        let (chosen, opposite) =
+            if on { (&mut self.switched_on, &mut self.switched_off) } else { (&mut self.switched_off, &mut self.switched_on) };
         chosen.insert(effect);
         opposite.remove(&effect);
         if !on {
@@ -239,7 +240,7 @@ impl EffectOverrides {
                 self.set(effect, on);
             }
             if own.model_name(effect).is_some() {
-                self.off.remove(&effect);
+                self.switched_off.remove(&effect);
             }
         }
         self.eclipse_model = own.eclipse_model.or(self.eclipse_model);
@@ -263,8 +264,8 @@ impl EffectOverrides {
 
     /// Removes an effect's override and its chosen model, so that the threshold decides.
     pub fn clear_override(&mut self, effect: Effect) {
-        self.on.remove(&effect);
-        self.off.remove(&effect);
+        self.switched_on.remove(&effect);
+        self.switched_off.remove(&effect);
         self.clear_model(effect);
     }
 
@@ -313,7 +314,7 @@ impl EffectOverrides {
             }
             _ => return Err(unknown()),
         }
-        self.off.remove(&effect);
+        self.switched_off.remove(&effect);
         Ok(())
     }
 
@@ -338,9 +339,9 @@ impl EffectOverrides {
 
     /// Whether the user switched the effect on or off; `None` if neither.
     pub fn override_of(&self, effect: Effect) -> Option<bool> {
-        if self.on.contains(&effect) {
+        if self.switched_on.contains(&effect) {
             Some(true)
-        } else if self.off.contains(&effect) {
+        } else if self.switched_off.contains(&effect) {
             Some(false)
         } else {
             None

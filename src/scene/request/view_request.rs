@@ -226,8 +226,8 @@ pub struct ViewRequest {
     pub up: Up,
     /// How the image is put together.
     pub composition: Composition,
-    /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: a default that depends on the position; from a body's
-    /// centre, the field of view that fits the target.
+    /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: a default that depends on the position:
+    /// [`FOV_AT_FITTED_DISTANCE_DEG`] or [`FOV_OTHERWISE_DEG`]; from a body's centre, the field of view that fits the target.
     pub fov_deg: Option<f64>,
     /// Width in pixels, 1..=16384.
     pub width: u32,

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Maximum number of slants in a ring's table: 2^(k/8), k = 0..=96.
 pub(crate) use crate::scene::constants::RING_SLANTS as SLANTS;
-/// Maximum number of radii in a table: half of the widest texture that every GPU supports.
+/// Maximum number of nodes in a table, the edges of its intervals: half of the widest texture that every GPU supports.
 pub(crate) const MAX_NODES: usize = 4096;
 
 /// An interval of radius, from `inner` to `outer` equatorial radii, with constant optical depth.
@@ -206,7 +206,7 @@ impl RingConditions {
 }
 
 impl RingTable {
-    /// The table for the draws of a ring. `None` without a ring, or with more than [`MAX_NODES`] edges. `unit_km`: the body's equatorial radius.
+    /// The table for the draws of a ring. `None` without a ring, or with more than [`MAX_NODES`] nodes. `unit_km`: the body's equatorial radius.
     pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, conditions: &RingConditions) -> Option<Self> {
         Self::of_intervals(&intervals(rings, unit_km), conditions)
     }

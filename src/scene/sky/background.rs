@@ -65,8 +65,8 @@ fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64
     (0..GRID_RAYS * GRID_RAYS).map(brightness_at).fold(0.0, f64::max) * unit_radiance
 }
 
-/// The background of a frame with the decisions about its parts; none in pixel views other than the final image. `has_corona`: whether the frame draws the
-/// Sun's corona.
+/// The background of a frame (`None` if neither of its parts is drawn) with the decisions about its parts; neither in pixel views other than the final image.
+/// `has_corona`: whether the frame draws the Sun's corona.
 pub(crate) fn background(
     request: &ViewRequest,
     camera: &Camera,

@@ -343,7 +343,7 @@ pub(crate) fn comets(
     let projection =
         CometProjection { camera, camera_au: (camera.position_km - sun_position_km) / KM_PER_AU, velocity_km_s: viewer.velocity_km_s };
     let mut in_frame = Comets::default();
-    let (mut brightest, mut heads_shown) = (None::<(f64, String)>, 0);
+    let (mut brightest, mut shown_head_count) = (None::<(f64, String)>, 0);
     for comet in catalog_comets() {
         let (state, emission_days) = state_at_emission(&comet.orbit, days, projection.camera_au);
         let (sun_distance_au, distance_au) = (state.position.length(), state.position.distance(projection.camera_au));
@@ -367,7 +367,7 @@ pub(crate) fn comets(
         if head.px.abs().cmpgt(camera.half_size() + radius_px).any() {
             continue;
         }
-        heads_shown += 1;
+        shown_head_count += 1;
         if tail_growth > 0.0 && request.layers.orbits {
             in_frame.orbits.extend(projection.orbit(&state));
         }
@@ -381,13 +381,13 @@ pub(crate) fn comets(
     // Segments that are too faint to be visible would only cost time.
     let min_radiance = narrow_scalar(white * MIN_LEVEL);
     in_frame.tails.retain(|t| t.radiance[0].max(t.radiance[1]) > min_radiance);
-    let heads = match brightest {
+    let heads_reason = match brightest {
         Some((magnitude, name)) => {
-            reason!("comets-brightest", count = heads_shown, comet = &name, magnitude = format_args!("{magnitude:.1}"))
+            reason!("comets-brightest", count = shown_head_count, comet = &name, magnitude = format_args!("{magnitude:.1}"))
         }
         None => reason!("comets-none"),
     };
-    let reason = heads.and(reason!("comets-tails", count = in_frame.tails.len()));
-    let on = heads_shown > 0 || !in_frame.tails.is_empty();
+    let reason = heads_reason.and(reason!("comets-tails", count = in_frame.tails.len()));
+    let on = shown_head_count > 0 || !in_frame.tails.is_empty();
     (in_frame, decided(on, reason))
 }

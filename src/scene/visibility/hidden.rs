@@ -79,8 +79,8 @@ impl Limb {
 /// Number of chords into which a disc is divided.
 const CHORDS: usize = 720;
 
-/// For each chord, its distance from the middle of the disc and half its length, in radii of the disc. The ends of all chords are evenly spaced along the disc's
-/// limb.
+/// For each chord, its distance from the middle of the disc and half its length, in radii of the disc. The ends of all chords are evenly spaced along the
+/// disc's limb.
 static CHORD_SIZES: LazyLock<[(f64, f64); CHORDS]> =
     LazyLock::new(|| std::array::from_fn(|k| (PI * ((k as f64 + 0.5) / CHORDS as f64 - 0.5)).sin_cos()));
 

@@ -110,7 +110,7 @@ pub(crate) struct Ground<'g> {
     pub secondary_lights: Vec<(DVec3, f64)>,
     /// Radiance of the sky above the ground, if the camera is in the body's air; else 0.
     pub sky_radiance: f64,
-    /// Ring-shine, and the ground's radiance per unit of ring-shine; the Sun's irradiance is a factor of this radiance.
+    /// Ring-shine, and the ground's radiance per unit of ring-shine, which includes the Sun's irradiance as a factor; `None` if ring-shine does not count.
     pub ring_shine: Option<(Arc<RingShine>, f64)>,
 }
 
