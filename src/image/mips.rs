@@ -257,8 +257,9 @@ mod tests {
     #[test]
     fn every_byte_survives_decoding_and_encoding() {
         for i in 0..=255_u8 {
-            assert_eq!(encode(SRGB[usize::from(i)], true), i);
-            assert_eq!(encode(UNORM[usize::from(i)], false), i);
+            for (table, is_srgb) in [(&SRGB, true), (&UNORM, false)] {
+                assert_eq!(encode(table[usize::from(i)], is_srgb), i);
+            }
         }
     }
 

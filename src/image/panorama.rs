@@ -244,10 +244,11 @@ mod tests {
             let path = folder.path().join(format!("{face}.exr"));
             image.save(path).expect("written");
         }
-        assert!(read_panorama(folder.path(), None).is_ok_and(|p| p.unit_cd_m2.is_some()));
+        let default_limit = None;
+        assert!(read_panorama(folder.path(), default_limit).is_ok_and(|p| p.unit_cd_m2.is_some()));
         image.to_rgb8().save(folder.path().join("ny.png")).expect("written");
         std::fs::remove_file(folder.path().join("ny.exr")).expect("removed");
-        let error = read_panorama(folder.path(), None).expect_err("mixed").to_string();
+        let error = read_panorama(folder.path(), default_limit).expect_err("mixed").to_string();
         assert!(error.contains("ny.png") && error.contains("of one kind"), "{error}");
     }
 

@@ -35,7 +35,7 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     writer.finish().map_err(write_error)
 }
 
-/// An EXR stores text in Latin-1. Any other character becomes a question mark.
+/// A text in Latin-1, as an EXR stores it. Any character that Latin-1 lacks becomes a question mark.
 fn in_latin_1(text: &str) -> String {
     text.chars().map(|c| if u8::try_from(u32::from(c)).is_ok() { c } else { '?' }).collect()
 }
