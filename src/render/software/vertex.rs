@@ -8,7 +8,7 @@ use super::exec::LaneMask;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
 use super::raster::setup::{Interpolation, RasterGeometry, RasterState, VertexGrid, set_up};
-use super::stage::{LANES, LaneProgram, LaneRun};
+use super::stage::{LANES, LaneRun, LaneStage};
 use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -55,12 +55,12 @@ fn link_varyings(label: &str, outputs: &[LaneOutput], fragment_inputs: &[LaneInp
 enum VertexInputSource<'a> {
     VertexIndex,
     InstanceIndex,
-    /// `stride`: number of floats per element (a vertex, or an instance if `per_instance`); `component`: position of the float in its element.
+    /// `stride`: number of floats per element (a vertex, or an instance if `is_per_instance`); `component`: position of the float in its element.
     Attribute {
         values: &'a [f32],
         stride: usize,
         component: usize,
-        per_instance: bool,
+        is_per_instance: bool,
     },
     Constant(f64),
 }
@@ -75,14 +75,14 @@ fn input_source<'a>(
         LaneInput::InstanceIndex => VertexInputSource::InstanceIndex,
         LaneInput::Location { index, component, .. } => {
             let k = index as usize;
-            let (attribute, per_instance) = match vertex_attributes.get(k) {
+            let (attribute, is_per_instance) = match vertex_attributes.get(k) {
                 Some(a) => (Some(a), false),
                 None => (draw.instances.attributes.get(k - vertex_attributes.len()), true),
             };
             let attribute = attribute.ok_or_else(|| RenderError::Attribute { draw: draw.label.clone(), location: index })?;
             if component < attribute.components {
                 let (stride, component) = (attribute.components as usize, component as usize);
-                VertexInputSource::Attribute { values: &attribute.values, stride, component, per_instance }
+                VertexInputSource::Attribute { values: &attribute.values, stride, component, is_per_instance }
             } else {
                 // Missing components read as (0, 0, 0, 1), as on a GPU.
                 VertexInputSource::Constant(if component == 3 { 1.0 } else { 0.0 })
@@ -125,13 +125,14 @@ impl ShadedVertices {
 ///
 /// # Errors
 /// As [`assemble`].
-pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>) -> Result<ShadedVertices, RenderError> {
-    VertexStage::new(draw, vertex, &[])?.run_all()
+pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneStage<R>) -> Result<ShadedVertices, RenderError> {
+    let no_varyings = &[];
+    VertexStage::new(draw, vertex, no_varyings)?.run_all()
 }
 
 /// The vertex program of a draw with the validated sources of its inputs.
 struct VertexStage<'a, R: Real> {
-    program: &'a dyn LaneProgram<R>,
+    program: &'a dyn LaneStage<R>,
     sources: Vec<VertexInputSource<'a>>,
     /// The program's outputs that make up a vertex's row: clip-space position, then the varyings.
     outputs: Vec<usize>,
@@ -141,7 +142,7 @@ struct VertexStage<'a, R: Real> {
 }
 
 impl<'a, R: Real> VertexStage<'a, R> {
-    fn new(draw: &'a PlanDraw, program: &'a dyn LaneProgram<R>, varyings: &[Varying]) -> Result<Self, RenderError> {
+    fn new(draw: &'a PlanDraw, program: &'a dyn LaneStage<R>, varyings: &[Varying]) -> Result<Self, RenderError> {
         let position =
             [0, 1, 2, 3].map(|k| program.outputs().iter().position(|o| matches!(*o, LaneOutput::Position { component } if component == k)));
         let [Some(px), Some(py), Some(pz), Some(pw)] = position else {
@@ -194,12 +195,12 @@ impl<'a, R: Real> VertexStage<'a, R> {
                     lanes.iter_mut().zip(&instances).for_each(|(lane, instance)| *lane = R::from_lane_bits(*instance))
                 }
                 VertexInputSource::Constant(value) => lanes.fill(R::from_f64(value)),
-                VertexInputSource::Attribute { values, stride, component, per_instance: false } => {
+                VertexInputSource::Attribute { values, stride, component, is_per_instance: false } => {
                     for (lane, vertex) in lanes.iter_mut().zip(&vertices) {
                         *lane = R::from_f32_bits(values[*vertex as usize * stride + component].to_bits());
                     }
                 }
-                VertexInputSource::Attribute { values, stride, component, per_instance: true } => {
+                VertexInputSource::Attribute { values, stride, component, is_per_instance: true } => {
                     // The vertices of an instance are consecutive.
                     let mut from = 0;
                     while from < LANES {
@@ -265,7 +266,7 @@ type DrawPart = (RasterGeometry, [f64; 2]);
 /// Attributes or varyings that do not fit the programs, an index beyond the vertices, or too little memory.
 pub(crate) fn assemble<R: Real>(
     draw: &PlanDraw,
-    vertex: &dyn LaneProgram<R>,
+    vertex: &dyn LaneStage<R>,
     fragment_inputs: &[LaneInput],
     [width, height]: [u32; 2],
     vertex_grid: VertexGrid,
