@@ -145,6 +145,7 @@ fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &Epheme
         let events = ephemeris_table::rise_and_set(catalog, ephemeris, body, place, start).map_err(|e| e.to_string())?;
         return Ok(if args.json { format!("{events}\n") } else { ephemeris_table::rise_and_set_text(&events) });
     }
+    // `None` as the default: `--center` is required.
     let center_or = |default_center: Option<NaifId>| match (&args.center, default_center) {
         (Some(name), _) => body_id(catalog, "center", name),
         (None, Some(default_center)) => Ok(default_center),

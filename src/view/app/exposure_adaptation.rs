@@ -10,8 +10,8 @@
 //!
 //! A changed metered value becomes known only when the first image with the new value is finished. The decay towards it is then counted from the request
 //! of the last image with the old value. During continuous drawing, this start is too early by at most the interval between two requests. The first image
-//! with the new value is ahead by one more interval, because it was requested before the last image with the old value was finished. If no image was
-//! requested for several time constants before the change, the first images after the change have the metered exposure at once.
+//! with the new value is ahead of this decay by one more interval, because it was requested before the last image with the old value was finished. If no
+//! image was requested for several time constants before the change, the first images after the change have the metered exposure at once.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;

@@ -134,7 +134,7 @@ fn system_view(distance_au: f64, positions: &dyn BodyPositions, now: Instant, ba
 /// The first time from `now` on at which the sky over a place is dark; if the sky stays bright for a day, the time of the lowest Sun. `None` if the ephemeris
 /// ends before the search does.
 fn dark_time(positions: &dyn BodyPositions, now: Instant, home: Home) -> Option<Instant> {
-    // Only the direction of the vertical is used; it does not depend on the radii.
+    // Only the direction of the vertical is used; it depends neither on the radii nor on the height.
     let (_, up) = ground_point_km(DVec3::ONE, home.latitude_deg, home.longitude_deg, 0.0);
     let sun_altitude_sine = |time: Instant| -> Option<f64> {
         let sun = positions.geometric_between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;

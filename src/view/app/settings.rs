@@ -247,9 +247,10 @@ impl Settings {
         let ui_scale = read.ui_scale.clamp(*UI_SCALE_RANGE.start(), *UI_SCALE_RANGE.end());
         let settings = Self { ui_scale, home: read.home.or_default(), ..read };
         if let Some(invalid_fields) = invalid_fields {
+            let no_base = None;
             let outcome = match set_aside(path) {
                 // The valid part is written at once: the settings writer waits for a change.
-                Ok(kept_as) => match settings.save_over(path, None, Some(&text)) {
+                Ok(kept_as) => match settings.save_over(path, no_base, Some(&text)) {
                     Ok(()) => kept_as,
                     Err(e) => format!("{kept_as}; {e}"),
                 },

@@ -53,7 +53,8 @@ pub enum CameraPose {
         yaw_deg: f64,
         pitch_deg: f64,
     },
-    /// On the surface, or above it: planetographic latitude, east longitude, height above the ellipsoid; azimuth from north through east.
+    /// On the surface, or above it: planetographic latitude, east longitude, height above the ellipsoid; azimuth (from north through east) and altitude of
+    /// the direction that the camera faces, unless it tracks another body.
     Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, azimuth_deg: f64, altitude_deg: f64 },
     /// At a body's centre, facing the target; this body is not drawn.
     Centre { body: NaifId },
@@ -313,6 +314,7 @@ impl ViewState {
                 if tracks_other_body {
                     return Ok(RequestPose { position, look: Look::Target, up: Up::Zenith });
                 }
+                // The vertical is the same at every height.
                 let (_, normal) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
                 let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
                 let axes = Axes::BodyFixed;

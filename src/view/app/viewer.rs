@@ -438,7 +438,8 @@ impl Viewer {
         let end_pose = inertial_orbit_pose(id, orbit);
         let offset_km = orbit.offset_km(radius_km, pole);
         let forward = -offset_km.normalize();
-        let (_, up) = rotated_view(forward, pole, 0.0, 0.0);
+        let (yaw_deg, pitch_deg) = (0.0, 0.0);
+        let (_, up) = rotated_view(forward, pole, yaw_deg, pitch_deg);
         match start_pose {
             Some(start) => {
                 self.view.camera_pose = CameraPose::Free { body: id, offset_km: start.offset_km, forward: start.forward, up: start.up };
@@ -484,6 +485,7 @@ impl Viewer {
         if camera_body == target {
             return;
         }
+        // An unknown distance counts as infinite: the field of view is then the least.
         let distance_km = positions.geometric_between_km(camera_body, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
         // Half the angle that the target's disc spans.
         let half_disc_deg = (self.radius_km(target) / distance_km).min(1.0).asin().to_degrees();

@@ -8,12 +8,12 @@ struct CollinearBodies;
 
 impl BodyPositions for CollinearBodies {
     fn geometric_between_km(&self, from: NaifId, to: NaifId, _: Instant) -> Option<DVec3> {
-        // The body's x coordinate. Body 5 is the huge one that a test adds at the Sun's place.
-        let x_km = |id: NaifId| match id.0 {
-            10 | 5 => Some(0.0),
-            399 => Some(1.5e8),
-            301 => Some(1.5e8 + 4e5),
-            699 => Some(1.4e9),
+        // The body's x coordinate.
+        let x_km = |id: NaifId| match id {
+            NaifId::SUN | HUGE => Some(0.0),
+            NaifId::EARTH => Some(1.5e8),
+            NaifId::MOON => Some(1.5e8 + 4e5),
+            SATURN => Some(1.4e9),
             _ => None,
         };
         Some(DVec3::new(x_km(to)? - x_km(from)?, 0.0, 0.0))
@@ -28,6 +28,8 @@ impl BodyPositions for CollinearBodies {
 }
 
 const SATURN: NaifId = NaifId(699);
+/// An invented body at the Sun's place, which one test adds; its radius exceeds its distance from the Earth.
+const HUGE: NaifId = NaifId(5);
 
 fn viewer() -> Viewer {
     let body = |id, name: &str, radius_km| SelectableBody {
@@ -128,11 +130,10 @@ fn a_body_seen_from_another_fits_the_image() {
     for (target, from, fov_deg) in [
         (SATURN, NaifId::EARTH, MIN_LOOK_FROM_FOV_DEG..=MIN_LOOK_FROM_FOV_DEG),
         (NaifId::EARTH, NaifId::MOON, 2.5..=5.0),
-        (NaifId(5), NaifId::EARTH, MAX_FOV_DEG..=MAX_FOV_DEG),
+        (HUGE, NaifId::EARTH, MAX_FOV_DEG..=MAX_FOV_DEG),
     ] {
         let mut viewer = viewer();
-        // A body at the Sun's place whose radius exceeds its distance from the Earth.
-        let huge = SelectableBody { id: NaifId(5), radii_km: DVec3::splat(1e9), ..viewer.selectable_bodies[0].clone() };
+        let huge = SelectableBody { id: HUGE, radii_km: DVec3::splat(1e9), ..viewer.selectable_bodies[0].clone() };
         viewer.selectable_bodies.push(huge);
         viewer.selected = target;
         apply(&mut viewer, Action::LookFrom(from));
