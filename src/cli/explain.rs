@@ -72,7 +72,7 @@ fn estimate_notes(catalog: &Catalog, body: &BodyReport) -> Vec<Message> {
     catalog.body(body.id).map(Body::estimate_notes).unwrap_or_default()
 }
 
-/// The values of the report under the names that [`BodyReport`] gives them, without those that are undefined; keys, estimates, and what is invented.
+/// A body as JSON: the fields of its report, null where they are undefined, and its shader keys, its estimates, and what of it is invented.
 fn as_json(body: &BodyReport, estimate_notes: &[Message]) -> Value {
     let mut value = json!(body);
     if !body.is_seen_from_outside() {

@@ -221,7 +221,7 @@ fn a_shared_view_keeps_whether_time_is_paused() {
         assert_eq!(other.state().viewer.time_rate.is_paused(), paused);
         assert_eq!(other.state().viewer.view.tdb_s == shown_s, paused, "time must run or stay paused as shared");
         // The state is the same when the view is shared again.
-        let again = other.state().viewer.shareable();
+        let again = other.state().viewer.shareable_view();
         assert_eq!(again.paused, Some(paused));
         assert!(other.state().viewer.view.paused.is_none());
     }

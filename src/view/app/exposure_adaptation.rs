@@ -272,7 +272,8 @@ mod tests {
     fn stops_approach_with_the_time_constant_while_images_overlap() {
         for image_s in [0.05, 0.1] {
             for step_s in [1.0, 1.03, 1.06, 1.09] {
-                let images = images_of_a_step(image_s, step_s, true);
+                let has_own_time = true;
+                let images = images_of_a_step(image_s, step_s, has_own_time);
                 let interval_s = image_s + 1.0 / FRAME_RATE_HZ + 1e-9;
                 assert!(images.windows(2).all(|pair| pair[1].requested_s - pair[0].requested_s <= interval_s));
                 let first_after_step = images.iter().position(|image| image.requested_s >= step_s).expect("images after the step");
@@ -293,7 +294,7 @@ mod tests {
                 let time_s = covered.requested_s - step_s;
                 assert!((time_s - TIME_CONSTANT_S).abs() <= interval_s, "{time_s} s with images of {image_s} s");
                 // Negative control: each image is recorded with the time of the newest request.
-                let error = largest_error(&images_of_a_step(image_s, step_s, false));
+                let error = largest_error(&images_of_a_step(image_s, step_s, !has_own_time));
                 assert!(error > 0.5, "{error} stops with the time of the newest request");
             }
         }

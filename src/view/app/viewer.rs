@@ -344,7 +344,7 @@ impl Viewer {
     }
 
     /// The view as it is saved and shared, including whether time is paused.
-    pub fn shareable(&self) -> ViewState {
+    pub fn shareable_view(&self) -> ViewState {
         ViewState { paused: Some(self.time_rate.is_paused()), ..self.view_after_flight() }
     }
 

@@ -70,10 +70,10 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         return;
     };
     let placement = ImagePlacement::of(size_px, viewport, interface.viewport.size_px);
-    let image = interface.gpu_image().map(|_| SCENE_IMAGE).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
-    if let Some(image) = image {
+    let texture_id = interface.gpu_image().map(|_| SCENE_IMAGE).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
+    if let Some(texture_id) = texture_id {
         let visible = placement.image.intersect(viewport);
-        ui.painter().image(image, visible, placement.uv_within(visible), Color32::WHITE);
+        ui.painter().image(texture_id, visible, placement.uv_within(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
     let to_image_px = |overlay: &Rect| {
@@ -257,7 +257,7 @@ fn context_menu(interface: &mut Interface, response: &egui::Response, placement:
             measure(interface, direction, interface.viewport.menu_body);
         }
         if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
-            ui.ctx().copy_text(interface.viewer.shareable().to_link());
+            ui.ctx().copy_text(interface.viewer.shareable_view().to_link());
             interface.show_reply(text!("link-copied"));
         }
         if ui.button(text!("menu-save-image")).on_hover_text(text!("menu-save-image-hint")).clicked() {
@@ -281,7 +281,7 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
                 Stroke::new(1.0, colour.gamma_multiply(if is_selected { 1.0 } else { MARKER_OPACITY })),
             );
         }
-        // A body that fills the image has no name side: the title names it.
+        // A body that fills the image has no name side: the window's title names it.
         if let Some(side) = label.name_side
             && interface.settings.labels_bodies
         {

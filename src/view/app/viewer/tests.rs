@@ -104,10 +104,10 @@ fn changes_during_a_flight_last() {
     apply(&mut viewer, Action::ChangeFov(2.0));
     let fov_deg = viewer.view.fov_deg;
     assert!(viewer.is_flying() && fov_deg < DEFAULT_FOV_DEG);
-    let shared = viewer.shareable();
+    let shared = viewer.shareable_view();
     viewer.advance(3.0);
     assert!(!viewer.is_flying());
-    let arrived = viewer.shareable();
+    let arrived = viewer.shareable_view();
     apply(&mut viewer, Action::LookFrom(NaifId::EARTH));
     apply(&mut viewer, Action::PreviousView);
     for view in [&shared, &arrived, &viewer.view] {
