@@ -57,19 +57,19 @@ fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Opti
 /// geometrically from a millionth of the equatorial radius to that radius. Points are in body axes, in equatorial radii. `sunward`: unit vector to the Sun;
 /// `occluder_km`: position of the occluder relative to the body; both in body axes.
 fn points_around(body: &Body, sunward: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
-    let shape = body.radii_km / body.radii_km.x;
+    let axis_ratios = body.radii_km / body.radii_km.x;
     let occluder = occluder_km / body.radii_km.x;
     // Where the line from the Sun through the occluder hits the sphere; if it misses, the direction of its closest approach to the centre.
     let antisunward = -sunward;
     let nearest = occluder - antisunward * occluder.dot(antisunward);
     let shadow_centre = (nearest - antisunward * (1.0 - nearest.length_squared()).max(0.0).sqrt()).normalize();
     let (x, y) = shadow_centre.any_orthonormal_pair();
-    let mut points = vec![shadow_centre * shape];
-    for turn in 0..8 {
-        let (sin, cos) = (f64::from(turn) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
+    let mut points = vec![shadow_centre * axis_ratios];
+    for octant in 0..8 {
+        let (sin, cos) = (f64::from(octant) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
         for k in 0..steps {
             let distance_radii = 1e-6 * 1e6_f64.powf(f64::from(k) / f64::from(steps - 1));
-            points.push((shadow_centre + (x * cos + y * sin) * distance_radii).normalize() * shape);
+            points.push((shadow_centre + (x * cos + y * sin) * distance_radii).normalize() * axis_ratios);
         }
     }
     points

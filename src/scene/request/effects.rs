@@ -215,7 +215,7 @@ impl EffectOverrides {
         self.under_names(body.aliases.iter().chain(std::iter::once(&body.name)).map(String::as_str))
     }
 
-    /// Whether the user switched an effect of a body on or off.
+    /// Whether the user switched an effect of a body on or off; `None` if neither.
     pub(crate) fn override_of_body(&self, body: &Body, effect: Effect) -> Option<bool> {
         self.for_catalog_body(body).as_ref().unwrap_or(self).override_of(effect)
     }
@@ -318,17 +318,17 @@ impl EffectOverrides {
         Ok(())
     }
 
-    /// The eclipse model that the user chose.
+    /// The eclipse model that the user chose, if any.
     pub fn eclipse_model(&self) -> Option<EclipseModel> {
         self.eclipse_model
     }
 
-    /// The atmosphere model that the user chose.
+    /// The atmosphere model that the user chose, if any.
     pub fn air_model(&self) -> Option<AtmosphereModel> {
         self.air_model
     }
 
-    /// Name of the model that the user chose.
+    /// Name of the model that the user chose, if any.
     pub fn model_name(&self, effect: Effect) -> Option<&'static str> {
         match effect {
             Effect::Eclipse => self.eclipse_model.map(EclipseModel::name),

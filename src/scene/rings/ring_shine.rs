@@ -282,10 +282,11 @@ impl RingShineGeometry<'_> {
         let rows: Vec<Vec<(DVec3, f64)>> = (0..2 * ROWS)
             .into_par_iter()
             .map(|n| {
-                let height = max_height * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
+                let (side, row) = (n / ROWS, n % ROWS);
+                let height = max_height * (row as f64 / (ROWS - 1) as f64).powi(2);
                 let light_at_column = |column: usize| {
                     let hour_angle = PI * column as f64 / (COLUMNS - 1) as f64;
-                    (self.irradiance_per_height(&annuli, &gauss, n / ROWS, height.max(EQUATOR_HEIGHT), hour_angle), height)
+                    (self.irradiance_per_height(&annuli, &gauss, side, height.max(EQUATOR_HEIGHT), hour_angle), height)
                 };
                 (0..COLUMNS).map(light_at_column).collect()
             })

@@ -213,13 +213,13 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
 
 /// Records as a decision the fraction of a body's light that nearer bodies leave visible, in the green channel; the decision is on if they hide all light. Does
 /// nothing if all light is visible or a fraction is recorded already.
-pub(super) fn record_visible_fraction(bodies: &mut [BodyReport], farther: NaifId, visible: DVec3) {
+pub(super) fn record_visible_fraction(bodies: &mut [BodyReport], body: NaifId, visible: DVec3) {
     if visible == DVec3::ONE {
         return;
     }
     let reason = reason!("hidden", part = format_args!("{:.6}", visible.y));
     let decision = Decision { effect: "hidden", on: visible == DVec3::ZERO, reason, stated_error: None };
-    let is_unrecorded = |b: &&mut BodyReport| b.id == farther && b.decisions.iter().all(|d| d.effect != decision.effect);
+    let is_unrecorded = |b: &&mut BodyReport| b.id == body && b.decisions.iter().all(|d| d.effect != decision.effect);
     bodies.iter_mut().filter(is_unrecorded).for_each(|b| b.decisions.push(decision.clone()));
 }
 

@@ -156,7 +156,7 @@ impl Meter<'_, '_> {
         let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_radiance: 0.0, resolved_bodies };
         let frame = MeteredFrame { sky_radiance: frame.sky_radiance(), ..frame };
         let mut subjects = Vec::new();
-        let (mut target, mut others) = (LogMean::default(), LogMean::default());
+        let (mut mean_of_target, mut mean_of_others) = (LogMean::default(), LogMean::default());
         let (mut target_name, mut dominant, mut max_weight) = ("", None, 0.0);
         let mut share_of_bodies_in_sky = 0.0;
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
@@ -167,17 +167,17 @@ impl Meter<'_, '_> {
                 share_of_bodies_in_sky += share;
             }
             if Some(p.body.id) == self.context.request.target {
-                target = LogMean { weight: mean.weight * TARGET_WEIGHT, log_sum: mean.log_sum * TARGET_WEIGHT };
+                mean_of_target = LogMean { weight: mean.weight * TARGET_WEIGHT, log_sum: mean.log_sum * TARGET_WEIGHT };
                 target_name = &p.body.name;
             } else {
-                others.merge(&mean);
+                mean_of_others.merge(&mean);
                 if mean.weight > max_weight {
                     (max_weight, dominant) = (mean.weight, Some(p.body));
                 }
             }
         }
-        subjects.extend(target.metered(target_name, self.context.request.target, AUTO_EXPOSED_MEAN));
-        subjects.extend(others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN));
+        subjects.extend(mean_of_target.metered(target_name, self.context.request.target, AUTO_EXPOSED_MEAN));
+        subjects.extend(mean_of_others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN));
         subjects.extend(frame.sun());
         subjects.extend(frame.corona());
         subjects.extend(frame.outer_corona());
@@ -238,17 +238,17 @@ impl<'a> MeteredFrame<'_, 'a> {
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
         let eclipses_are_on = self.meter.context.request.effects.override_of_body(air.body, Effect::Eclipse) != Some(false);
         let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on);
-        let unocculted = sun.map_or(1.0, |s| {
+        let visible_sun_fraction = sun.map_or(1.0, |s| {
             let towards = s.placement.centre_km / s.distance_km;
             let radius_rad = s.angular_radius_rad();
             let nearer =
                 self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
             nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius_rad)).product::<f64>()
         });
-        let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
-        let day = air.exposure_radiance(p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
-        let second = self.planet_shine_on(p).first().map_or(0.0, |l| air.exposure_radiance(l.direction, l.irradiance.y));
-        day + second
+        let sunlight_fraction = visible_sun_fraction + (1.0 - visible_sun_fraction) * TOTALITY_SKY_FRACTION;
+        let by_sunlight = air.exposure_radiance(p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
+        let by_planet_shine = self.planet_shine_on(p).first().map_or(0.0, |l| air.exposure_radiance(l.direction, l.irradiance.y));
+        by_sunlight + by_planet_shine
     }
 
     /// The lights that other bodies reflect onto a body, unless the user has switched planet-shine off.
