@@ -1,13 +1,13 @@
 //! Optical depth of the air above the ground along a straight line, as a polynomial.
 //!
-//! In: the atmosphere's uniforms. Out: the uniform `air_ground_depth` of shaders/lib/air/ground_depth.wesl: per channel, the coefficients of t, t², and so on,
-//! where t = 1 / (1 + slope cos z) and z is the zenith angle. Always: the air is taken to extend upwards without limit, because the air above an atmosphere's
-//! top is negligible. Relative error of the opacity 1 - exp(-depth) against quadrature: under 6e-5 for any body of the catalog, above its ground and above its
-//! clouds, and under 2e-3 for the invented atmospheres of the tests below.
+//! In: the atmosphere's uniforms. Out: the uniform `air_optical_depth_above_ground` of shaders/lib/air/optical_depth_above.wesl: per channel, the coefficients
+//! of t, t², and so on, where t = 1 / (1 + slope cos z) and z is the zenith angle. Always: the air is taken to extend upwards without limit, because the air
+//! above an atmosphere's top is negligible. Relative error of the opacity 1 - exp(-depth) against quadrature: under 6e-5 for any body of the catalog, above its
+//! ground and above its clouds, and under 2e-3 for the invented atmospheres of the tests below.
 
 use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera;
-use crate::scene::constants::{ERFCX_SLOPE, GROUND_DEPTH_TERMS as TERMS};
+use crate::scene::constants::{ERFCX_SLOPE, OPTICAL_DEPTH_TERMS as TERMS};
 use crate::scene::draw::AtmosphereUniforms;
 use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec3, Vec4};
