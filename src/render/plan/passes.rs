@@ -45,12 +45,14 @@ pub struct GpuImage {
 
 #[derive(Clone, Debug)]
 pub struct TextureBinding {
+    /// Its number in group 0.
     pub binding: u32,
     pub source: TextureSource,
 }
 
 #[derive(Clone, Debug)]
 pub struct SamplerBinding {
+    /// Its number in group 0.
     pub binding: u32,
     pub state: SamplerState,
 }

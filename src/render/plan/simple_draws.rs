@@ -366,6 +366,7 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
             w.f32("max_excess", max_excess)
         })
     };
+    let white = 1.0;
     let height = scene.camera.height as f32;
     // In pixels of the downsampled images.
     let [narrow_sigma_px, wide_sigma_px] =
@@ -376,7 +377,7 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
             "bloom, bright pass",
             &[hdr],
             linear_target(NARROW_HALO.downsampled, quarter),
-            downsample(scene.exposure.factor_f32(), 1.0, BLOOM_MAX_EXCESS)?,
+            downsample(scene.exposure.factor_f32(), white, BLOOM_MAX_EXCESS)?,
         ),
         screen_step(
             "bloom, narrow, blurred along x",

@@ -50,7 +50,7 @@ pub(crate) fn nearest_triangles<R: Real>(
         (greatest_weights.min_element() >= 0.0 && sum > 0.0).then_some(sum)
     };
     let mut found: Vec<(f64, &[u32])> = indices.chunks_exact(3).filter_map(|t| Some((inverse_w(t)?, t))).collect();
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found.sort_by(|(a, _), (b, _)| b.total_cmp(a));
     let vertices_of = |triangle: &[u32]| Vertices::Mesh { attributes: attributes.clone(), indices: Arc::new(triangle.to_vec()) };
     Ok(Some(found.into_iter().map(|(_, triangle)| vertices_of(triangle)).collect()))
 }

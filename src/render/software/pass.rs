@@ -326,8 +326,9 @@ impl<'a, R: Real> PassWorker<'a, R> {
     fn draw(&mut self, prepared: &PreparedPass<'a, R>, [tx, ty]: [usize; 2], pixel_centres: &PixelCentres, batch: &mut Batch) {
         let tile_corner = [tx as u32 * TILE_SIDE_PX, ty as u32 * TILE_SIDE_PX];
         let mut shader = TileShader { target: &mut self.target, pixel_centres, tile_corner, samples: prepared.pass.samples };
-        for entries_of_draw in prepared.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
-            let draw_index = entries_of_draw[0].0 as usize;
+        for entries_of_draw in prepared.bins.tile(tx, ty).chunk_by(|(draw_a, _), (draw_b, _)| draw_a == draw_b) {
+            let (draw_index, _) = entries_of_draw[0];
+            let draw_index = draw_index as usize;
             let draw = &prepared.draws[draw_index];
             let run = self.runs[draw_index].get_or_insert_with(|| draw.fragment.new_run());
             let triangles: Vec<u32> = entries_of_draw.iter().map(|(_, t)| *t).collect();

@@ -130,7 +130,7 @@ impl Program {
                 }
             }
         }
-        counts.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| (a.0 as u32).cmp(&(b.0 as u32))));
+        counts.sort_by(|(op_a, count_a), (op_b, count_b)| count_b.cmp(count_a).then_with(|| (*op_a as u32).cmp(&(*op_b as u32))));
         counts
     }
 

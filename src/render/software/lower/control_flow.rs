@@ -69,7 +69,8 @@ impl<'m> Lowerer<'m> {
     /// Lowers `body` for the lanes where `cond` holds, after a jump that skips the body if there are no such lanes, and merges the scalars that the body
     /// changed.
     pub(super) fn conditional(&mut self, cond: SsaValue, body: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
-        self.conditional_or_jump(cond, None, body)
+        let skip_target = None;
+        self.conditional_or_jump(cond, skip_target, body)
     }
 
     /// As [`Lowerer::conditional`]. If `cond` is a lane value and there is a `skip_target`, the jump goes there instead of past the body.

@@ -214,7 +214,7 @@ pub(crate) fn finish(
     let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); builder.lane_instrs.len() + 1];
     for (k, v) in inputs.iter().enumerate() {
         allocation.insert(*v, Operand::Slot(k as u16));
-        let last = live_ranges.get(v).map_or(0, |l| l.1);
+        let last = live_ranges.get(v).map_or(0, |(_, last)| *last);
         freed_after[last].push(k as u16);
     }
     for instr in &builder.draw_instrs {
@@ -241,14 +241,14 @@ pub(crate) fn finish(
             {
                 freed_after[i].swap_remove(position);
                 allocation.insert(v, Operand::Slot(s));
-                freed_after[live_ranges.get(&v).map_or(i, |l| l.1)].push(s);
+                freed_after[live_ranges.get(&v).map_or(i, |(_, last)| *last)].push(s);
                 continue;
             }
             match v {
                 SsaValue::Lane(_) => {
                     let s = slots.allocate()?;
                     allocation.insert(v, Operand::Slot(s));
-                    freed_after[live_ranges.get(&v).map_or(i, |l| l.1)].push(s);
+                    freed_after[live_ranges.get(&v).map_or(i, |(_, last)| *last)].push(s);
                 }
                 _ => {
                     allocation.insert(v, Operand::Reg(registers.allocate()?));

@@ -63,7 +63,8 @@ pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Pr
 /// # Errors
 /// As [`lower`].
 pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, fuse_chains: bool) -> Result<Program> {
-    lower_entry_point(module, info, entry, fuse_chains, None).map(|(program, _)| program)
+    let named_values = None;
+    lower_entry_point(module, info, entry, fuse_chains, named_values).map(|(program, _)| program)
 }
 
 /// A program with its named values as additional outputs, after its own outputs.
