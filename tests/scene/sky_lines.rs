@@ -375,7 +375,7 @@ fn visible_stars_have_names() {
         let text = texts.texts.iter().find(|t| t.text == name).unwrap_or_else(|| panic!("{name} has no label"));
         let star = SESSION.catalog().stars().index_of_hip(hip).expect("in the catalog");
         let at = orrery::scene::labels::star_px(&built, star).expect("drawn");
-        let offset = text.left_px - at;
+        let offset = text.left_end_px - at;
         assert!((0.0..2.0 * texts.glyph_px).contains(&offset.x) && offset.y.abs() < texts.glyph_px, "{name}: {offset}");
         // A click near the star selects it; a click far from it does not.
         assert_eq!(orrery::scene::labels::star_at(&built, at + DVec2::splat(2.0)), Some(star), "{name}");

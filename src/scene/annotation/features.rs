@@ -109,11 +109,11 @@ pub(crate) fn surface_feature_names(
                 let with_margin = rect.padded(NAME_MARGIN * glyph_px);
                 rect.is_in_image(size) && !occupied.iter().any(|t| t.overlaps(&with_margin))
             };
-            let with_rect = |left_px| (left_px, metrics.rect(feature.name, left_px));
-            let Some((left_px, rect)) = places.into_iter().map(with_rect).find(fits) else { continue };
+            let with_rect = |left_end_px| (left_end_px, metrics.rect(feature.name, left_end_px));
+            let Some((left_end_px, rect)) = places.into_iter().map(with_rect).find(fits) else { continue };
             occupied.push(rect);
             sites.extend(feature.is_landing_site.then_some(feature_at_px));
-            names.push(TextLine { text: feature.name.to_owned(), left_px, colour: FEATURE_COLOUR, opacity });
+            names.push(TextLine { text: feature.name.to_owned(), left_end_px, colour: FEATURE_COLOUR, opacity });
         }
     }
     (names, sites)

@@ -149,16 +149,16 @@ pub(crate) fn hours_text(degrees: f64) -> String {
 
 /// A number of degrees or hours, given in hundredths of a second, without the smaller units that are zero. `sign`: `+`, `-` or nothing; the array: the symbols
 /// of the units.
-fn sexagesimal_text(sign: &str, hundredths: u64, [whole, minute, second]: [&str; 3]) -> String {
+fn sexagesimal_text(sign: &str, hundredths: u64, [whole_symbol, minute_symbol, second_symbol]: [&str; 3]) -> String {
     let seconds = hundredths / 100;
     let (wholes, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
     match (minutes, seconds, hundredths % 100) {
-        (0, 0, 0) => format!("{sign}{wholes}{whole}"),
-        (_, 0, 0) => format!("{sign}{wholes}{whole}{minutes}{minute}"),
-        (_, _, 0) => format!("{sign}{wholes}{whole}{minutes}{minute}{seconds}{second}"),
+        (0, 0, 0) => format!("{sign}{wholes}{whole_symbol}"),
+        (_, 0, 0) => format!("{sign}{wholes}{whole_symbol}{minutes}{minute_symbol}"),
+        (_, _, 0) => format!("{sign}{wholes}{whole_symbol}{minutes}{minute_symbol}{seconds}{second_symbol}"),
         (_, _, decimals) => {
             let seconds = format!("{seconds}.{decimals:02}");
-            format!("{sign}{wholes}{whole}{minutes}{minute}{}{second}", seconds.trim_end_matches('0'))
+            format!("{sign}{wholes}{whole_symbol}{minutes}{minute_symbol}{}{second_symbol}", seconds.trim_end_matches('0'))
         }
     }
 }

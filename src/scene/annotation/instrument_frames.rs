@@ -8,7 +8,7 @@ use crate::catalog::{FieldOfView, Instrument};
 use crate::message::reason;
 use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::sky_lines::AnnotationLines;
-use crate::scene::annotation::strokes::{Curve, quarter_turns, segments, tolerance_at_corners};
+use crate::scene::annotation::strokes::{Curve, segments, split_into_quarter_turns, tolerance_factor_at_corners};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use glam::{DVec2, DVec3};
@@ -53,9 +53,9 @@ impl FieldAxes {
 /// Draws the part of a curve on the unit sphere that is in the image. `range_rad`: first and last parameter of `point`. `derivative_bound`: see [`Curve`].
 fn draw_arc(camera: &Camera, output: &mut AnnotationLines, point: &dyn Fn(f64) -> DVec3, range_rad: [f64; 2], derivative_bound: f64) {
     // All points are infinitely far away, so the tolerance is that at the corners of the image, where a wide view is magnified.
-    let curve = Curve { camera, point, derivative_bound, tolerance_factor: tolerance_at_corners(camera) };
+    let curve = Curve { camera, point, derivative_bound, tolerance_factor: tolerance_factor_at_corners(camera) };
     // The image shows the curve as pieces (runs); the range is searched for them in spans of at most a quarter turn.
-    for run in curve.runs(&quarter_turns(range_rad)) {
+    for run in curve.runs(&split_into_quarter_turns(range_rad)) {
         // Reversed depth 1 is in front of all bodies.
         output.segments.extend(segments(camera, &run, |_| 1.0, |_| OPACITY, COLOUR));
     }

@@ -82,7 +82,7 @@ pub(crate) const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
 /// Opacity of a marker relative to that of a name, for a body that is not selected.
 pub(crate) const MARKER_OPACITY: f32 = 0.55;
 /// Radius of a disc, relative to the image's height, from which the body is not named, because it fills the image.
-const FILLS_IMAGE: f64 = 0.45;
+const IMAGE_FILLING_RADIUS: f64 = 0.45;
 
 /// The labels of an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -214,8 +214,8 @@ pub(crate) fn body_labels(
     };
     visible.retain(|(b, ..)| !is_hidden(b));
     visible.sort_by(|a, b| {
-        let (x, y) = (rank(a.0, selected, &parent_of), rank(b.0, selected, &parent_of));
-        x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))
+        let [(class_a, magnitude_a), (class_b, magnitude_b)] = [a.0, b.0].map(|body| rank(body, selected, &parent_of));
+        class_a.cmp(&class_b).then(magnitude_a.total_cmp(&magnitude_b)).then(a.0.id.cmp(&b.0.id))
     });
     let mut chosen: Vec<Label> = Vec::new();
     let mut occupied: Vec<Rect> = occupied.to_vec();
@@ -228,7 +228,7 @@ pub(crate) fn body_labels(
         let margin = DVec2::new(NAME_MARGIN * metrics.glyph_width_px, 0.0);
         let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !occupied.iter().any(|o| o.overlaps(&rect.padded(margin)));
         let max_lines = if b.id == selected { SELECTED_MAX_LINES } else { 0 };
-        let is_named = radius_px < FILLS_IMAGE * size.y;
+        let is_named = radius_px < IMAGE_FILLING_RADIUS * size.y;
         let place = LabelSide::places(max_lines).map(with_rect).find(fits).filter(|_| is_named);
         occupied.extend(place.map(|(_, rect)| rect));
         chosen.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });
@@ -239,6 +239,6 @@ pub(crate) fn body_labels(
 /// The rectangle of a body's name at its disc or marker.
 pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, metrics: &LabelMetrics, side: LabelSide) -> Rect {
     let near_end = centre_px + side.offset_px(metrics, radius_px);
-    let left_px = if side.is_left { near_end - DVec2::new(metrics.width_px(name), 0.0) } else { near_end };
-    metrics.rect(name, left_px)
+    let left_end_px = if side.is_left { near_end - DVec2::new(metrics.width_px(name), 0.0) } else { near_end };
+    metrics.rect(name, left_end_px)
 }

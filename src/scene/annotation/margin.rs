@@ -87,7 +87,7 @@ impl Margin {
     /// The margin shifted to the right, as in the right half of a stereo pair.
     pub(crate) fn shifted(mut self, right_px: f64) -> Self {
         let shift = DVec2::new(right_px, 0.0);
-        self.texts.iter_mut().for_each(|t| t.left_px += shift);
+        self.texts.iter_mut().for_each(|t| t.left_end_px += shift);
         self.rings.iter_mut().for_each(|r| *r += shift);
         self.bars.iter_mut().for_each(|b| (b.rect.min, b.rect.max) = (b.rect.min + shift, b.rect.max + shift));
         self
@@ -95,12 +95,12 @@ impl Margin {
 
     /// Rectangles of the texts and bars.
     pub fn occupied<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
-        let of_text = |t: &TextLine| metrics.rect(&t.text, t.left_px);
+        let of_text = |t: &TextLine| metrics.rect(&t.text, t.left_end_px);
         self.texts.iter().map(of_text).chain(self.bars.iter().map(|b| b.rect))
     }
 
-    fn text(&mut self, text: String, left_px: DVec2) {
-        self.texts.push(TextLine { text, left_px, colour: NAME_COLOUR, opacity: 1.0 });
+    fn text(&mut self, text: String, left_end_px: DVec2) {
+        self.texts.push(TextLine { text, left_end_px, colour: NAME_COLOUR, opacity: 1.0 });
     }
 
     fn bar(&mut self, min: DVec2, size: DVec2) {
@@ -315,7 +315,7 @@ mod tests {
     use crate::time::Instant;
     use glam::DVec3;
 
-    /// The margin of an empty image: caption and scale bar.
+    /// The margin of an image without bodies: caption and scale bar.
     fn margin_of(width: u32, height: u32) -> (Margin, LabelMetrics) {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 20.0, width, height);
         let time = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
@@ -330,13 +330,14 @@ mod tests {
     fn caption_and_scale_bar_fit_into_every_image() {
         for (width, height) in [(1000, 700), (300, 300), (250, 300), (200, 100), (100, 1000), (48, 48), (16, 16), (1, 1)] {
             let (margin, metrics) = margin_of(width, height);
-            let texts: Vec<Rect> = margin.texts.iter().map(|t| metrics.rect(&t.text, t.left_px)).collect();
+            let texts: Vec<Rect> = margin.texts.iter().map(|t| metrics.rect(&t.text, t.left_end_px)).collect();
             let size = DVec2::new(f64::from(width), f64::from(height));
             assert!(margin.occupied(&metrics).all(|r| r.is_in_image(size)), "{width}x{height}: {margin:?}");
             for (k, rect) in texts.iter().enumerate() {
                 let mut others = texts[k + 1..].iter().chain(margin.bars.iter().map(|b| &b.rect));
                 assert!(!others.any(|o| o.overlaps(rect)), "{width}x{height}: {margin:?}");
             }
+            // Smaller images have no room for the caption, and those less than 48 pixels wide none for the scale bar of three bars.
             let words: String = margin.texts.iter().map(|t| format!("{} ", t.text)).collect();
             assert_eq!(words.contains("2017-05-17") && words.contains("20.0°"), width >= 100 && height > 100, "{width}x{height}: {words}");
             assert_eq!(margin.bars.len(), if width >= 48 { 3 } else { 0 }, "{width}x{height}: {margin:?}");

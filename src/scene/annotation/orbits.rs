@@ -44,8 +44,8 @@ pub(crate) fn line_colour(body: &Body) -> DVec3 {
     colour.powf(HUE_POWER).lerp(DVec3::ONE, WHITE_FRACTION)
 }
 
-/// The orbit of one body and the decision about it. `None`: the body has no parent, or the parent is not in the catalog. `target_distance_km`: distance of the target from the
-/// camera, if there is one.
+/// The orbit of one body and the decision about it. `None`: the body has no parent, or the parent is not in the catalog. `target_distance_km`: distance of the
+/// target from the camera, if there is one.
 pub(crate) fn orbit_line(
     camera: &Camera,
     ephemeris: &Ephemeris,
