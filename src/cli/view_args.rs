@@ -268,7 +268,7 @@ mod tests {
         use crate::scene::viewpoint::viewer;
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
-        let mut tilted_with_north_up = 0;
+        let mut tilted_count_with_north_up = 0;
         for (from, target) in
             [("earth", "sun"), ("earth", "moon"), ("earth", "earth"), ("mars", "phobos"), ("mars", "sun"), ("moon", "earth")]
         {
@@ -305,12 +305,12 @@ mod tests {
                 assert!(tilt.abs() < 1e-12 && camera.up.dot(zenith) > 0.0, "{from} {at} to {target}: tilted by {tilt}");
                 let northward = ViewArgs { up: some("north"), ..args }.request(&catalog).expect(at);
                 let camera = viewer(&catalog, &ephemeris, &northward).expect("a camera").camera;
-                tilted_with_north_up += usize::from(camera.right.dot(zenith).abs() > 0.1);
+                tilted_count_with_north_up += usize::from(camera.right.dot(zenith).abs() > 0.1);
             }
         }
         assert!(
-            tilted_with_north_up > 40,
-            "with the target's north up only {tilted_with_north_up} horizons are tilted, so the views do not test the roll"
+            tilted_count_with_north_up > 40,
+            "with the target's north up only {tilted_count_with_north_up} horizons are tilted, so the views do not test the roll"
         );
     }
 
