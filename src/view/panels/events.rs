@@ -116,7 +116,7 @@ impl EventsPanel {
 
     /// Whether the search includes the kind of an event.
     fn includes_kind_of(&self, event: &SkyEvent) -> bool {
-        EventKind::ALL.into_iter().zip(self.kinds).any(|(kind, on)| on && kind == event.kind())
+        EventKind::ALL.into_iter().zip(self.kinds).any(|(kind, is_searched)| is_searched && kind == event.kind())
     }
 
     /// Whether the time of an event is within the span of the last search.
@@ -204,8 +204,8 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     let panel = &mut interface.events;
     let mut changed = false;
     ui.horizontal_wrapped(|ui| {
-        for (kind, on) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
-            changed |= ui.checkbox(on, kind.name()).on_hover_text(text!("events-kind-hint", kind = kind.name())).changed();
+        for (kind, is_searched) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
+            changed |= ui.checkbox(is_searched, kind.name()).on_hover_text(text!("events-kind-hint", kind = kind.name())).changed();
         }
     });
     ui.horizontal(|ui| {
@@ -242,7 +242,7 @@ fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
 /// that is not searched, is dropped, too, because its details would not belong to the list.
 fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant) {
     let panel = &mut interface.events;
-    let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
+    let kinds = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, is_searched)| is_searched.then_some(kind)).collect();
     panel.rows.clear();
     panel.failure = None;
     panel.searched = Some((panel.is_backward, start));
@@ -417,8 +417,8 @@ pub(crate) fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: 
     let panel = &mut interface.events;
     let start = panel.start_beside(&event);
     let needs_search = panel.searched.is_some() && !(panel.covers(&event) && panel.includes_kind_of(&event));
-    for (kind, on) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
-        *on |= kind == event.kind();
+    for (kind, is_searched) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
+        *is_searched |= kind == event.kind();
     }
     panel.playback = None;
     panel.chosen = Some(event);

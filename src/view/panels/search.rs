@@ -132,13 +132,13 @@ fn open_link(interface: &mut Interface, worker: &dyn RenderWorker, actions: &mut
 /// The error for a text that matches nothing.
 fn not_found(interface: &Interface) -> String {
     let text = interface.search.typed.trim();
-    let typed = echo_within(text, MAX_ECHO_CHARS);
+    let quoted = echo_within(text, MAX_ECHO_CHARS);
     if parse_place_without_limits(text).is_some() {
-        text!("search-no-place", typed = typed)
+        text!("search-no-place", typed = quoted)
     } else if resembles_date(text) {
-        text!("time-no-date", typed = typed)
+        text!("time-no-date", typed = quoted)
     } else {
-        text!("search-nothing", typed = typed)
+        text!("search-nothing", typed = quoted)
     }
 }
 
