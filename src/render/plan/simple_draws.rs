@@ -182,8 +182,8 @@ pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
 /// half a level of 255, because at most 0.38 of the area falls on one pixel.
 const MIN_COVERED_PX: f32 = 1.0 / 255.0;
 
-/// First the sprites that hide what is behind the points, then the sprites of the points' light and of the glare of discs, each with its own profile. In this
-/// order no point hides the light of another: from that light the scene has already removed what nearer bodies hide.
+/// The draws of points: first the sprites that hide what is behind the points, then the sprites of the points' light and of the glare of discs, each with its
+/// own profile. In this order no point hides the light of another: from that light the scene has already removed what nearer bodies hide.
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     // The last attribute: light in red, green and blue, then the hidden area in pixels.
     let centre: InstanceAttribute<Point> = (3, |p| p.centre.to_array().to_vec());

@@ -48,7 +48,7 @@ pub(crate) struct ScalarChange {
 /// The scalars that change in a loop, by their index in `env`.
 pub(crate) type LoopChanges = HashMap<usize, ScalarChange>;
 
-/// A loop whose body is being lowered. Lanes that all leave it together do so by a jump.
+/// A loop whose body is being lowered. An exit that all lanes take together is a jump.
 pub(crate) struct OpenLoop {
     pub exit: JumpLabel,
     /// For each scalar that changes in the loop: its index in `env`, and the loop variable that carries it from one iteration to the next.
