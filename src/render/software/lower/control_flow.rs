@@ -55,7 +55,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// The exit of the innermost loop, if a jump to it may replace the rest of this iteration once no lane remains. That is so if the iteration has not yet
+    /// The exit of the innermost loop, if a jump to it may replace the rest of this iteration once no lane remains: if the iteration has not yet
     /// changed any scalar except the flag of `break`: the loop variables then have the right values at the exit, and no further iteration runs.
     pub(super) fn exit_if_iteration_is_unchanged(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;

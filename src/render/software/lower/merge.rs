@@ -30,8 +30,8 @@ impl Lowerer<'_> {
         for (scalar, (accepted, rejected)) in accepted_env.into_iter().zip(rejected_env).enumerate() {
             let before = self.env[scalar];
             let is_lane = |v: SsaValue| matches!(v, SsaValue::Lane(_));
-            // A flag that is known on one side is merged by a select, which the builder may simplify to a known value: the lowering of later statements depends on
-            // whether a flag is known.
+            // A flag that is known on one side is merged by a select, which the builder may simplify to a known value: the lowering of later statements depends
+            // on whether a flag is known.
             let is_known = [accepted, rejected].iter().any(|v| self.builder.known_bool(*v).is_some());
             if accepted == rejected || is_known || !(is_lane(accepted) || is_lane(rejected)) {
                 self.env[scalar] = self.builder.select(cond, accepted, rejected);

@@ -70,7 +70,7 @@ struct FunctionBody {
     result: Vec<SsaValue>,
 }
 
-/// Lowers a function on its own; also returns the constants to which its instructions refer. `constants`: the constants of the body to compare with. They get
+/// Lowers a function on its own; also returns the constants to which its instructions refer. `constants`: the constants of the body to compare with, which get
 /// the first numbers, so that equal bodies number their constants alike. `resources`: the function's textures and samplers, in the order of its parameters.
 fn lower_body(
     module: &Module,
