@@ -101,7 +101,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         return Err("fields \"lat\" and \"lon\" are degrees: -90 to 90 and -360 to 360".into());
     }
     check_limb_darkening(query.u1, query.u2)?;
-    let (point_km, _) = ground_point_km(body.radii_km, query.lat, query.lon, 0.0);
+    let height_km = 0.0;
+    let (point_km, _up) = ground_point_km(body.radii_km, query.lat, query.lon, height_km);
     let receiver = Receiver::at(prober.ephemeris(), body, time)?;
     let occluded_sun = OccludedSun::seen_from(prober, &receiver, query.model.model_choice())?;
     let same_law_in_all_channels = Photometry::Emissive { u1: [query.u1; 3], u2: [query.u2; 3] };
@@ -115,7 +116,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         let blocked = 1.0 - fraction(std::slice::from_ref(occluder))?;
         blocked_by.insert(occluder.body.name.to_lowercase(), json!(blocked));
     }
-    Ok(json!({ "fraction": fraction(&occluded_sun.occluders)?, "rgb": sunlight(&occluded_sun.occluders, None)?, "by": blocked_by }))
+    let catalog_law = None;
+    Ok(json!({ "fraction": fraction(&occluded_sun.occluders)?, "rgb": sunlight(&occluded_sun.occluders, catalog_law)?, "by": blocked_by }))
 }
 
 /// The occluders of the Sun for one body at one time, and the sunlight at points on the body's surface.

@@ -96,7 +96,8 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
                 let prober = Prober { session, renderer: setup.renderers.renderer(precision) };
                 let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(model)).ok()?;
                 let one_occluder: Vec<_> = occluded_sun.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
-                occluded_sun.sunlight(&one_occluder, &points, None).ok()
+                let limb_darkening_of_catalog = None;
+                occluded_sun.sunlight(&one_occluder, &points, limb_darkening_of_catalog).ok()
             };
             let (Some(single), Some(double)) = (sunlight_in(Precision::F32), sunlight_in(Precision::F64)) else {
                 found.add(f64::INFINITY, || {

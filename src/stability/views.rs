@@ -258,8 +258,8 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
 pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (setup.session().catalog(), setup.session().ephemeris());
     // 2023-01-01 to 2024-05-15, or 2010 to 2031: partial, annular, total and hybrid eclipses.
-    let span_jd_tdb = setup.by_effort((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
-    let (from, to) = (Instant::from_jd_tdb(span_jd_tdb.0), Instant::from_jd_tdb(span_jd_tdb.1));
+    let span_jd_tdb = setup.by_effort([2_459_945.5, 2_460_445.5], [2_455_197.5, 2_463_232.5]);
+    let [from, to] = span_jd_tdb.map(Instant::from_jd_tdb);
     let mut views = Vec::new();
     let side = 24;
     for eclipse in events::solar_eclipses(catalog, ephemeris, from, to)? {

@@ -106,6 +106,7 @@ pub(crate) fn uniforms_of_fraction(
     } else {
         std::iter::once(&lights::sunlight(placed.body_to_sun_km)).chain(secondary_lights).map(to_body_frame).collect()
     };
+    let ground_scale = 1.0;
     let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
         albedo: camera::narrow(reflectance * placed.radiance_scale() * colour_factor(body, light_factor)),
@@ -123,7 +124,7 @@ pub(crate) fn uniforms_of_fraction(
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),
         clouds: clouds::uniforms(body),
         eclipse: EclipseUniforms::default(),
-        air: air::uniforms(body, 1.0),
+        air: air::uniforms(body, ground_scale),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
         detail: detail::uniforms(Capabilities::of(body).detail, camera, placement, &rays),

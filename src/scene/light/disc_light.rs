@@ -177,7 +177,9 @@ mod tests {
         for body in Catalog::embedded().bodies().iter().filter(|body| body.id != NaifId::SUN) {
             for k in 0..=720 {
                 let alpha = f64::from(k) * std::f64::consts::PI / 720.0;
-                let mean_radiance = irradiance_without_sides(body, alpha, KM_PER_AU, 1.0, 1.0).y;
+                // With this size and distance the irradiance is the mean radiance.
+                let (viewer_distance_km, radius_sq_km2) = (1.0, 1.0);
+                let mean_radiance = irradiance_without_sides(body, alpha, KM_PER_AU, viewer_distance_km, radius_sq_km2).y;
                 let ratio = mean_radiance / max_mean_radiance(body);
                 assert!(ratio <= 1.0, "{} at {} degrees: {ratio} of the bound", body.name, alpha.to_degrees());
                 nearest_to_bound = nearest_to_bound.max(ratio);

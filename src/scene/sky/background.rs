@@ -56,7 +56,8 @@ const GRID_RAYS: u32 = 17;
 /// The brightest zodiacal light in the frame, radiance.
 fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64 {
     // As in the shader: closer to the Sun the law keeps its value at the inner elongation.
-    let max_cosine = zodiacal::CORONA_BLEND_DEG.0.to_radians().cos();
+    let (inner_deg, _) = zodiacal::CORONA_BLEND_DEG;
+    let max_cosine = inner_deg.to_radians().cos();
     let clip = |k: u32| 2.0 * f64::from(k) / f64::from(GRID_RAYS - 1) - 1.0;
     let brightness_at = |k: u32| {
         let ray = camera.ray(DVec2::new(clip(k % GRID_RAYS), clip(k / GRID_RAYS))).normalize();
@@ -118,6 +119,7 @@ pub(crate) fn background(
     let map_from_icrf = map.frame.icrf_from_frame().transpose();
     let texel_rad = TAU / f64::from(map.width);
     let axis = |v: DVec3| narrow(map_from_icrf * v);
+    let (inner_deg, outer_deg) = zodiacal::CORONA_BLEND_DEG;
     let background = SkyBackground {
         map_file: draws_map.then(|| map.file.clone()),
         middle: axis(camera.forward),
@@ -130,8 +132,8 @@ pub(crate) fn background(
         ecliptic_pole: axis(ecliptic_pole()),
         zodiacal_law: zodiacal::LAW.map(|row| narrow4(DVec4::from_array(row))),
         log_offset: narrow_scalar(zodiacal::LOG_OFFSET),
-        inner_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.0.to_radians().cos()),
-        outer_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.1.to_radians().cos()),
+        inner_cosine: narrow_scalar(inner_deg.to_radians().cos()),
+        outer_cosine: narrow_scalar(outer_deg.to_radians().cos()),
         // The corona is not boosted, so a blend from boosted zodiacal light into it would be visible: the zodiacal light then continues up to the Sun.
         corona: if has_corona && request.stars_boost_stops == 0.0 { 1.0 } else { 0.0 },
     };

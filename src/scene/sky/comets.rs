@@ -342,6 +342,7 @@ pub(crate) fn comets(
     let (camera, days) = (&viewer.camera, request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
     let projection =
         CometProjection { camera, camera_au: (camera.position_km - sun_position_km) / KM_PER_AU, velocity_km_s: viewer.velocity_km_s };
+    let (start_au, complete_au) = TAILS_AU;
     let mut in_frame = Comets::default();
     let (mut brightest, mut shown_head_count) = (None::<(f64, String)>, 0);
     for comet in catalog_comets() {
@@ -350,7 +351,7 @@ pub(crate) fn comets(
         let Some(magnitude) = total_magnitude(comet.brightness, distance_au, sun_distance_au) else { continue };
         let head_irradiance = irradiance_of_magnitude(magnitude);
         let head = projection.project(state.position);
-        let tail_growth = smoothstep((TAILS_AU.0 - sun_distance_au) / (TAILS_AU.0 - TAILS_AU.1));
+        let tail_growth = smoothstep((start_au - sun_distance_au) / (start_au - complete_au));
         // Tails are visible only if the head is, because the head is brighter than any part of its tails. The head may be outside the frame, so its peak
         // radiance is computed for the middle of the frame.
         let peak_radiance = head_irradiance * PI / camera.pixel_tangent().powi(2) * point_peak();

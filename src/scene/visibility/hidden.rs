@@ -139,7 +139,8 @@ fn visit_visible_parts(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)
 /// are smooth here. If they cover the disc, some light may remain in valleys of the Moon's limb; the result is then the point of the disc's limb that is
 /// farthest from the largest body.
 pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
-    let occluding = bodies_in_front_of(placed, farther, 0.0);
+    let margin_rad = 0.0;
+    let occluding = bodies_in_front_of(placed, farther, margin_rad);
     let Some((limbs, [along, across])) = limbs_on_disc(&occluding, farther) else { return DVec3::ZERO };
     let (mut area, mut moment) = (0.0, DVec2::ZERO);
     visit_visible_parts(&limbs, |y, h, from, to| {
@@ -186,7 +187,8 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'
 }
 
 fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
-    let occluding = bodies_in_front_of(placed, farther, 0.0);
+    let margin_rad = 0.0;
+    let occluding = bodies_in_front_of(placed, farther, margin_rad);
     let Some(first) = occluding.first() else { return DVec3::ONE };
     // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.
     let covers_disc = |p: &PlacedBody<'_>| {

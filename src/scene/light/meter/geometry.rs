@@ -158,7 +158,7 @@ pub(crate) fn visible_fraction_behind_circle(separation_rad: f64, body_radius_ra
 
 /// The point of a body's limb in one direction from its centre.
 struct LimbPoint {
-    /// Angle from the body's centre.
+    /// Angle at the camera between the body's centre and the point.
     angle_rad: f64,
     /// Cosine of the angle between the limb's normal and the direction away from the centre.
     normal_cosine: f64,

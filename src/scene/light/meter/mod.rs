@@ -93,6 +93,7 @@ pub(crate) struct MeteredSubject {
     pub radiance: f64,
     /// The display level, as a linear fraction of white, at which this radiance should be shown.
     pub target_level: f64,
+    /// How much the subject counts relative to the other subjects.
     pub weight: f64,
 }
 
@@ -342,7 +343,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         let body_request = self.meter.context.request.for_body(p.body);
         let body_context = Context { request: body_request.as_ref().unwrap_or(self.meter.context.request), ..self.meter.context };
         let ground_share = evaluate_shadow(body_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
-        let ground_share = ground_share.unwrap_or_else(|| sum(None));
+        let no_shadow = None;
+        let ground_share = ground_share.unwrap_or_else(|| sum(no_shadow));
         (mean, share * disc_weight + ground_share)
     }
 
@@ -468,7 +470,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         }
         let weight =
             corona_weight * (1.0 - ray_weight) * if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
-        let metered = mean.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
+        let no_body = None;
+        let metered = mean.metered(reason!("subject-corona"), no_body, AUTO_EXPOSED_MEAN)?;
         Some(MeteredSubject { weight: metered.weight * weight, ..metered })
     }
 

@@ -73,7 +73,8 @@ impl<'p> RimOfAir<'p> {
     pub(super) fn of(p: &PlacedBody<'p>, disc_albedo: f64) -> Option<Self> {
         let air = p.body.atmosphere.as_ref()?;
         let radius_km = p.body.radii_km.max_element();
-        let limb_opacity = rim::opacity_along_limb(air, radius_km, 0.0);
+        let ground_height_km = 0.0;
+        let limb_opacity = rim::opacity_along_limb(air, radius_km, ground_height_km);
         let continued_part = if rim::continues_disc(p.body, air) { rim::continued_part(limb_opacity) } else { 0.0 };
         let limb_tilt_sin_cos = (radius_km / p.distance_km).min(1.0).asin().sin_cos();
         let phase_sin_cos = p.phase_angle_rad.sin_cos();
