@@ -178,7 +178,8 @@ fn suggestion_list(
                 }
             }
             for text in similar {
-                let suggestion = suggestions(&text, &interface.viewer, catalog, 1).into_iter().next();
+                let max_count = 1;
+                let suggestion = suggestions(&text, &interface.viewer, catalog, max_count).into_iter().next();
                 if let Some(suggestion) = suggestion
                     && ui.selectable_label(false, text!("search-did-you-mean", name = text)).clicked()
                 {

@@ -111,12 +111,12 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
 fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time = interface.viewer.view.time();
     let time_zone = interface.settings.time_zone;
-    let displayed = time_zone.civil_time(time).map_or_else(|| instant_text(time), civil_text);
-    let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| displayed.clone());
-    let width = date_field_width(ui, &displayed);
+    let displayed_text = time_zone.civil_time(time).map_or_else(|| instant_text(time), civil_text);
+    let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| displayed_text.clone());
+    let width = date_field_width(ui, &displayed_text);
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(width));
     let response = response.on_hover_text(text!("time-field-hint")).accessible_name(text!("time-field"));
-    if response.has_focus() && (interface.time_bar.typed.is_some() || text != displayed) {
+    if response.has_focus() && (interface.time_bar.typed.is_some() || text != displayed_text) {
         interface.time_bar.typed = Some(text.clone());
     }
     if response.lost_focus() {
@@ -142,8 +142,8 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
 
 /// Width of the date field for a displayed date, points. The field has room for the same date with the widest digits, so that its width stays constant
 /// while time runs.
-fn date_field_width(ui: &egui::Ui, displayed: &str) -> f32 {
-    text_width(ui, displayed.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN
+fn date_field_width(ui: &egui::Ui, displayed_text: &str) -> f32 {
+    text_width(ui, displayed_text.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN
 }
 
 /// Width of a text in the font of labels and fields, points.

@@ -116,7 +116,8 @@ impl SourcePage {
             .and_then(|requested| text.features.iter().position(|(name, line_count)| belongs_to(name, requested) && *line_count > 0));
         if let Some(feature_index) = found {
             self.jumped_in = Some(Arc::clone(text));
-            self.go_to(text, feature_index, None);
+            let last_start = None;
+            self.go_to(text, feature_index, last_start);
         }
     }
 

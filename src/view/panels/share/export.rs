@@ -180,16 +180,18 @@ impl Export {
 
     /// Asks the query worker to draw and write the next frame.
     fn start_next_frame(&mut self, worker: &dyn RenderWorker) {
-        let (views, number, options) = (Arc::clone(&self.views), self.finished_count, self.options);
-        let is_last = number + 1 == self.frame_count;
+        // The number of the frame, from 0.
+        let frame = self.finished_count;
+        let (views, options) = (Arc::clone(&self.views), self.options);
+        let is_last = frame + 1 == self.frame_count;
         self.pending_frame = match &mut self.output {
             ExportOutput::Files(files) => {
-                let file = files.path(number);
-                ask(worker, move |session| Ok((Some(save(session, &views.view(number), options, std::iter::once(file))?), None)))
+                let file = files.path(frame);
+                ask(worker, move |session| Ok((Some(save(session, &views.view(frame), options, std::iter::once(file))?), None)))
             }
             ExportOutput::Animation(animation) => {
                 let Some(animation) = animation.take() else { return };
-                ask(worker, move |session| add_frame(session, animation, &views.view(number), options, is_last))
+                ask(worker, move |session| add_frame(session, animation, &views.view(frame), options, is_last))
             }
         };
     }
