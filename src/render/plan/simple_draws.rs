@@ -290,10 +290,10 @@ pub(super) fn refracted_limb(
     limb: &RefractedLimb,
     provider: &impl ResourceProvider,
 ) -> Result<(Option<PlanDraw>, PlanDraw), PlanError> {
-    // Values of the uniform `hides`.
-    const HIDES_SUN: f32 = 1.0;
+    // Values of the uniform `removes_sun`.
+    const REMOVES_SUN: f32 = 1.0;
     const ADDS_LIGHT: f32 = 0.0;
-    let limb_draw = |rays: &ViewRays, hides: f32| -> Result<PlanDraw, PlanError> {
+    let limb_draw = |rays: &ViewRays, removes_sun: f32| -> Result<PlanDraw, PlanError> {
         let draw = simple_draw("refracted_limb", scene, provider, |w| {
             w.vec4("rect_in_clip", rays.rect_in_clip)?;
             w.vec3("anchor_origin", rays.anchor_origin)?;
@@ -311,12 +311,12 @@ pub(super) fn refracted_limb(
             w.vec4_array("sun_limb_darkening", &limb.sun_limb_darkening)?;
             w.vec4_array("air_edges", &limb.air_edges)?;
             w.vec4_array("air_transmittance", &limb.air_transmittance)?;
-            w.f32("hides", hides)
+            w.f32("removes_sun", removes_sun)
         })?;
         let scissor = scissor(rays.rect_in_clip, scene.camera.width, scene.camera.height);
         Ok(PlanDraw { vertices: Vertices::Count(6), blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, scissor, ..draw })
     };
-    let occluding = limb.unrefracted_sun.as_ref().map(|rays| limb_draw(rays, HIDES_SUN)).transpose()?;
+    let occluding = limb.unrefracted_sun.as_ref().map(|rays| limb_draw(rays, REMOVES_SUN)).transpose()?;
     Ok((occluding, limb_draw(&limb.rays, ADDS_LIGHT)?))
 }
 

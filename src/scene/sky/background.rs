@@ -47,7 +47,7 @@ pub struct SkyBackground {
     pub inner_cosine: f32,
     pub outer_cosine: f32,
     /// 1: zodiacal light fades out where the corona replaces it; 0: it continues up to the Sun.
-    pub corona: f32,
+    pub fades_into_corona: f32,
 }
 
 /// Number of rays along each side of the grid that samples the frame for its brightest zodiacal light.
@@ -135,7 +135,7 @@ pub(crate) fn background(
         inner_cosine: narrow_scalar(inner_deg.to_radians().cos()),
         outer_cosine: narrow_scalar(outer_deg.to_radians().cos()),
         // The corona is not boosted, so a blend from boosted zodiacal light into it would be visible: the zodiacal light then continues up to the Sun.
-        corona: if has_corona && request.stars_boost_stops == 0.0 { 1.0 } else { 0.0 },
+        fades_into_corona: if has_corona && request.stars_boost_stops == 0.0 { 1.0 } else { 0.0 },
     };
     ((draws_map || draws_zodiacal).then_some(background), vec![milky_way, zodiacal_light])
 }
