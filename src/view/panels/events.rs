@@ -105,8 +105,9 @@ impl EventsPanel {
     pub(crate) fn playback_of_chosen(&self, camera_pose: &CameraPose, home: Home) -> Option<EventPlayback> {
         let chosen = self.chosen.as_ref()?;
         let seen = self.seen_from(chosen, home).and_then(|seen| seen.as_ref().ok());
-        let at_place = seen.filter(|seen| seen.is_visible && details::stands_at(camera_pose, home)).map(|seen| chosen.playback_at(seen));
-        Some(self.playback.or(at_place).unwrap_or_else(|| chosen.playback()))
+        let seen_from_camera = seen.filter(|seen| seen.is_visible && details::stands_at(camera_pose, home));
+        let at_camera = seen_from_camera.map(|seen| chosen.playback_at(seen));
+        Some(self.playback.or(at_camera).unwrap_or_else(|| chosen.playback()))
     }
 
     /// An event as seen from a place, if that was asked for and has arrived. `self.at_place` may still hold that of another event or place.
@@ -122,8 +123,8 @@ impl EventsPanel {
     /// Whether the time of an event is within the span of the last search.
     fn covers(&self, event: &SkyEvent) -> bool {
         let Some((is_backward, start)) = self.searched else { return false };
-        let later_s = event.greatest().tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
-        let distance_s = if is_backward { -later_s } else { later_s };
+        let after_start_s = event.greatest().tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
+        let distance_s = if is_backward { -after_start_s } else { after_start_s };
         (0.0..=self.range_s(start)).contains(&distance_s)
     }
 
