@@ -1,8 +1,8 @@
 //! The intersection of a shadow cone with the Earth's spheroid.
 //!
 //! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where the cone's axis meets the
-//! ground or is nearest to it. The gap is the greatest signed distance of the spheroid from a plane that is tangent to the cone along a generatrix, negative if
-//! they overlap. It is exact where they are apart or graze each other, hence at the contacts of an eclipse. Where the axis passes near the Earth's centre,
+//! ground or is nearest to it. The gap is the greatest signed distance of the spheroid from a plane that touches the cone along a generator (one of its straight
+//! lines), negative if they overlap. It is exact where they are apart or graze each other, hence at the contacts of an eclipse. Where the axis passes near the Earth's centre,
 //! the computed gap may be too small by up to 21 km, the difference of the spheroid's radii; its sign is still right.
 
 use super::numeric::minimum;
@@ -64,7 +64,7 @@ pub(super) struct Cone {
     apex_km: DVec3,
     /// Unit vector from the apex into the cone.
     axis_direction: DVec3,
-    /// Sine of the angle between the axis and a generatrix.
+    /// Sine of the angle between the axis and a generator.
     sin_half_angle: f64,
 }
 
@@ -91,7 +91,7 @@ impl Cone {
         Self { apex_km: moon_km, axis_direction: -moon_to_sun(sun_km, moon_km).0, sin_half_angle: 0.0 }
     }
 
-    /// Gap between cone and spheroid, km, negative if they overlap; and the unit normal of the tangent plane at the nearest generatrix, towards the spheroid.
+    /// Gap between cone and spheroid, km, negative if they overlap; and the unit normal of the tangent plane at the nearest generator, towards the spheroid.
     pub(crate) fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
         let to_centre = -self.apex_km;
         let axis_to_centre = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
@@ -103,7 +103,7 @@ impl Cone {
             (towards_centre * angle.cos() + sideways * angle.sin()) * cos_half_angle - self.axis_direction * self.sin_half_angle
         };
         let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
-        // The Earth's flattening rotates the nearest generatrix by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9 degrees (0.05
+        // The Earth's flattening rotates the nearest generator by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9 degrees (0.05
         // radians).
         let nearest_normal = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
         (gap(nearest_normal), nearest_normal)

@@ -315,7 +315,7 @@ impl<'a> Station<'a> {
             obscuration: Some(self.discs(visible_maximum_s.unwrap_or(maximum_s)).obscuration()),
             rise: above_horizon.rise_s.map(|s| self.sky.instant(s)),
             set: above_horizon.set_s.map(|s| self.sky.instant(s)),
-            central_duration_s: inner.map(|(a, b)| b - a),
+            central_duration_s: inner.map(|(second, third)| third - second),
         })
     }
 

@@ -150,8 +150,8 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
     if penumbral_magnitude <= 0.0 {
         return Ok(None);
     }
-    // Adds the first and the last instant at which `magnitude` equals `fraction`; none if it does not exceed `fraction` at greatest eclipse.
     let mut contacts = Vec::new();
+    // Adds the first and the last instant at which `magnitude` equals `fraction`; none if it does not exceed `fraction` at greatest eclipse.
     let mut add_contacts = |first, last, magnitude: &dyn Fn(f64) -> f64, fraction: f64| {
         let missing_fraction = |s: f64| fraction - magnitude(s);
         if missing_fraction(greatest_s) < 0.0 {

@@ -285,10 +285,10 @@ impl MoonConjunction {
         let greatest_s = time_of_minimum(-search_s, search_s, distance_from_line_km);
         let mut contacts = Vec::new();
         for &(first, last, planes, distance_km) in limits {
-            let outside = |s: f64| self.distance_outside_km(pair, s, planes) - distance_km;
-            if outside(greatest_s) < 0.0 {
-                contacts.push((first, self.reception_of(pair, class, zero_crossing(greatest_s, -search_s, outside))?));
-                contacts.push((last, self.reception_of(pair, class, zero_crossing(greatest_s, search_s, outside))?));
+            let gap_km = |s: f64| self.distance_outside_km(pair, s, planes) - distance_km;
+            if gap_km(greatest_s) < 0.0 {
+                contacts.push((first, self.reception_of(pair, class, zero_crossing(greatest_s, -search_s, gap_km))?));
+                contacts.push((last, self.reception_of(pair, class, zero_crossing(greatest_s, search_s, gap_km))?));
             }
         }
         sort_by_time(&mut contacts);

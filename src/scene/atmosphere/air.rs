@@ -310,8 +310,9 @@ impl<'a> SurroundingAir<'a> {
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let altitude_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
         let table = &EXPOSURE_BY_ALTITUDE;
-        let below = table.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
-        let ((deg0, radiance0), (deg1, radiance1)) = (table[below.min(table.len() - 2)], table[(below + 1).min(table.len() - 1)]);
+        let index_below = table.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
+        let ((deg0, radiance0), (deg1, radiance1)) =
+            (table[index_below.min(table.len() - 2)], table[(index_below + 1).min(table.len() - 1)]);
         let fraction = ((altitude_deg - deg0) / (deg1 - deg0)).clamp(0.0, 1.0);
         self.sky_weight() * irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
     }

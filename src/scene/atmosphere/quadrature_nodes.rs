@@ -116,7 +116,8 @@ pub(crate) fn nodes(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
     }
     // The density continues above the top of the atmosphere, at both ends alike: the difference of their columns is the column between them.
     for end_height in [placement.camera_height, placement.far_height] {
-        rows.extend(profiles.rows(end_height, 0.0, end_height));
+        let weight = 0.0;
+        rows.extend(profiles.rows(end_height, weight, end_height));
     }
     rows
 }
@@ -232,9 +233,9 @@ mod tests {
             let heights: Vec<f32> = (0..8).map(|k| rows[ROWS * k].x).collect();
             assert!(heights.is_sorted() && rows.iter().all(|r| r.is_finite()));
         }
-        // The layer's edges relative to the ground, and relative to the middle of the layer.
+        // The layer's edges relative to the far end, which is the ground (node 9), and to the camera's end in the middle of the layer (node 8).
         let ends = nodes(&air(height_above_unit_sphere(0.008) as f32, 0.0), 8);
-        let layer_edges = |row: usize| ends[ROWS * row + 2].truncate().as_dvec3();
+        let layer_edges = |node: usize| ends[ROWS * node + 2].truncate().as_dvec3();
         assert!((layer_edges(9) - DVec3::new(0.003, 0.008, 0.0125)).abs().max_element() < 1e-8);
         assert!((layer_edges(8) - DVec3::new(-0.005, 0.0, 0.0045)).abs().max_element() < 1e-8);
     }

@@ -165,7 +165,8 @@ pub struct FoundOccluders<'a> {
 }
 
 /// The first part of the search for occluders, and the only one that evaluates the ephemeris: the bodies between the receiver and the Sun that can block at
-/// least the fraction `min_blocked` of its sunlight, even if their shadows miss it. [`MIN_BLOCKED_IN_IMAGES`], or 0 for every body of the catalog.
+/// least the fraction `min_blocked` of the receiver's sunlight, even if their shadows miss the receiver. `min_blocked` is [`MIN_BLOCKED_IN_IMAGES`], or 0 to
+/// include bodies of any size.
 pub fn candidates<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
@@ -194,6 +195,7 @@ pub fn select_occluders<'a>(
         return FoundOccluders { occluders: Vec::new(), reason: reason!("inside-sun") };
     };
     let mut occluders = Vec::new();
+    // The smallest gap, in penumbra radii, between a penumbra and the receiver, and the name of the occluder.
     let mut nearest_miss: Option<(f64, &'a str)> = None;
     for occluder in candidates {
         let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver.radius_km());
@@ -203,7 +205,6 @@ pub fn select_occluders<'a>(
         let body = occluder.body;
         let gap = occluder.penumbra_gap(&axis, extent.max_radius);
         if gap > 0.0 {
-            // The gap in penumbra radii.
             let gap_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
             if occluder.max_blocked_fraction > VISIBLE_CHANGE && nearest_miss.is_none_or(|(min_ratio, _)| gap_ratio < min_ratio) {
                 nearest_miss = Some((gap_ratio, &body.name));
@@ -359,8 +360,8 @@ impl<'a> Occluder<'a> {
         let is_visible = |offset_across: DVec2| {
             let point = lit_point(offset_across);
             // The thousandth keeps points that rounding moves just outside the edge.
-            let inside = (axis.offset_across(point * axis_ratios) - self.offset_across).length() <= radius * 1.001;
-            inside && towards_camera.dot(point) > min_component
+            let is_in_penumbra = (axis.offset_across(point * axis_ratios) - self.offset_across).length() <= radius * 1.001;
+            is_in_penumbra && towards_camera.dot(point) > min_component
         };
         let penumbra_is_visible = (0..96).any(|k| {
             let direction = DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 96.0);
@@ -429,11 +430,13 @@ mod tests {
                 max_blocked_fraction: 0.0,
                 has_umbra: false,
             };
-            select_occluders(&[occluder], sun, &receiver, extent, None, min_blocked).occluders.len()
+            let every_shadow_matters = None;
+            select_occluders(&[occluder], sun, &receiver, extent, every_shadow_matters, min_blocked).occluders.len()
         };
         assert_eq!([count(1.0, MIN_BLOCKED_IN_IMAGES), count(5.0, MIN_BLOCKED_IN_IMAGES), count(1.0, 0.0)], [0, 1, 1]);
         assert_eq!(max_occluders(catalog.bodies(), venus).0, 0);
-        let reason = select_occluders(&[], sun, &receiver, extent, Some(0.01), 0.0).reason.to_string();
+        let (min_change, min_blocked) = (Some(0.01), 0.0);
+        let reason = select_occluders(&[], sun, &receiver, extent, min_change, min_blocked).reason.to_string();
         assert!(reason.contains("1.00e-2"), "the reason names the threshold: {reason}");
     }
 

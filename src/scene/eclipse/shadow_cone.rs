@@ -163,11 +163,11 @@ impl ShadowCone {
         let mut lines = Vec::new();
         let mut begin_angle = None;
         for k in first_miss..first_miss + SEARCH_GENERATORS {
-            let (now, next) = (step * f64::from(k), step * f64::from(k + 1));
+            let (angle, next_angle) = (step * f64::from(k), step * f64::from(k + 1));
             match (begin_angle, meets_ground(k % SEARCH_GENERATORS), meets_ground((k + 1) % SEARCH_GENERATORS)) {
-                (None, false, true) => begin_angle = Some(grazing_angle(next, now)),
+                (None, false, true) => begin_angle = Some(grazing_angle(next_angle, angle)),
                 (Some(from), true, false) => {
-                    lines.extend(self.arc(kind, from, grazing_angle(now, next)));
+                    lines.extend(self.arc(kind, from, grazing_angle(angle, next_angle)));
                     begin_angle = None;
                 }
                 _ => {}

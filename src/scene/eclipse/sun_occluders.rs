@@ -79,7 +79,7 @@ pub(crate) fn sun_occluders<'a>(
         ReceivingPart::Body => {
             let clouds = body.clouds.as_ref().map_or(1.0, |c| clouds::shell_scale(body, c));
             let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
-            let mesh = meshes::model(context, body).map_or(1.0, |m| m.max_radius);
+            let mesh = meshes::mesh_of(context, body).map_or(1.0, |m| m.max_radius);
             (air.max(clouds).max(mesh), ReceiverShape::Ball)
         }
     };
@@ -128,7 +128,8 @@ fn evaluate_shadow_with_model<T>(
     model_choice: EclipseModelChoice,
     evaluate: impl FnOnce(&ApproximateShadow<'_>, DVec3) -> T,
 ) -> Option<T> {
-    let mut found = sun_occluders(context, placed, diameter_px, ReceivingPart::Body, None)?;
+    let no_camera = None;
+    let mut found = sun_occluders(context, placed, diameter_px, ReceivingPart::Body, no_camera)?;
     let model = choose_eclipse_model(&mut found.occluders, model_choice).model;
     ApproximateShadow::of(&found.occluders, model, &found.receiver, found.sun).map(|shadow| evaluate(&shadow, found.camera))
 }
