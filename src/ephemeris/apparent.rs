@@ -236,12 +236,13 @@ mod tests {
         // At a planetocentric latitude of 45 degrees Saturn's normal leans 5.9 degrees poleward: the tangent of the
         // planetographic latitude is (60268/54364)^2.
         let radii_km = DVec3::new(60_268.0, 60_268.0, 54_364.0);
-        let point = surface_point(DVec3::new(1.0, 0.0, 1.0), radii_km, false);
+        let east_is_positive = false;
+        let point = surface_point(DVec3::new(1.0, 0.0, 1.0), radii_km, east_is_positive);
         assert!((point.lat_centric_deg - 45.0).abs() < 1e-12);
         assert!((point.lat_graphic_deg.to_radians().tan() - (60_268.0_f64 / 54_364.0).powi(2)).abs() < 1e-12);
-        let point = surface_point(DVec3::new(0.0, 1.0, 0.0), radii_km, false);
+        let point = surface_point(DVec3::new(0.0, 1.0, 0.0), radii_km, east_is_positive);
         assert!((point.lon_east_deg - 90.0).abs() < 1e-12 && (point.lon_graphic_deg - 270.0).abs() < 1e-12);
-        assert!(surface_point(DVec3::Z, radii_km, true).lat_graphic_deg > 89.999);
+        assert!(surface_point(DVec3::Z, radii_km, !east_is_positive).lat_graphic_deg > 89.999);
     }
 
     /// The sub-Earth point of Phobos on 2024-06-01. A spheroid with the mean equatorial radius, once used, would give -34 degrees.
@@ -250,7 +251,8 @@ mod tests {
         let radii_km = DVec3::new(13.0, 11.4, 9.1);
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = ((-20.55_f64).to_radians().sin_cos(), (-12.93_f64).to_radians().sin_cos());
         let direction = DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat);
-        let point = surface_point(direction, radii_km, false);
+        let east_is_positive = false;
+        let point = surface_point(direction, radii_km, east_is_positive);
         // The normal as the gradient of the ellipsoid's equation.
         let gradient = DVec3::new(direction.x / 13.0_f64.powi(2), direction.y / 11.4_f64.powi(2), direction.z / 9.1_f64.powi(2));
         assert!((point.lat_graphic_deg - gradient.normalize().z.asin().to_degrees()).abs() < 1e-9, "{point:?}");

@@ -202,7 +202,8 @@ fn linear_panorama(path: &Path, image: LinearImage) -> Result<Panorama, ImageErr
 fn srgb_panorama(path: &Path, image: DynamicImage) -> Result<Panorama, ImageError> {
     let mut rgba = image.into_rgba8();
     rgba.pixels_mut().for_each(|p| p.0[3] = 255);
-    with_mips(path, rgba.dimensions(), rgba.into_raw(), None)
+    let unit_cd_m2 = None;
+    with_mips(path, rgba.dimensions(), rgba.into_raw(), unit_cd_m2)
 }
 
 /// The panorama of encoded texels, with its mip chain.

@@ -156,7 +156,8 @@ mod avx2 {
             Content::Grey => {
                 convert_grey(pixels, y);
                 // Grey has no chroma, so its levels are those of black.
-                let [cb_level, cr_level] = [1, 2].map(|plane: usize| level(PLANE_FACTORS[plane], 0));
+                let black = 0;
+                let [cb_level, cr_level] = [1, 2].map(|plane: usize| level(PLANE_FACTORS[plane], black));
                 (*cb, *cr) = ([cb_level; BLOCK_PIXELS], [cr_level; BLOCK_PIXELS]);
                 return;
             }

@@ -313,7 +313,8 @@ mod tests {
     fn search_results_are_highlighted_in_any_case() {
         assert_eq!(find_all("let Ring = ring;", "rInG"), [4..8, 11..15]);
         assert!(find_all("let", "").is_empty());
-        let layout_job = layout_job(7, "let ring = 2;", "ring", &FontId::monospace(12.0), true);
+        let (line_number, is_dark) = (7, true);
+        let layout_job = layout_job(line_number, "let ring = 2;", "ring", &FontId::monospace(12.0), is_dark);
         assert_eq!(layout_job.text, "    7  let ring = 2;");
         assert_eq!(layout_job.sections.iter().filter(|s| s.format.background != Color32::TRANSPARENT).count(), 1);
     }
@@ -322,7 +323,8 @@ mod tests {
     fn at_most_two_features_lack_a_colour_of_their_own() {
         let names: Vec<_> = DIMENSIONS.iter().flat_map(|d| d.feature_names).filter(|f| !f.is_empty()).collect();
         let distinct: std::collections::BTreeSet<_> = names.iter().collect();
-        let colours: std::collections::BTreeSet<_> = names.iter().map(|n| feature_colour(n, true).to_array()).collect();
+        let is_dark = true;
+        let colours: std::collections::BTreeSet<_> = names.iter().map(|n| feature_colour(n, is_dark).to_array()).collect();
         assert!(colours.len() + 2 >= distinct.len(), "{} colours for {} features", colours.len(), distinct.len());
     }
 }
