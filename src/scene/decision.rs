@@ -86,14 +86,14 @@ impl<'a> DecisionLog<'a> {
             Some(m) if self.resources.is_unreadable(&m.file) => self.record(effect.name(), false, reason!("unreadable", file = &m.file)),
             Some(m) => {
                 let (on, reason) = by_threshold();
-                self.record_effect(effect, on, with_invented(reason, m.invented.as_deref(), |how| reason!("map-invented", how = how)))
+                self.record_effect(effect, on, with_invented_note(reason, m.invented.as_deref(), |how| reason!("map-invented", how = how)))
             }
         }
     }
 }
 
 /// Appends a note to the reason if a map or shape was invented. `invented`: the catalog's text that says how; `note`: makes the note from this text.
-pub(crate) fn with_invented(reason: Reason, invented: Option<&str>, note: impl FnOnce(Argument) -> Reason) -> Reason {
+pub(crate) fn with_invented_note(reason: Reason, invented: Option<&str>, note: impl FnOnce(Argument) -> Reason) -> Reason {
     match invented {
         Some(how) => reason.and(note(invented_text(how))),
         None => reason,

@@ -74,8 +74,8 @@ pub use light::meter::metered_twilight;
 pub use light::{corona, disc_light, glare, night_lights, photometry};
 #[doc(hidden)]
 pub use point::{
-    CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_glare_spread,
-    disc_share, point_peak, point_spread,
+    CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_fraction,
+    disc_glare_spread, point_peak, point_spread,
 };
 #[doc(hidden)]
 pub use resources::{Caches, Requirements, Resources};

@@ -43,13 +43,13 @@ pub(crate) const DISC_ONLY_FROM_PX: f64 = 4.0;
 pub(crate) const NO_GLARE_FROM_PX: f64 = 16.0;
 
 /// Fraction of a body's light that is drawn as a disc, by the disc's diameter; the point has the rest.
-pub fn disc_share(diameter_px: f64) -> f64 {
+pub fn disc_fraction(diameter_px: f64) -> f64 {
     smooth_rise((POINT_ONLY_BELOW_PX, DISC_ONLY_FROM_PX), diameter_px)
 }
 
-/// As [`disc_share`], but 1 if the user has switched points off. `points`: the user's choice for the effect `points`.
-pub(crate) fn drawn_disc_share(points: Option<bool>, diameter_px: f64) -> f64 {
-    if points == Some(false) { 1.0 } else { disc_share(diameter_px) }
+/// As [`disc_fraction`], but 1 if the user has switched points off. `points`: the user's choice for the effect `points`.
+pub(crate) fn drawn_disc_fraction(points: Option<bool>, diameter_px: f64) -> f64 {
+    if points == Some(false) { 1.0 } else { disc_fraction(diameter_px) }
 }
 
 /// For a core of amplitude 1: the Gaussian's value at the sprite's rim, and the integral over the sprite's circle of the Gaussian less this value.

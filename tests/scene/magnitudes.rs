@@ -110,9 +110,9 @@ fn the_phase_correction_does_not_end_before_180_degrees() {
 
 #[test]
 fn light_is_shared_between_disc_and_point_without_a_jump() {
-    use orrery::scene::disc_share;
+    use orrery::scene::disc_fraction;
     // For diameters from 0 to 5 pixels.
-    let shares: Vec<f64> = (0..=5000).map(|k| disc_share(f64::from(k) * 1e-3)).collect();
+    let shares: Vec<f64> = (0..=5000).map(|k| disc_fraction(f64::from(k) * 1e-3)).collect();
     assert_eq!((shares[0], shares[2000], shares[4000], shares[5000]), (0.0, 0.0, 1.0, 1.0));
     assert!(shares.windows(2).all(|w| w[1] >= w[0] && w[1] - w[0] < 2e-3));
 }

@@ -261,8 +261,8 @@ fn globe_draw(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: Cl
     let radiance_factor = || placed.radiance_scale() * globe::colour_factor(body, globe::tint(inputs) * inputs.drawn_fraction());
     let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, radiance_factor())).collect();
     let mut uniforms = DrawUniforms { ring: decided.ring.clone(), overlays, ..uniforms };
-    if let Some(model) = inputs.model.filter(|_| features.shape == Shape::Mesh) {
-        mesh_decision::set_uniforms(&mut uniforms, inputs, model, decided.self_shadow);
+    if let Some(mesh) = inputs.mesh.filter(|_| features.shape == Shape::Mesh) {
+        mesh_decision::set_uniforms(&mut uniforms, inputs, mesh, decided.self_shadow);
     }
     Draw {
         body: body.id,

@@ -12,7 +12,7 @@ use crate::scene::light::night_lights::{self, NightLights};
 use crate::scene::light::{disc_light, photometry};
 use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::drawn_disc_share;
+use crate::scene::point::drawn_disc_fraction;
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use glam::DVec3;
 use std::sync::Arc;
@@ -87,7 +87,7 @@ impl Albedo {
         let clouds = body.clouds.as_ref().filter(|_| !is_off(Effect::Clouds));
         let cloudiness = clouds.map_or(0.0, |c| smooth_rise(GROUND_TO_PLANET_CLOUD_HEIGHTS, height_km / c.height_km));
         // A body drawn as a point has the light of the whole planet.
-        let weight = (1.0 - cloudiness) * drawn_disc_share(effects.override_of_body(body, Effect::Points), diameter_px);
+        let weight = (1.0 - cloudiness) * drawn_disc_fraction(effects.override_of_body(body, Effect::Points), diameter_px);
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);
         Self { of_lights: blend(whole.of_lights, clear.of_lights), of_sky: blend(whole.of_sky, clear.of_sky) }
     }

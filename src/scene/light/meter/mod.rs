@@ -36,7 +36,7 @@ use crate::scene::light::lights::{self, IncidentLight, Reflector};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::{drawn_disc_share, point_peak};
+use crate::scene::point::{drawn_disc_fraction, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
 use geometry::{
@@ -155,6 +155,7 @@ impl Meter<'_, '_> {
         let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
         let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
         let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_radiance: 0.0, resolved_bodies };
+        // The method `sky_radiance` reads the other fields only.
         let frame = MeteredFrame { sky_radiance: frame.sky_radiance(), ..frame };
         let mut subjects = Vec::new();
         let (mut mean_of_target, mut mean_of_others) = (LogMean::default(), LogMean::default());
@@ -228,8 +229,8 @@ impl<'a> MeteredFrame<'_, 'a> {
     }
 
     /// Fraction of a body's light that the frame draws as a disc; it draws the rest as a point.
-    fn disc_light_fraction(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-        drawn_disc_share(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
+    fn disc_fraction(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+        drawn_disc_fraction(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
     }
 
     /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the body that gives the most light besides the
@@ -263,7 +264,7 @@ impl<'a> MeteredFrame<'_, 'a> {
 
     /// How much a body counts as a point. The target counts as a disc at any size, but a body with a bright ring of air counts as it is drawn.
     fn point_weight(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-        let point_light_fraction = 1.0 - self.disc_light_fraction(p, diameter_px);
+        let point_light_fraction = 1.0 - self.disc_fraction(p, diameter_px);
         if point_light_fraction <= 0.0 {
             return 0.0;
         }
@@ -324,7 +325,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             }
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
-                let dilution = area / (area + (1.0 - self.disc_light_fraction(p, diameter_px)) / point_peak());
+                let dilution = area / (area + (1.0 - self.disc_fraction(p, diameter_px)) / point_peak());
                 let visible_weight = self.visible_fraction(p) * (1.0 - point_weight);
                 let disc_share = share * disc_weight * visible_weight;
                 if disc_weight > 0.0 {
@@ -412,7 +413,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let area = area_px(camera, sun);
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
         let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun);
-        let dilution = area / (area + (1.0 - self.disc_light_fraction(sun, 2.0 * (area / PI).sqrt())) / point_peak());
+        let dilution = area / (area + (1.0 - self.disc_fraction(sun, 2.0 * (area / PI).sqrt())) / point_peak());
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut mean = LogMean::default();
         // The Sun's own glare does not reduce its contrast.

@@ -144,7 +144,7 @@ impl MeteredFrame<'_, '_> {
         diameter_px: f64,
         mut add: impl FnMut(f64, f64),
     ) {
-        let weight = self.rim_weight(p, diameter_px) * self.disc_light_fraction(p, diameter_px);
+        let weight = self.rim_weight(p, diameter_px) * self.disc_fraction(p, diameter_px);
         let Some(rim) = RimOfAir::of(p, disc_albedo).filter(|_| weight > 0.0) else { return };
         let height_px = rim::height_px(p.body, rim.air, diameter_px);
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();

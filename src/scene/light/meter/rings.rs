@@ -33,7 +33,7 @@ impl MeteredFrame<'_, '_> {
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         // A body that is drawn as a point has no ground that ring-shine could light.
-        let weight = weight * self.disc_light_fraction(p, diameter_px);
+        let weight = weight * self.disc_fraction(p, diameter_px);
         if weight <= 0.0 || rings.is_empty() || user_choice == Some(false) {
             return None;
         }

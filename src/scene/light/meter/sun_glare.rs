@@ -60,7 +60,7 @@ impl MeteredFrame<'_, '_> {
         };
         let drawn_part_of_glare = glare::entered_fraction(camera, sun);
         let flux = if drawn_part_of_glare > 0.0 && !camera.has_small_sprites {
-            let point_light_fraction = 1.0 - self.disc_light_fraction(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
+            let point_light_fraction = 1.0 - self.disc_fraction(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
             let visible_fraction = glare::visible_fraction(self.meter.placed, sun);
             point::flux(camera, sun).max_element() * point_light_fraction * visible_fraction * self.sun_transmittance
         } else {
