@@ -181,7 +181,7 @@ mod tests {
             let found = heliocentric_state(&orbit(1.0, 1.0), days).position;
             let expected = DVec3::new(1.0 - w * w, 2.0 * w, 0.0);
             assert!(found.distance(expected) < 1e-11 * expected.length(), "{w}: {found} {expected}");
-            // Nearly parabolic orbits on both sides, where classical formulas divide by nearly zero.
+            // Nearly parabolic orbits: eccentricities on both sides of 1, where classical formulas divide by nearly zero.
             let near = [1.0 - 1e-10, 1.0 + 1e-10].map(|e| heliocentric_state(&orbit(1.0, e), days).position);
             assert!(near.iter().all(|p| p.distance(expected) < 1e-5 * expected.length()), "{near:?}");
         }

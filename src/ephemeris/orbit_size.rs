@@ -41,7 +41,7 @@ pub fn osculating_period_s(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body
 }
 
 /// Mean time in which a moon revolves once relative to the stars: from the mean motion of the catalog's elements, else measured over 1024 revolutions
-/// from J2000. Error: 5e-5 of the period; the largest measured one is 3.3e-5 (the Moon). It evaluates a dozen states, so ask for it once, not in each frame.
+/// from J2000. Error: 5e-5 of the period; the largest measured one is 3.3e-5 (the Moon). The function evaluates a dozen states: call it once, not per frame.
 /// `None` for a body that is not a moon, and for a moon that the ephemeris cannot place over this span, such as one from a short kernel.
 pub fn sidereal_period_s(catalog: &Catalog, ephemeris: &Ephemeris, moon: &Body) -> Option<f64> {
     if moon.kind != BodyKind::Moon {

@@ -217,7 +217,7 @@ fn with_mips(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>, unit_cd_m2
 mod tests {
     use super::*;
 
-    /// For each direction, the face and the position on it that a cube map has there.
+    /// For each direction, the face that it hits and the position on this face, by the arrangement that the head of the module states.
     #[test]
     fn faces_are_arranged_as_in_a_cube_map() {
         for (d, face, position) in [

@@ -110,7 +110,7 @@ impl EventsPanel {
         Some(self.playback.or(at_camera).unwrap_or_else(|| chosen.playback()))
     }
 
-    /// An event as seen from a place, if that was asked for and has arrived. `self.at_place` may still hold that of another event or place.
+    /// An event as seen from a place, if the answer of the query worker has arrived. `self.at_place` may still belong to another event or place.
     fn seen_from(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&SeenFromPlace> {
         self.at_place.as_ref().filter(|asked| Arc::ptr_eq(&asked.event, event) && asked.home == home)?.seen.as_ref()
     }

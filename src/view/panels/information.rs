@@ -218,7 +218,7 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     ui.strong(text!("place-heading"));
     place_fields(ui, panel);
     let tdb_s = time.tdb_seconds_past_j2000();
-    // For years outside the calendar. J2000 is at 12h TDB, so days of TDB start half a day before and after it.
+    // The day for years outside the calendar. J2000 is at 12h TDB, so days of TDB start half a day before and after it.
     let day_of_tdb = || {
         let start_s = ((tdb_s / SECONDS_PER_DAY - 0.5).floor() + 0.5) * SECONDS_PER_DAY;
         let [start, end] = [start_s, start_s + SECONDS_PER_DAY].map(Instant::from_tdb_seconds_past_j2000);

@@ -160,8 +160,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     interface.settings.panels.kept_panel = interface.kept_tab.map(|tab| tab.name().to_owned());
 }
 
-/// Shows a panel's title, and below it its controls, which scroll in both directions if the panel has no room for them: egui would widen the panel for them,
-/// or, where there is no room for that, cut them off. A list within a panel fills the rest of it, but has a minimum height
+/// Shows a panel's title, and below it its controls. They scroll in both directions if the panel has no room for them; otherwise egui would widen the panel,
+/// or cut them off if the window has no room for a wider panel. A list within a panel fills the rest of it, but has a minimum height
 /// ([`MIN_LIST_HEIGHT`](super::theme::MIN_LIST_HEIGHT)): while even that does not fit, the wheel moves the list first and then the whole panel.
 fn content(interface: &mut Interface, ui: &mut Ui, tab: Tab, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     heading(interface, ui, tab);

@@ -50,7 +50,7 @@ impl Default for TimeBar {
 }
 
 impl TimeBar {
-    /// The event that the running search has found, or why there is none; `None` while it runs.
+    /// The event that the search has found, or why there is none; `None` while the search runs, or if none was started.
     fn take_found(&mut self) -> Option<Result<SkyEvent, String>> {
         let (kind, pending) = self.pending.as_ref()?;
         let (kind, found) = (*kind, pending.take()?);
@@ -272,7 +272,7 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     caption(ui, text!("time-rate-caption"));
     let mut speed = time_rate.speed();
     let slider = Slider::new(&mut speed, MIN_SPEED..=MAX_SPEED).logarithmic(true).show_value(false);
-    // With a size known in advance, the slider moves to the next row where it does not fit. By itself, a slider of egui would extend beyond the window.
+    // With a size known in advance, the slider moves to the next row if this one has no room. By itself, a slider of egui would extend beyond the window.
     let slider_size = [ui.spacing().slider_width, ui.spacing().interact_size.y];
     let slider = ui.add_sized(slider_size, slider).on_hover_text(text!("time-rate-hint")).accessible_name(text!("time-rate"));
     if slider.changed() {

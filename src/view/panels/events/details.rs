@@ -86,7 +86,7 @@ pub(super) fn stands_at(camera_pose: &CameraPose, home: Home) -> bool {
     differences_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)
 }
 
-/// The view of an event from the observer's place, at the time of its maximum there. `contacts`: the event's contacts at the place.
+/// The view of an event from the observer's place, at the time of the event's maximum at this place. `contacts`: the event's contacts at the place.
 fn view_from_place(interface: &Interface, event: &SkyEvent, contacts: &[ContactAtPlace]) -> ViewState {
     let Home { latitude_deg, longitude_deg } = interface.information.home;
     let maximum = contacts.iter().find(|contact| contact.name == "maximum");

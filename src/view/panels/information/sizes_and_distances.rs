@@ -280,7 +280,8 @@ mod tests {
     #[test]
     fn two_names_neither_overlap_nor_cross_the_edges() {
         let area = [2.0, 298.0];
-        // Bodies and names: both at the left edge, both at the right edge, a long name beside a short one, far apart.
+        // The body's x coordinate and the name's width. Cases: both bodies at the left edge, both at the right edge, a long name beside a short one, names far
+        // apart.
         for [first, second] in
             [[(12.0, 60.0), (22.0, 40.0)], [(280.0, 60.0), (288.0, 90.0)], [(12.0, 140.0), (150.0, 30.0)], [(60.0, 30.0), (240.0, 30.0)]]
         {

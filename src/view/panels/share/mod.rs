@@ -241,7 +241,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
     let Animation { file_name, options, frames_per_s, is_centred_on_displayed_time } = &panel.animation;
     let view = interface.viewer.shareable_view();
     let event_frames = images::chosen_frames_of_event(interface);
-    // The frames from a time on, or those of the chosen event.
+    // The frames from a time on, at the panel's interval; those of the chosen event instead, if they are to span it.
     let frames_from = |tdb_s: f64| {
         let FrameTimes { start_tdb_s, step_s } = event_frames.unwrap_or(FrameTimes { start_tdb_s: tdb_s, step_s: panel.step_s });
         FrameViews::Steps { view: Box::new(ViewState { tdb_s: start_tdb_s, ..view.clone() }), step_s }
