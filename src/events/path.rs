@@ -66,8 +66,8 @@ impl SolarEclipse {
     }
 
     /// The farthest place from `centre`, on the great circle that leaves it at `bearing_rad`, where the eclipse is still total or annular. `None` if the place
-    /// is beyond [`MAX_OFFSET_DEG`], or if the Sun is more than a degree below the place's horizon when the phase there is greatest. `s`: when the shadow's axis is at
-    /// `centre`, in the seconds of the eclipse's geometry.
+    /// is beyond [`MAX_OFFSET_DEG`], or if the Sun is more than a degree below the place's horizon when the phase there is greatest. `s`: when the shadow's
+    /// axis is at `centre`, in the seconds of the eclipse's geometry.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
         let is_total_or_annular =

@@ -22,7 +22,7 @@ const MAX_ALTITUDE_RAD: f64 = 0.0873;
 const MAX_LEAF_TRIANGLES: usize = 4;
 /// Distance of the nearest hit that counts, per largest side of the mesh's box: far above the rounding of f64, far below a triangle.
 const MIN_HIT_PER_SIZE: f64 = 1e-9;
-/// The Sun's angular radius is clamped to this range, radians. Heights are divided by it, so it must not be 0; the upper bound is the radius seen from about
+/// The Sun's angular radius is clamped to this range, radians. Altitudes are divided by it, so it must not be 0; the upper bound is the radius seen from about
 /// two solar radii away.
 const SUN_RADIUS_RANGE_RAD: [f64; 2] = [1e-6, 0.5];
 /// Vertices per parallel task.
@@ -243,7 +243,8 @@ mod tests {
         }
         indices.extend([first, first + 1, first + 2, first, first + 2, first + 3]);
         let position_ids: Vec<u32> = (0..vertices.len() as u32).collect();
-        RayCastMesh::new(vertices, &position_ids, &indices, false)
+        let two_sided = false;
+        RayCastMesh::new(vertices, &position_ids, &indices, two_sided)
     }
 
     #[test]
@@ -251,19 +252,20 @@ mod tests {
         let (n, wall_x_km, wall_height_km) = (8, 1.5, 0.5);
         let mesh = floor_and_wall(n, wall_x_km, wall_height_km);
         for altitude_deg in [2.0_f64, 10.0, 15.0, 25.0, 60.0] {
-            let altitude = altitude_deg.to_radians();
-            let heights = mesh.sun_altitudes(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD);
+            let plane_altitude_rad = altitude_deg.to_radians();
+            let altitudes = mesh.sun_altitudes(DVec3::new(plane_altitude_rad.cos(), 0.0, plane_altitude_rad.sin()), SUN_RADIUS_RAD);
             let mut shadowed_and_lit = [0, 0];
-            for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
+            for (k, altitude) in altitudes.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
                 let top_of_wall_rad = (wall_height_km / (wall_x_km - mesh.vertices[k].position_km.x)).atan();
-                let height_rad = (altitude - top_of_wall_rad).clamp(-MAX_ALTITUDE_RAD, MAX_ALTITUDE_RAD);
-                let allowed = 0.26 + 0.11 * (height_rad / SUN_RADIUS_RAD).abs();
+                let expected_rad = (plane_altitude_rad - top_of_wall_rad).clamp(-MAX_ALTITUDE_RAD, MAX_ALTITUDE_RAD);
+                // The error that the module's comment states, a quarter of the Sun's radius or a tenth of the altitude, with a margin.
+                let allowed = 0.26 + 0.11 * (expected_rad / SUN_RADIUS_RAD).abs();
                 assert!(
-                    (f64::from(*height) - height_rad / SUN_RADIUS_RAD).abs() < allowed,
-                    "{altitude_deg}: {height} against {}",
-                    height_rad / SUN_RADIUS_RAD
+                    (f64::from(*altitude) - expected_rad / SUN_RADIUS_RAD).abs() < allowed,
+                    "{altitude_deg}: {altitude} against {}",
+                    expected_rad / SUN_RADIUS_RAD
                 );
-                shadowed_and_lit[usize::from(height_rad > 0.0)] += 1;
+                shadowed_and_lit[usize::from(expected_rad > 0.0)] += 1;
             }
             assert!(altitude_deg != 15.0 || shadowed_and_lit.iter().all(|n| *n > 8), "both light and shadow: {shadowed_and_lit:?}");
         }

@@ -26,6 +26,7 @@ pub struct Devices {
     pub software: SoftwareRenderer,
     /// A second software renderer with its own threads, created when first needed; `None` inside if no threads could be started.
     background_renderer: OnceLock<Option<SoftwareRenderer>>,
+    /// Receives the messages for the user.
     notify: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,

@@ -130,7 +130,7 @@ impl Provenance {
             pixel_view,
             purpose,
             language,
-            coarse_air,
+            may_use_coarse_air,
         } = request;
         // For a value that the request leaves to the program.
         let default_text = || "as usual".to_owned();
@@ -183,7 +183,7 @@ impl Provenance {
             entry("pixels", pixel_view.name().into()),
             entry("purpose", format!("{purpose:?}").to_lowercase()),
             entry("language", language.code().into()),
-            entry("coarse air", coarse_air.to_string()),
+            entry("coarse air", may_use_coarse_air.to_string()),
         ]);
         Self(values)
     }
@@ -236,7 +236,7 @@ impl Provenance {
         listed.chain((more > 0).then(|| format!("and {more} more"))).collect::<Vec<_>>().join("; ")
     }
 
-    /// Examines the file at the path to which this image of the given size is to be written.
+    /// Examines the file at the path to which this image is to be written. `size`: the image's width and height, pixels.
     pub fn examine_existing_image(&self, path: &Path, size: (u32, u32)) -> ExistingImage {
         let metadata = match path.metadata() {
             // A missing or invalid folder is reported when the image is written.
