@@ -150,7 +150,7 @@ pub(crate) fn inspect_pixel(
     }
     let size = [request.width, request.height];
     // Each draw is evaluated by itself, without the images of earlier passes.
-    let (scene, plan) = prober.session.plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
+    let (scene, plan) = prober.session.plan(&ViewRequest { may_use_coarse_air: false, ..request.clone() }, sampling)?;
     let radiance = linear_pixel(prober, &plan, x, y)?;
     let all_draws = plan.hdr_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
     // The plan keeps the order of the scene's draws.

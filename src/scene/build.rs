@@ -215,7 +215,7 @@ impl<'a> SceneBuilder<'a> {
             ground_lines: annotations.ground_lines,
             refracted_limbs: light_around_sun.refracted_limbs,
             glare: light_around_sun.glare,
-            bloom: request.layers.bloom && request.pixel_view == PixelView::Final,
+            has_bloom: request.layers.bloom && request.pixel_view == PixelView::Final,
             labels: annotations.labels,
             line_texts: annotations.line_texts,
             purpose: request.purpose,

@@ -73,7 +73,7 @@ pub struct Scene {
     /// The draw of the selected body's shape alone, in black, from which its outline is computed; `None` if no outline is drawn.
     pub outlined_shape: Option<Draw>,
     /// Whether bloom spreads light brighter than white.
-    pub bloom: bool,
+    pub has_bloom: bool,
     /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of the user's data; `None` if all
     /// are off.
     pub labels: Option<labels::LabelLayer>,

@@ -200,7 +200,7 @@ fn the_hdr_pass_is_found_by_its_name() {
         fov_deg: Some(45.0),
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-08T18:17:16Z").expect("a time"))
     };
-    let by_pixel = ViewRequest { coarse_air: false, ..with_coarse_air.clone() };
+    let by_pixel = ViewRequest { may_use_coarse_air: false, ..with_coarse_air.clone() };
     for (request, is_first) in [(with_coarse_air, false), (by_pixel, true)] {
         let (_, plan) = SESSION.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
         let hdr = plan.hdr_pass().expect("an HDR pass");

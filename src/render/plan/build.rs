@@ -194,7 +194,7 @@ pub(super) fn hdr_steps(
 fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<PassStep>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let mut steps = Vec::new();
-    if scene.bloom {
+    if scene.has_bloom {
         steps.extend(simple_draws::bloom_steps(scene, provider, HDR_TARGET)?);
     }
     steps.push(simple_draws::tone_map_step(scene, provider, HDR_TARGET, DISPLAY_TARGET)?);

@@ -64,10 +64,10 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (scene.corona.is_some(), "corona"),
         (!scene.refracted_limbs.is_empty(), "refracted_limb"),
         (scene.glare.is_some(), "glow"),
-        (scene.bloom, "shrink"),
-        (scene.bloom || scene.outlined_shape.is_some(), "blur"),
-        (scene.bloom, "tone_map_bloom"),
-        (!scene.bloom, "tone_map"),
+        (scene.has_bloom, "shrink"),
+        (scene.has_bloom || scene.outlined_shape.is_some(), "blur"),
+        (scene.has_bloom, "tone_map_bloom"),
+        (!scene.has_bloom, "tone_map"),
         (scene.outlined_shape.is_some(), "outline"),
         (scene.labels.is_some() || scene.line_texts.is_some(), "label"),
         (scene.labels.as_ref().is_some_and(|l| !l.dots.is_empty()), "dot"),
@@ -418,12 +418,12 @@ pub(super) fn tone_map_step(
     let (width, height) = (scene.camera.width, scene.camera.height);
     let is_filmic = scene.pixel_view == PixelView::Final && scene.tone_map == ToneMap::Filmic;
     let (module, reads) =
-        if scene.bloom { ("tone_map_bloom", &[hdr, NARROW_HALO.blurred, WIDE_HALO.blurred][..]) } else { ("tone_map", &[hdr][..]) };
+        if scene.has_bloom { ("tone_map_bloom", &[hdr, NARROW_HALO.blurred, WIDE_HALO.blurred][..]) } else { ("tone_map", &[hdr][..]) };
     let draw = simple_draw(module, scene, provider, |w| {
         w.f32("exposure", scene.exposure.factor_f32())?;
         // Without the filmic shoulder, the tone curve is linear throughout.
         w.f32("linear_limit", if is_filmic { FILMIC_LINEAR_LIMIT } else { f32::MAX })?;
-        if scene.bloom {
+        if scene.has_bloom {
             w.f32("narrow_fraction", BLOOM_NARROW.fraction)?;
             w.f32("wide_fraction", BLOOM_WIDE.fraction)?;
         }

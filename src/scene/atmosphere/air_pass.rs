@@ -54,7 +54,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let off = |reason: Reason| (false, reason);
     let (on, reason) = match () {
         // A probe evaluates a single draw, which must not depend on a pass before it.
-        () if !request.coarse_air => off(reason!("air-pass-single-draws")),
+        () if !request.may_use_coarse_air => off(reason!("air-pass-single-draws")),
         () if !inputs.pixel_view().shows_radiance() => off(reason!("air-pass-view")),
         () if chosen.air_model == AtmosphereModel::Vertex => off(reason!("air-pass-vertex")),
         () if chosen.ring_shadow != RingShadow::None => off(reason!("air-pass-ring-shadow")),

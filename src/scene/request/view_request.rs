@@ -254,7 +254,7 @@ pub struct ViewRequest {
     /// The language of texts in the image: caption, names of bodies, numbers.
     pub language: TextLanguage,
     /// Whether draws may interpolate the air from the coarse image, which other draws fill. `false` for a probe of one pixel, which runs each draw alone.
-    pub coarse_air: bool,
+    pub may_use_coarse_air: bool,
 }
 
 /// Default field of view for [`Position::AboveTarget`] without a distance; the distance then follows from it. It is that of a long lens, so that nearly a
@@ -289,7 +289,7 @@ impl ViewRequest {
             pixel_view: PixelView::Final,
             purpose: Purpose::Display,
             language: TextLanguage::English,
-            coarse_air: true,
+            may_use_coarse_air: true,
         }
     }
 
