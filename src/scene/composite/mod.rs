@@ -105,7 +105,7 @@ impl Composite {
                     *body = seen.clone();
                 }
             }
-            whole.bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
+            whole.has_bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
             whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter_viewer.body_velocity_km_s);
             whole.line_texts = names::texts(request, catalog, &whole);
         }
