@@ -71,8 +71,8 @@ mod tests {
     use crate::catalog::NaifId;
     use crate::units::KM_PER_AU;
 
-    /// The semi-major axis from one state differs from the mean axis by the size of the perturbations. Standish 1992: Mars 1.523 71 au, Jupiter
-    /// 5.202 89 au.
+    /// The semi-major axis from one state differs from the mean axis by the size of the perturbations. Mean axes: Mars 1.523 71 au and Jupiter 5.202 89 au
+    /// (Standish 1992), the Moon 384 400 km.
     #[test]
     fn an_orbit_known_by_its_state_has_its_published_axis() {
         let catalog = Catalog::embedded();

@@ -76,6 +76,13 @@ struct EventAtPlace {
     seen: Option<SeenFromPlace>,
 }
 
+/// The instant at which a search starts, and whether it runs backward from there.
+#[derive(Clone, Copy)]
+struct SearchStart {
+    start: Instant,
+    is_backward: bool,
+}
+
 /// State of the Events panel.
 pub(crate) struct EventsPanel {
     /// Whether each kind of [`EventKind::ALL`] is searched.
@@ -87,8 +94,8 @@ pub(crate) struct EventsPanel {
     /// The running search step, and the fraction of the search (0 to 1) that was done before this step.
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
-    /// Whether the search that found the rows runs backward, and the instant at which it starts.
-    searched: Option<(bool, Instant)>,
+    /// The search that found the rows; `None` before the first search.
+    searched: Option<SearchStart>,
     /// Why the search has ended before the end of its range.
     failure: Option<EphemerisError>,
     /// The event whose details are shown.
@@ -122,7 +129,7 @@ impl EventsPanel {
 
     /// Whether the time of an event is within the span of the last search.
     fn covers(&self, event: &SkyEvent) -> bool {
-        let Some((is_backward, start)) = self.searched else { return false };
+        let Some(SearchStart { start, is_backward }) = self.searched else { return false };
         let after_start_s = event.greatest().tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
         let distance_s = if is_backward { -after_start_s } else { after_start_s };
         (0.0..=self.range_s(start)).contains(&distance_s)
@@ -246,7 +253,7 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     let kinds = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, is_searched)| is_searched.then_some(kind)).collect();
     panel.rows.clear();
     panel.failure = None;
-    panel.searched = Some((panel.is_backward, start));
+    panel.searched = Some(SearchStart { start, is_backward: panel.is_backward });
     if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event) || !panel.includes_kind_of(event)) {
         (panel.chosen, panel.at_place) = (None, None);
     }
@@ -334,17 +341,17 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
 
 /// A text about the result of the last search, and its tooltip.
 fn status_text(panel: &EventsPanel) -> (String, &'static str) {
-    let searched = panel.searched.map_or(String::new(), |(is_backward, start)| {
+    let searched_text = panel.searched.map_or(String::new(), |SearchStart { start, is_backward }| {
         let side = if is_backward { text!("events-before-date") } else { text!("events-after-date") };
         format!("{side} {}", minute_text(start))
     });
     match (&panel.failure, panel.rows.len()) {
         (Some(why), _) => (error_text(why), text!("events-end-hint")),
-        (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched), text!("events-none-hint")),
+        (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched_text), text!("events-none-hint")),
         (None, 0) => (text!("events-choose-kind").into(), text!("events-choose-kind-hint")),
-        (None, 1) => (text!("events-one", searched = searched), text!("events-one-hint")),
-        (None, MAX_ROWS) => (text!("events-most", count = MAX_ROWS, searched = searched), text!("events-some-hint")),
-        (None, n) => (text!("events-some", n = n, searched = searched), text!("events-some-hint")),
+        (None, 1) => (text!("events-one", searched = searched_text), text!("events-one-hint")),
+        (None, MAX_ROWS) => (text!("events-most", count = MAX_ROWS, searched = searched_text), text!("events-some-hint")),
+        (None, n) => (text!("events-some", n = n, searched = searched_text), text!("events-some-hint")),
     }
 }
 

@@ -162,7 +162,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
 
 /// Shows a panel's title, and below it its controls. They scroll in both directions if the panel has no room for them; otherwise egui would widen the panel,
 /// or cut them off if the window has no room for a wider panel. A list within a panel fills the rest of it, but has a minimum height
-/// ([`MIN_LIST_HEIGHT`](super::theme::MIN_LIST_HEIGHT)): while even that does not fit, the wheel moves the list first and then the whole panel.
+/// ([`MIN_LIST_HEIGHT`](super::theme::MIN_LIST_HEIGHT)): while even this minimum does not fit, the wheel moves the list first and then the whole panel.
 fn content(interface: &mut Interface, ui: &mut Ui, tab: Tab, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     heading(interface, ui, tab);
     // Each panel has an id of its own, the same on both sides of the viewport, so that it keeps its scroll positions and open sections.
