@@ -83,8 +83,8 @@ impl BodiesInFrame {
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
         for p in self.points.iter_mut().filter(|p| !p.is_disc_glare()) {
             // The glare of a Sun outside the frame is not drawn, and the light meter ignores it; the glare grows while the Sun enters the frame.
-            let glare_fraction = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
-            point::set_sprite_radius(p, white, glare_fraction);
+            let drawn_part_of_glare = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
+            point::set_sprite_radius(p, white, drawn_part_of_glare);
         }
         self.points.retain(|p| point::reaches_frame(camera, p.centre.truncate().as_dvec2(), p.radius_px.into()));
     }
