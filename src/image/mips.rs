@@ -96,10 +96,10 @@ impl Codec {
     }
 }
 
-/// Texel `i` of the `count` texels along one side of a level covers up to three of the `sources` texels of the finer level. Returns the first of them, and
-/// the weights of it and the next two, whose sum is 1.
-fn area_weights(i: usize, count: usize, sources: usize) -> (usize, [f32; 3]) {
-    let (start, end) = (i as f64 * sources as f64 / count as f64, (i + 1) as f64 * sources as f64 / count as f64);
+/// Texel `i` of the `count` texels along one side of a level covers up to three of the `finer_count` texels along the same side of the finer level. Returns
+/// the index of the first of these, and the weights of the first and the next two, whose sum is 1.
+fn area_weights(i: usize, count: usize, finer_count: usize) -> (usize, [f32; 3]) {
+    let (start, end) = (i as f64 * finer_count as f64 / count as f64, (i + 1) as f64 * finer_count as f64 / count as f64);
     let first = start as usize;
     let weight = |k: usize| ((end.min((first + k + 1) as f64) - start.max((first + k) as f64)).max(0.0) / (end - start)) as f32;
     (first, [weight(0), weight(1), weight(2)])
