@@ -105,7 +105,8 @@ impl Cone {
         let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
         // The Earth's flattening rotates the nearest generator by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9 degrees (0.05
         // radians).
-        let nearest_normal = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
+        let (max_angle, tolerance) = (0.05, 1e-7);
+        let nearest_normal = normal(minimum(-max_angle, max_angle, tolerance, |angle| -gap(normal(angle))));
         (gap(nearest_normal), nearest_normal)
     }
 }

@@ -112,7 +112,8 @@ impl LunarEclipseGeometry {
         let antisolar = -sun_km / distance_km;
         let distance_behind_km = moon_km.dot(antisolar);
         let (earth_radius_km, sun_radius_km) = (self.radii.earth_radii_km.x, self.radii.sun_radius_km);
-        // Radius, at the Moon's distance, of a cone with this half angle. `sign`: 1 if the cone widens away from the Sun, -1 if it narrows.
+        // Radius, at the Moon's distance, of a cone with this half angle. `sign`: whether the cone narrows or widens away from the Sun.
+        let (narrowing, widening) = (-1.0, 1.0);
         let radius_km = |sin_half: f64, sign: f64| {
             let cos_half = (1.0 - sin_half * sin_half).sqrt();
             (earth_radius_km + sign * distance_behind_km * sin_half) / cos_half
@@ -120,8 +121,8 @@ impl LunarEclipseGeometry {
         let enlargement_km = if self.radii.convention == EclipseRadii::Almanac { DANJON_ENLARGEMENT * earth_radius_km } else { 0.0 };
         ShadowAtMoon {
             offset_from_axis_km: moon_km - antisolar * distance_behind_km,
-            umbra_radius_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlargement_km,
-            penumbra_radius_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, 1.0) + enlargement_km,
+            umbra_radius_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, narrowing) + enlargement_km,
+            penumbra_radius_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, widening) + enlargement_km,
         }
     }
 

@@ -237,7 +237,8 @@ impl MoonConjunction {
             moon_km.dot(normal) - support_km(normal)
         };
         // The plane beyond which the moon is farthest. The flattening rotates its normal away from `perpendicular`, near the boundary by less than 0.3 radians.
-        beyond_plane_km(minimum(-0.3, 0.3, 1e-5, |angle| -beyond_plane_km(angle)))
+        let (max_angle, tolerance) = (0.3, 1e-5);
+        beyond_plane_km(minimum(-max_angle, max_angle, tolerance, |angle| -beyond_plane_km(angle)))
     }
 
     /// When the Earth's centre sees what happens at `s`: in an eclipse the event at the moon, else that at the planet.

@@ -29,6 +29,9 @@ const HALF_SPAN_S: f64 = 8.0 * 3600.0;
 /// Time between samples of a passage. Near greatest elongation one moon may pass another twice within hours; small steps find the contacts of this passage, not
 /// of the other one.
 const CONTACT_STEP_S: f64 = 60.0;
+/// Directions of a search in time.
+const BACKWARD: f64 = -1.0;
+const FORWARD: f64 = 1.0;
 
 /// Events whose greatest phase is in `from..to`. Moons that the catalog lacks are left out.
 ///
@@ -169,8 +172,8 @@ impl<'a> MutualConjunction<'a> {
         offset.offset_km * offset.observer_distance_km / near_to_observer_km - radius_km - far_radius_km
     }
 
-    /// The last instant before `inside_s` (`direction` -1), or the first one after it (1), at which the farther moon touches the region from outside. At
-    /// `inside_s` a part of the moon is inside the region.
+    /// The last instant before `inside_s` (`direction` [`BACKWARD`]), or the first one after it ([`FORWARD`]), at which the farther moon touches the region
+    /// from outside. At `inside_s` a part of the moon is inside the region.
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let distance_km = |s: f64| self.distance_outside_km(s, region);
         let mut last_inside_s = inside_s;
@@ -206,7 +209,7 @@ impl<'a> MutualConjunction<'a> {
             return Ok(None);
         }
         // Between the first and the last contact the moons may pass twice: the nearer passage is the greatest phase.
-        let (begin_s, end_s) = (self.exit_s(conjunction_s, -1.0, outermost), self.exit_s(conjunction_s, 1.0, outermost));
+        let (begin_s, end_s) = (self.exit_s(conjunction_s, BACKWARD, outermost), self.exit_s(conjunction_s, FORWARD, outermost));
         let at = |k: i32| begin_s + f64::from(k) * CONTACT_STEP_S;
         let samples = ((end_s - begin_s) / CONTACT_STEP_S).ceil() as i32;
         let nearest = (0..=samples).min_by(|a, b| offset_km(at(*a)).total_cmp(&offset_km(at(*b)))).unwrap_or(0);
@@ -214,8 +217,8 @@ impl<'a> MutualConjunction<'a> {
         let mut contacts = Vec::new();
         for &(first, last, region) in limits {
             if self.distance_outside_km(greatest_s, region) < 0.0 {
-                contacts.push((first, reception_of(self.exit_s(greatest_s, -1.0, region))?));
-                contacts.push((last, reception_of(self.exit_s(greatest_s, 1.0, region))?));
+                contacts.push((first, reception_of(self.exit_s(greatest_s, BACKWARD, region))?));
+                contacts.push((last, reception_of(self.exit_s(greatest_s, FORWARD, region))?));
             }
         }
         sort_by_time(&mut contacts);

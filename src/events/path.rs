@@ -159,7 +159,8 @@ mod tests {
     fn the_bearing_to_a_destination_is_the_bearing_it_was_computed_from() {
         for (lat, lon) in [(0.0, 0.0), (60.0, 179.0), (-45.0, -100.0)] {
             for bearing_deg in [10.0_f64, 100.0, 200.0, 300.0] {
-                let reached = destination(place(lat, lon), bearing_deg.to_radians(), 3.0);
+                let distance_deg = 3.0;
+                let reached = destination(place(lat, lon), bearing_deg.to_radians(), distance_deg);
                 let back = bearing_rad(place(lat, lon), reached).to_degrees().rem_euclid(360.0);
                 assert!((back - bearing_deg).abs() < 1e-9, "{lat} {lon} {bearing_deg}: {back}");
             }

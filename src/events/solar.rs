@@ -181,8 +181,8 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzy
     }
     // First and last contact of the Earth with a cone. `gap`: distance between the cone and the spheroid by time.
     let contacts_of = |gap: &dyn Fn(f64) -> f64| {
-        let contact_s = |sign: f64| zero_crossing(greatest_s, greatest_s + sign * SHADOW_SEARCH_S, gap);
-        (contact_s(-1.0), contact_s(1.0))
+        let contact_s = |search_s: f64| zero_crossing(greatest_s, greatest_s + search_s, gap);
+        (contact_s(-SHADOW_SEARCH_S), contact_s(SHADOW_SEARCH_S))
     };
     let penumbra_contacts_s = contacts_of(&|s| geometry.penumbra_gap_km(s));
     let umbra_contacts_s = (geometry.umbra_gap_km(greatest_s) < 0.0).then(|| contacts_of(&|s| geometry.umbra_gap_km(s)));

@@ -126,10 +126,10 @@ impl PlanetConjunction {
         if outer_gap_rad(greatest_s) >= 0.0 {
             return None;
         }
-        let contact = |sign: f64, gap_rad: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_SPAN_S, gap_rad));
-        let mut contacts = vec![("I", contact(-1.0, &outer_gap_rad)), ("IV", contact(1.0, &outer_gap_rad))];
+        let contact = |outside_s: f64, gap_rad: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, outside_s, gap_rad));
+        let mut contacts = vec![("I", contact(-HALF_SPAN_S, &outer_gap_rad)), ("IV", contact(HALF_SPAN_S, &outer_gap_rad))];
         if inner_gap_rad(greatest_s) < 0.0 {
-            contacts.splice(1..1, [("II", contact(-1.0, &inner_gap_rad)), ("III", contact(1.0, &inner_gap_rad))]);
+            contacts.splice(1..1, [("II", contact(-HALF_SPAN_S, &inner_gap_rad)), ("III", contact(HALF_SPAN_S, &inner_gap_rad))]);
         }
         let (sun_radius, planet_radius) = self.angular_radii_rad(greatest_s);
         // Positive if the planet is north of the Sun's centre.

@@ -220,7 +220,7 @@ impl GroundLineBuilder<'_, '_> {
                     self.draw_circle(&Circle::of_latitude(latitude_on_sphere.sin()), [0.0, TAU], &opacity, GRID_COLOUR)
                 }
                 GridLineKind::Parallel => {
-                    // It begins on the far side, so that the visible part is in one piece.
+                    // It begins on the far side, so that the visible part is in one piece. The opacity is the same at every parameter.
                     let far_side_rad = (-camera_position.y).atan2(-camera_position.x);
                     self.draw_line(&triaxial_parallel(line.coordinate_deg, radii_km, far_side_rad), opacity(0.0), GRID_COLOUR)
                 }
@@ -284,7 +284,8 @@ mod tests {
     fn the_grid_of_a_triaxial_body_has_its_latitudes_and_longitudes() {
         let (mut from_circle_deg, mut from_sphere_deg) = (0.0_f64, 0.0_f64);
         for coordinate_deg in [-80.0, -45.0, -10.0, 0.0, 30.0, 60.0] {
-            let parallel = triaxial_parallel(coordinate_deg, AMALTHEA_KM, 0.4);
+            let first_angle_rad = 0.4;
+            let parallel = triaxial_parallel(coordinate_deg, AMALTHEA_KM, first_angle_rad);
             for k in 0..4 * PARALLEL_POINTS {
                 let [latitude_deg, _] = place_deg(curve_point(&parallel, 0.25 * f64::from(k)), AMALTHEA_KM);
                 // The curve between the points is cubic.

@@ -159,13 +159,16 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
 mod tests {
     use super::*;
 
+    /// Merge distances, in units of the unit sphere's radius.
+    const NO_MERGING: f64 = 0.0;
+    const MERGE_DISTANCE: f64 = 1e-3;
     const EARTH_RADII_KM: DVec3 = DVec3::new(6378.137, 6378.137, 6356.752);
 
     /// Between vertices a line is straight in longitude and latitude, also across the antimeridian.
     #[test]
     fn a_line_is_straight_in_longitude_and_latitude() {
         for (vertices, middle) in [([[49.0, -123.0], [49.0, -95.0]], [49.0, -109.0]), ([[10.0, 179.0], [20.0, -179.0]], [15.0, 180.0])] {
-            let path = Path::of(&vertices, EARTH_RADII_KM, 0.0);
+            let path = Path::of(&vertices, EARTH_RADII_KM, NO_MERGING);
             let last = path.vertices.last().expect("a vertex").parameter;
             let found = path.at(0.5 * last);
             let expected = on_unit_sphere(EARTH_RADII_KM, DVec2::from_array(middle).map(f64::to_radians));
@@ -181,7 +184,7 @@ mod tests {
     #[test]
     fn a_line_of_a_whole_turn_is_a_parallel() {
         let length_deg = |vertices: &[[f64; 2]]| {
-            let path = Path::of(vertices, EARTH_RADII_KM, 1e-3);
+            let path = Path::of(vertices, EARTH_RADII_KM, MERGE_DISTANCE);
             path.vertices.last().expect("a vertex").parameter.to_degrees()
         };
         assert!((length_deg(&[[66.56, -180.0], [66.56, 180.0]]) - 360.0).abs() < 1e-6);
@@ -192,7 +195,7 @@ mod tests {
     #[test]
     fn lines_end_at_the_limb() {
         let vertices = [[60.0, -170.0], [-40.0, -20.0], [0.0, 40.0], [80.0, 170.0]];
-        let path = Path::of(&vertices, EARTH_RADII_KM, 0.0);
+        let path = Path::of(&vertices, EARTH_RADII_KM, NO_MERGING);
         let last = path.vertices.last().expect("a vertex").parameter;
         for camera in [DVec3::new(3.0, 0.4, 0.2), DVec3::new(-0.3, 1.02, 0.1), DVec3::new(0.1, 0.2, 40.0)] {
             let parts = path.visible_parts(camera);
@@ -210,7 +213,7 @@ mod tests {
     #[test]
     fn close_vertices_are_merged() {
         let vertices: Vec<[f64; 2]> = (0..=10_000).map(|k| [0.0, f64::from(k) * 1e-4]).collect();
-        let path = Path::of(&vertices, EARTH_RADII_KM, 1e-3);
+        let path = Path::of(&vertices, EARTH_RADII_KM, MERGE_DISTANCE);
         // The line is one degree long: 17.5 merge distances.
         assert!((10..25).contains(&path.vertices.len()), "{}", path.vertices.len());
         assert!(path.vertices.last().expect("a vertex").lat_lon.distance(DVec2::new(0.0, 1_f64.to_radians())) < 1e-12);

@@ -129,6 +129,7 @@ mod tests {
     use super::*;
 
     const GLYPH_PX: f64 = 13.0;
+    const NORTH_UP_DEG: f64 = 0.0;
 
     fn instrument(field: FieldOfView, position_angle_deg: f64) -> Instrument {
         Instrument { name: "own".into(), field_of_view: field, position_angle_deg }
@@ -142,7 +143,7 @@ mod tests {
         let ray = |end: glam::Vec3| camera.ray(DVec2::new(f64::from(end.x), f64::from(end.y))).normalize();
         let target = DVec3::new(1.0, 0.05, 0.03).normalize();
         for diameter_deg in [1.0, 6.5, 20.0] {
-            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, Some(target), GLYPH_PX);
+            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, NORTH_UP_DEG)], &camera, Some(target), GLYPH_PX);
             assert!(found.decisions[0].on && found.texts.len() == 1, "{:?}", found.decisions);
             for segment in &found.segments {
                 let errors_deg = segment.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
@@ -169,7 +170,8 @@ mod tests {
     fn fields_too_small_or_larger_than_the_image_have_no_frame() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 30.0, 800, 600);
         for diameter_deg in [0.01, 100.0] {
-            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, None, GLYPH_PX);
+            let no_target = None;
+            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, NORTH_UP_DEG)], &camera, no_target, GLYPH_PX);
             assert!(found.segments.is_empty() && !found.decisions[0].on, "{diameter_deg}");
             assert!(found.decisions[0].reason.to_string().contains("1 too small or wider than the image"));
         }

@@ -100,7 +100,8 @@ mod tests {
             name("Taurus", 399.0, 100.0),
         ];
         let glyph_px = 13.0;
-        let layer = place_texts(candidates, None, glyph_px, image);
+        let no_labels = None;
+        let layer = place_texts(candidates, no_labels, glyph_px, image);
         let names: Vec<&str> = layer.texts.iter().map(|t| t.text.as_str()).collect();
         // There is no room for the coordinate below Orion or for the second Orion, and Taurus would be cut off.
         assert_eq!(names, ["Orion", "+20°"]);

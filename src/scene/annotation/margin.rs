@@ -352,7 +352,8 @@ mod tests {
         for (fov_deg, text, deg) in [(20.0, "5°", 5.0), (100.0, "30°", 30.0), (120.0, "45°", 45.0), (160.0, "90°", 90.0)] {
             let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, fov_deg, 1500, 1000);
             let mut margin = Margin::default();
-            margin.scale_bar(&camera, None, TextLanguage::English, &metrics);
+            let no_target = None;
+            margin.scale_bar(&camera, no_target, TextLanguage::English, &metrics);
             let bar = margin.bars[0].rect;
             let length = bar.max.x - bar.min.x;
             let spanned_deg = 2.0 * (0.5 * length * camera.pixel_tangent()).atan().to_degrees();

@@ -9,7 +9,8 @@ use crate::catalog::stars::StarCatalog;
 use crate::ephemeris::apparent::aberrated;
 use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{
-    Cap, GridLine, GridLineKind, MIN_LABELLED_OPACITY, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg, signed_angle_text,
+    ANY_LATITUDE_DEG, Cap, GridLine, GridLineKind, MIN_LABELLED_OPACITY, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg,
+    signed_angle_text,
 };
 use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::strokes::{Curve, LineSegment, Polyline, segments, split_into_quarter_turns, tolerance_factor_at_corners};
@@ -146,7 +147,7 @@ impl SkyLineBuilder<'_> {
         let coordinate_deg = line.coordinate_deg;
         match line.kind {
             GridLineKind::Parallel => {
-                let opacity = line.opacity(0.0, pixel_deg);
+                let opacity = line.opacity(ANY_LATITUDE_DEG, pixel_deg);
                 let derivative_bound = DERIVATIVE_BOUND * coordinate_deg.to_radians().cos() + 1e-9;
                 // Starts opposite the middle of the image, so that no end is visible.
                 let from = (cap.longitude_deg + 180.0).to_radians();
@@ -174,7 +175,7 @@ impl SkyLineBuilder<'_> {
             GridLineKind::Meridian => 2.0 * half_size.y - px.y,
         };
         let opacity_at = |parameter: f64| match line.kind {
-            GridLineKind::Parallel => line.opacity(0.0, pixel_deg),
+            GridLineKind::Parallel => line.opacity(ANY_LATITUDE_DEG, pixel_deg),
             GridLineKind::Meridian => line.opacity(parameter.to_degrees(), pixel_deg),
         };
         let ends_px = ends.map(|end| (pixel(end.position), end.parameter));

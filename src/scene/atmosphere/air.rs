@@ -374,7 +374,8 @@ mod tests {
         let catalog = Catalog::embedded();
         let thick = catalog.bodies().iter().filter(|b| b.atmosphere.as_ref().is_some_and(is_thick)).map(|b| b.name.as_str());
         assert_eq!(thick.collect::<Vec<_>>(), ["Mars", "Titan"]);
-        let model_of = |quality, in_drafts| model(None, quality, in_drafts).0;
+        let not_requested = None;
+        let model_of = |quality, in_drafts| model(not_requested, quality, in_drafts).0;
         for in_drafts in [None, Some(TableInDrafts::Near), Some(TableInDrafts::Thick)] {
             let expected = if in_drafts.is_some() { AtmosphereModel::Table } else { AtmosphereModel::Pixel8 };
             assert_eq!(model_of(Quality::Draft, in_drafts), expected);
@@ -419,9 +420,10 @@ mod tests {
     fn every_atmosphere_of_the_catalog_has_valid_uniforms() {
         let catalog = Catalog::embedded();
         for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
-            let a = uniforms(body, 1.0);
+            let (ground_scale, raised_floor_scale) = (1.0, 1.002);
+            let a = uniforms(body, ground_scale);
             // Above a raised floor there is less air, and its top is nearer.
-            let above = uniforms(body, 1.002);
+            let above = uniforms(body, raised_floor_scale);
             assert!(
                 above.top_radius_sq_minus_1 < a.top_radius_sq_minus_1
                     && above.rayleigh_scattering.max_element() <= a.rayleigh_scattering.max_element(),

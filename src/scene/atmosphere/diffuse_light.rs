@@ -108,7 +108,9 @@ impl<'a> DiffuseLight<'a> {
     /// The row of `next_order` of a node: along its ray, where the light comes from and how much of it is scattered into the ray.
     fn sources_of(&self, node: usize, phase_means: &[Vec<DVec3>]) -> Vec<DVec3> {
         let (sphere, species) = (self.sphere, &self.sphere.air.species);
-        let along = direction(self.streams[node % STREAMS].cosine, 0.0);
+        // The streams are averages over azimuths, so any azimuth will do.
+        let azimuth_rad = 0.0;
+        let along = direction(self.streams[node % STREAMS].cosine, azimuth_rad);
         // For each species: the scattering into the ray, by the level and the zenith angle at which it happens.
         let mut scattered = vec![DVec3::ZERO; species.len() * NODES];
         let ground = sphere.follow(self.start(node / STREAMS), along, STEPS, |p, transmitted_km| {
@@ -206,9 +208,10 @@ impl<'a> DiffuseLight<'a> {
 /// light of a stream is scattered into some stream; otherwise the narrow peak of a forward-scattering aerosol would be lost between the streams' angles.
 fn phase_means(phase: crate::catalog::PhaseFunction, streams: &[Stream; STREAMS]) -> Vec<DVec3> {
     let mean = |to: &Stream, from: &Stream| {
+        let to_azimuth_rad = 0.0;
         let at = |k: u32| {
-            let azimuth_rad = PI * (f64::from(k) + 0.5) / f64::from(PHASE_AZIMUTHS);
-            phase::per_steradian(phase, direction(to.cosine, 0.0).dot(direction(from.cosine, azimuth_rad)))
+            let from_azimuth_rad = PI * (f64::from(k) + 0.5) / f64::from(PHASE_AZIMUTHS);
+            phase::per_steradian(phase, direction(to.cosine, to_azimuth_rad).dot(direction(from.cosine, from_azimuth_rad)))
         };
         4.0 * PI * (0..PHASE_AZIMUTHS).map(at).sum::<DVec3>() / f64::from(PHASE_AZIMUTHS)
     };

@@ -317,7 +317,9 @@ impl AirAndGround<'_> {
                 rescattered.add(path_km, scattered * weight);
             });
             if let Some((path_km, transmittance)) = ground {
-                second.add(path_km, transmittance * self.ground_albedo * self.sunlight(0.0, sun_cosine) * (weight * sun_cosine / PI));
+                let ground_height_km = 0.0;
+                let sunlight = self.sunlight(ground_height_km, sun_cosine);
+                second.add(path_km, transmittance * self.ground_albedo * sunlight * (weight * sun_cosine / PI));
             }
         }
         (second, rescattered)

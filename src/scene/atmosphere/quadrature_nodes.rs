@@ -124,12 +124,14 @@ pub(crate) fn nodes(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
 
 /// Number of coefficients of the polynomial in mu / (mu + MULTI_SCATTER_BEND) that approximates the multiple-scattering table at a height.
 pub(crate) const COEFFICIENTS: usize = MULTI_SCATTER_COEFFICIENTS;
+/// The cosine of the zenith angle of a Sun in the zenith.
+const ZENITH_COSINE: f64 = 1.0;
 /// Number of zenith cosines at which the polynomial is fitted.
 const FIT_POINTS: usize = 48;
 
 /// The polynomials at the heights of `count` nodes: least-squares fits of the table's square roots, for a Sun from the horizon to the zenith.
 pub(crate) fn multi_scatter(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
-    let column_coordinate = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * multi_scatter_table::column_coordinate(1.0);
+    let column_coordinate = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * multi_scatter_table::column_coordinate(ZENITH_COSINE);
     let mut all = Vec::with_capacity(COEFFICIENTS * count);
     let placement = NodePlacement::of(air, count);
     for (x, _) in &placement.nodes {
@@ -181,9 +183,10 @@ mod tests {
         for name in ["Earth", "Mars", "Titan", "Venus"] {
             let body = catalog.bodies().iter().find(|b| b.name == name).expect(name);
             let table = multi_scatter_table::table(body).expect("air");
+            let ground_scale = 1.0;
             let air = AtmosphereUniforms {
                 multi_scatter: std::sync::Arc::new(table.clone()),
-                ..crate::scene::atmosphere::air::uniforms(body, 1.0)
+                ..crate::scene::atmosphere::air::uniforms(body, ground_scale)
             };
             let fits = multi_scatter(&air, 8);
             assert_eq!(fits.len(), 8 * COEFFICIENTS);
@@ -192,7 +195,7 @@ mod tests {
             for (k, (x, _)) in placement.nodes.iter().enumerate() {
                 let height_fraction = placement.table_height_fraction(*x, &air).clamp(0.0, 1.0);
                 for step in 0..=20 {
-                    let coordinate = f64::from(step) / 20.0 * multi_scatter_table::column_coordinate(1.0);
+                    let coordinate = f64::from(step) / 20.0 * multi_scatter_table::column_coordinate(ZENITH_COSINE);
                     let root: DVec3 =
                         (0..COEFFICIENTS).map(|p| fits[COEFFICIENTS * k + p].truncate().as_dvec3() * coordinate.powi(p as i32)).sum();
                     let exact = multi_scatter_table::root_between(&table, height_fraction, coordinate);

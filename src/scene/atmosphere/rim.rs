@@ -25,6 +25,7 @@ const MAX_AVERAGED_RIM_PX: f64 = 2.0;
 const MIN_AVERAGED_LIGHT_RATIO: f64 = 0.1;
 /// Height of the bright part of a rim, in scale heights.
 const BRIGHT_SCALE_HEIGHTS: f64 = 4.0;
+const GROUND_HEIGHT_KM: f64 = 0.0;
 /// Number of equal steps of height in which the light of the rim is summed.
 const HEIGHT_STEPS: usize = 64;
 /// Ratio of all light that the rim scatters to the light scattered once, for a rim that is opaque along the limb where it is bright. The Earth's is 1.8.
@@ -118,7 +119,7 @@ pub(crate) fn continues_disc(body: &Body, air: &Atmosphere) -> bool {
 fn light_if_continued(air: &Atmosphere, radius_km: f64) -> f64 {
     let step_km = air.top_km / HEIGHT_STEPS as f64;
     let opaque_km = (0..HEIGHT_STEPS).map(|k| opacity_along_limb(air, radius_km, (k as f64 + 0.5) * step_km)).sum::<f64>() * step_km;
-    2.0 * opaque_km / (opacity_along_limb(air, radius_km, 0.0).max(1e-12) * PI * radius_km)
+    2.0 * opaque_km / (opacity_along_limb(air, radius_km, GROUND_HEIGHT_KM).max(1e-12) * PI * radius_km)
 }
 
 /// Light of the part of a body's rim that continues the disc's colour, relative to that of a disc with the radiance of ground under a Sun in the zenith, and
@@ -126,7 +127,7 @@ fn light_if_continued(air: &Atmosphere, radius_km: f64) -> f64 {
 pub(crate) fn continued_light(body: &Body) -> f64 {
     let Some(air) = body.atmosphere.as_ref().filter(|air| continues_disc(body, air)) else { return 0.0 };
     let radius_km = body.radii_km.max_element();
-    let part = continued_part(opacity_along_limb(air, radius_km, 0.0));
+    let part = continued_part(opacity_along_limb(air, radius_km, GROUND_HEIGHT_KM));
     if part > 0.0 { part * light_if_continued(air, radius_km) } else { 0.0 }
 }
 
@@ -158,7 +159,7 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_di
     }
     let model_disc = photometry::model_geometric_albedo(&body.photometry)[0] * photometry::model_phase(&body.photometry, phase_angle_rad);
     let continued = phase_angle_rad.sin() * light_if_continued(air, radius_km) / model_disc.max(1e-12);
-    scattered + (continued - scattered) * continued_part(opacity_along_limb(air, radius_km, 0.0))
+    scattered + (continued - scattered) * continued_part(opacity_along_limb(air, radius_km, GROUND_HEIGHT_KM))
 }
 
 #[cfg(test)]
@@ -182,11 +183,14 @@ mod tests {
             }
         }
         // Drawn in 2048 pixels, the rim of Venus has 0.72 of the light of its disc at 173.4 degrees, whose thin crescent the rim continues.
-        let venus = rim(&catalog, "Venus", true, 48.0, 173.4).light_ratio;
+        let continues_disc = true;
+        let (diameter_px, phase_deg) = (48.0, 173.4);
+        let venus = rim(&catalog, "Venus", continues_disc, diameter_px, phase_deg).light_ratio;
         assert!((0.5..1.0).contains(&venus), "{venus}");
         // The limb of a full disc is dark, and so is the rim that continues it.
         for name in ["Jupiter", "Saturn", "Uranus", "Neptune"] {
-            let full = rim(&catalog, name, true, 40.0, 5.0);
+            let (diameter_px, phase_deg) = (40.0, 5.0);
+            let full = rim(&catalog, name, continues_disc, diameter_px, phase_deg);
             assert!(full.is_negligible() && full.light_ratio > 1e-5, "{name}: {full:?}");
         }
         // Height decides from half a pixel on, and light below it.

@@ -254,15 +254,11 @@ mod tests {
             ImageGeometry::Sphere(SphereImage { right, up, forward, projection, half_fov_rad: 1.5, width: 90, height: 60 })
         };
         // A frame of 90 pixels, whose right half is the left eye's image.
-        let pair = |is_side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, is_side_by_side });
-        for geometry in [
-            ImageGeometry::Perspective,
-            sphere(Projection::Fisheye),
-            sphere(Projection::Equirectangular),
-            pair(true),
-            pair(false),
-            warped(),
-        ] {
+        let [side_by_side, overlaid] =
+            [true, false].map(|is_side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, is_side_by_side }));
+        for geometry in
+            [ImageGeometry::Perspective, sphere(Projection::Fisheye), sphere(Projection::Equirectangular), side_by_side, overlaid, warped()]
+        {
             // The fisheye's circle has the fewest: pi 30^2 of 5400 pixels.
             let mut seen = 0;
             for (x, y) in (0..90).flat_map(|x| (0..60).map(move |y| (x, y))) {
