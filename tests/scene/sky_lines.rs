@@ -23,7 +23,7 @@ const FIELDS_DEG: [f64; 7] = [1.0 / 60.0, 0.2, 2.0, 20.0, 60.0, 120.0, 170.0];
 
 fn only(layer: &str) -> Layers {
     let mut layers = Layers::NONE;
-    *layers.by_name(layer).expect("a layer") = true;
+    *layers.switch_by_name(layer).expect("a layer") = true;
     layers
 }
 

@@ -16,7 +16,7 @@ use crate::scene::camera::Camera;
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::error::SceneError;
-use crate::scene::request::composition::{FISHEYE_DEG, FISHEYE_RANGE_DEG};
+use crate::scene::request::composition::{DEFAULT_FISHEYE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::effects::Effect;
 use crate::scene::request::layers::Layers;
 use crate::scene::request::view_request::{MAX_IMAGE_PX, ViewRequest};
@@ -109,7 +109,7 @@ pub(super) fn frames(
     without_composition: ViewRequest,
 ) -> Result<CompositeFrames, SceneError> {
     let composition = &request.composition;
-    let fov_deg = request.fov_deg.unwrap_or(FISHEYE_DEG);
+    let fov_deg = request.fov_deg.unwrap_or(DEFAULT_FISHEYE_DEG);
     if composition.projection == Projection::Fisheye && !FISHEYE_RANGE_DEG.contains(&fov_deg) {
         return Err(SceneError::Request(format!("field of view {fov_deg}: a fisheye shows 1 to 360 degrees")));
     }

@@ -131,7 +131,7 @@ impl Globe {
                 let north = pole * cos_latitude - outward * sin_latitude;
                 let normal = (unit_point / self.axes).normalize();
                 let light = normal.dot(sun).max(0.0) * unit_point.dot(to_viewer).max(0.0) * cos_latitude;
-                let cell = [east * (cell_width_rad * cos_latitude), north * cell_height_rad].map(|side| side * self.axes);
+                let cell = [east * (cell_width_rad * cos_latitude), north * cell_height_rad].map(|edge| edge * self.axes);
                 if light == 0.0 {
                     continue;
                 }
