@@ -39,8 +39,9 @@ impl ChebyshevCache {
         let middle_s = (2.0 * interval_index + 1.0) * half_interval_s;
         let fit = || Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * half_interval_s)));
         let coefficients = self.intervals.get(target, interval_index as i64, fit);
-        let [x, y, z] = coefficients.each_ref().map(|c| chebyshev::value_and_slope(c, (tdb_s - middle_s) / half_interval_s));
-        State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s: DVec3::new(x.1, y.1, z.1) / half_interval_s }
+        let u = (tdb_s - middle_s) / half_interval_s;
+        let [(x, x_slope), (y, y_slope), (z, z_slope)] = coefficients.each_ref().map(|c| chebyshev::value_and_slope(c, u));
+        State { pos_km: DVec3::new(x, y, z), vel_km_s: DVec3::new(x_slope, y_slope, z_slope) / half_interval_s }
     }
 }
 

@@ -132,7 +132,8 @@ impl ObserverSky<'_> {
         let icrf_from_body = self.ephemeris.body_from_icrf(ground.id, t)?.transpose();
         let centre_km = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
         let viewer_km = centre_km + icrf_from_body * point;
-        let to_target = self.ephemeris.light_time_position(target, viewer_km, t)?.0 - viewer_km;
+        let (target_km, _) = self.ephemeris.light_time_position(target, viewer_km, t)?;
+        let to_target = target_km - viewer_km;
         let distance_km = to_target.length();
         let direction = to_target / distance_km;
         // The direction in the axes of the body that the place is on, like `normal`.

@@ -297,15 +297,16 @@ mod tests {
     #[test]
     fn levels_are_those_of_the_decoder_and_are_read_one_by_one() {
         for map in [("iapetus.jpg", COLOUR), ("mars_normal.jpg", NORMALS), ("earth_water.jpg", COLOUR), ("jupiter.jpg", COLOUR)] {
+            let (name, decoding) = map;
             let cache = tempfile::tempdir().expect("a folder");
-            let decoded = MapStore::new(None).get_decoded(map.0, map.1).expect("a map");
+            let decoded = MapStore::new(None).get_decoded(name, decoding).expect("a map");
             let first = read(cache.path(), map);
-            assert!(*first == *decoded && in_memory(&first).len() == decoded.levels.len(), "{}", map.0);
+            assert!(*first == *decoded && in_memory(&first).len() == decoded.levels.len(), "{name}");
             let second = read(cache.path(), map);
-            assert!(in_memory(&second).is_empty(), "{}", map.0);
+            assert!(in_memory(&second).is_empty(), "{name}");
             assert!(second.levels[2] == decoded.levels[2]);
-            assert_eq!(in_memory(&second), [2], "{}", map.0);
-            assert!(*second == *decoded, "{}", map.0);
+            assert_eq!(in_memory(&second), [2], "{name}");
+            assert!(*second == *decoded, "{name}");
             assert_eq!(files(cache.path()).len(), 1);
         }
     }

@@ -136,7 +136,10 @@ impl Instant {
                 let uncounted_s = if s > 0.0 { 1.0 } else { 0.0 };
                 Self::from_utc_seconds(midnight_s + into_leap_s + s - uncounted_s)
             }
-            _ => Self::from_utc_seconds(self.utc_seconds().0 + s),
+            _ => {
+                let (utc_s, _) = self.utc_seconds();
+                Self::from_utc_seconds(utc_s + s)
+            }
         }
     }
 
