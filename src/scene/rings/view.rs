@@ -275,8 +275,9 @@ impl<'a> RingView<'a> {
         let penumbra_width = 2.0 * self.sun_tangent(sun_radius_km) * outer;
         let offset_px = oblateness_offset.max(penumbra_width) * self.pixels_per_radius();
         let model = if offset_px > MAX_EDGE_ERROR_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
-        let reason = reason!("body-shadow-axis", radii = format_args!("{shadow_distance:.3}"), limit = format_args!("{penumbra_radius:.3}"))
-            .and(reason!("body-shadow-edges", size = format_args!("{offset_px:.1}")));
+        let reason =
+            reason!("body-shadow-axis", radii = format_args!("{shadow_distance:.3}"), limit = format_args!("{penumbra_radius:.3}"))
+                .and(reason!("body-shadow-edges", size = format_args!("{offset_px:.1}")));
         (ThresholdCheck { on: shadow_distance <= penumbra_radius, reason }, model)
     }
 
