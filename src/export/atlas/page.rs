@@ -1,5 +1,7 @@
-//! The pages of the atlas as HTML. Names, figures and links are plain text and need no script; `atlas.js` assembles the
-//! source.
+//! The pages of the atlas as HTML.
+//!
+//! In: the modules as the manifest lists them; for the page of a module also its runs of lines and its neighbours. Out: the text of a page. Names, figures and
+//! links are plain text and need no script; `atlas.js` assembles the source.
 
 use super::{IMAGE_SIDE_PX, ListedModule};
 use std::fmt::Write;
