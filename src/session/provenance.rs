@@ -297,7 +297,7 @@ impl Session {
             digests.insert("data".into(), hex_digest(layers.iter().map(|l| layer_text(l).into_bytes())));
         }
         digests.insert("shaders".into(), self.library.generator_digest().to_string());
-        let precision = if self.sources.double_precision { " in f64" } else { "" };
+        let precision = if self.sources.uses_f64 { " in f64" } else { "" };
         digests.insert("renderer".into(), format!("{}{precision}", self.devices.preference().name()));
         Provenance::new(&self.catalog, request, &digests)
     }
@@ -313,11 +313,11 @@ mod tests {
     #[test]
     fn the_provenance_contains_the_precision() {
         let request = ViewRequest::of(NaifId::MOON, Instant::parse("2024-04-08T18:17:16Z").expect("a time"));
-        let [single, double] = [false, true].map(|double_precision| {
+        let [single, double] = [false, true].map(|uses_f64| {
             let cache = tempfile::tempdir().expect("a folder");
             let sources = Sources {
                 renderer: RendererPreference::Software,
-                double_precision,
+                uses_f64,
                 cache: Some(cache.path().to_owned()),
                 threads: Some(1),
                 ..Sources::default()

@@ -102,6 +102,7 @@ impl WarpedGeometry {
     }
 }
 
+/// A size in whole pixels as a vector.
 fn size([width, height]: [u32; 2]) -> DVec2 {
     DVec2::new(f64::from(width), f64::from(height))
 }
