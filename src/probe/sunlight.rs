@@ -2,8 +2,8 @@
 //! side) or its rings keep sunlight from the point. Every body of the catalog counts, however little it blocks: in a transit of Mercury 3e-5.
 //!
 //! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
-//! `by`. `fraction` uses one law of limb darkening for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It is the
-//! green channel; with one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the fraction that each
+//! `by`. `fraction` is the green channel; it uses one law of limb darkening for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query
+//! gives others. With one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the fraction that each
 //! body alone blocks, in green. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
 
 use super::batch::{BoundProbeModule, MAP_TAPS, ProbeInputs};

@@ -8,8 +8,8 @@
 //! the Sun (`light::glare`). It widens with brightness and contains at most 30 % of the light. shaders/entry/point.wesl draws the spread with the
 //! constants of this module. The glare's profile is chosen to look like stars on photographs; it is not measured.
 //!
-//! Glare belongs to eye and lens, not to points: a disc brighter than white has it, too, while the disc is small enough to be seen as a light rather than as a
-//! surface. It shrinks while the disc grows, and is gone at [`NO_GLARE_FROM_PX`]. Which discs have glare: `light::disc_glare`.
+//! Glare belongs to eye and lens, not to points: a disc brighter than white has glare, too, while the disc is small enough to be seen as a light rather than
+//! as a surface. This glare shrinks while the disc grows, and is gone at [`NO_GLARE_FROM_PX`]. Which discs have glare: `light::disc_glare`.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{self, Camera};

@@ -43,8 +43,8 @@ fn min_pixel_width(camera: &Camera, placement: &camera::Placement, body: &Body) 
 }
 
 /// The factor on the colour of a draw that shows a body's light times `light_factor`; both factors are linear RGB. For a body that shines by itself the result
-/// is `light_factor`. For others it is 1: the lights that fall on them are dimmed instead. This also dims the glint and the light scattered by air, which do
-/// not depend on the colour.
+/// is `light_factor`. For others it is 1: the lights that fall on them are dimmed instead. Dimmed lights also dim the glint and the light scattered by
+/// air, which do not depend on the colour.
 pub(crate) fn colour_factor(body: &Body, light_factor: DVec3) -> DVec3 {
     if matches!(body.photometry, Photometry::Emissive { .. }) { light_factor } else { DVec3::ONE }
 }

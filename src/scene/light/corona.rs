@@ -147,8 +147,8 @@ fn diameter_px(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
     2.0 * sun.body.radii_km.x / sun.distance_km / camera.pixel_tangent()
 }
 
-/// Weight of the corona for the light meter: 0 where [`corona`] leaves it out at any exposure. So that the exposure does not jump, it grows from 0
-/// to 1 between [`MIN_SUN_PX`] and twice that diameter. Where the glare decides, the corona's contrast is so low that its weight needs no transition.
+/// Weight of the corona for the light meter: 0 where [`corona`] leaves it out at any exposure. So that the exposure does not jump, the weight grows
+/// from 0 to 1 between [`MIN_SUN_PX`] and twice that diameter. Where the glare decides, the corona's contrast is so low that its weight needs no transition.
 pub(crate) fn meter_weight(request: &ViewRequest, camera: &Camera, sun: &PlacedBody<'_>, glare: Option<&VeilingGlare>) -> f64 {
     match request.effects.override_of_body(sun.body, Effect::Corona) {
         Some(on) => f64::from(u8::from(on)),

@@ -40,7 +40,7 @@ fn part_without_haze(body: &Body, law: &PhaseLaw, alpha: f64) -> f64 {
 }
 
 /// Light of a rim that continues the ground's colour at a phase angle of 90 degrees, where the light of the ground is the photometric model's phase function;
-/// at other phase angles it is proportional to their sine. It is a sum over heights, so callers compute it once.
+/// at other phase angles it is proportional to their sine. The function sums over heights, so callers call it once.
 fn rim_of_model(body: &Body) -> f64 {
     rim::continued_light(body) / model_geometric_albedo(&body.photometry)[0].max(1e-12)
 }

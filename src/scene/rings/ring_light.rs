@@ -22,7 +22,7 @@ const AZIMUTHS: usize = 72;
 /// shadows mostly run across. The error of the fraction is at most 0.025 (test below); mostly it is below 0.005.
 const LUNE_COLUMNS: usize = 12;
 const LUNE_ROWS: usize = 48;
-/// Width of opaque rings, in equatorial radii and for both ways of the light together, below which rings count as transparent. They take at
+/// Width of opaque rings, in equatorial radii and for both ways of the light together, below which rings count as transparent. Such rings take at
 /// most 0.006 of the globe's light (Uranus; Neptune 0.0002, Jupiter less) at phase angles up to 175 degrees (test below).
 const MIN_BLOCKED_WIDTH: f64 = 0.015;
 /// Smallest extent in radius over which transmittance is averaged, equatorial radii: it keeps the division by the extent accurate.

@@ -303,8 +303,8 @@ impl RingShineGeometry<'_> {
         cache.shines.get(geometry.cache_key().collect(), || geometry.interpolate(cache).map(Arc::new))
     }
 
-    /// Interpolates between the tables of the knots below and above the Sun's elevation. Frames that span a year need few knots. This saves time, because
-    /// computing a table takes as long as drawing two frames.
+    /// Interpolates between the tables of the knots below and above the Sun's elevation. Frames that span a year need few knots. Interpolation saves time,
+    /// because computing a table takes as long as drawing two frames.
     fn interpolate(&self, cache: &RingShineCache) -> Option<RingShine> {
         let table_at_knot = |sin_elevation: f64| {
             // A Sun whose disc does not touch the plane is treated as a point.

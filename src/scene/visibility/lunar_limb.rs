@@ -25,7 +25,7 @@ use std::sync::Arc;
 const _: () = assert!(LIMB_POINTS == LIMB_COLUMNS * LIMB_ROWS);
 /// Smallest range of limb heights, in pixels, for which the profile is drawn.
 const MIN_SPAN_PX: f64 = 0.25;
-/// Largest sine of the limb's angle, which keeps the tangent finite. It is not reached: a profile exists only for cameras at least one radius above the
+/// Largest sine of the limb's angle, which keeps the tangent finite. The limit is not reached: a profile exists only for cameras at least one radius above the
 /// Moon, where the sine is at most about 0.5.
 const MAX_LIMB_SINE: f64 = 0.999;
 

@@ -23,8 +23,8 @@ use std::sync::Arc;
 const GROUND_TO_PLANET_CLOUD_HEIGHTS: (f64, f64) = (0.9, 1.0);
 
 /// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`). An estimate without
-/// a source, within a factor of 1.5 by day; in twilight it is less. It gives some 13 klx under a high Sun (the Sun itself gives 128 klx), and 4 klx for a Sun
-/// at 5 degrees.
+/// a source, within a factor of 1.5 by day; in twilight the ratio is smaller. The estimate gives some 13 klx under a high Sun (the Sun itself gives 128 klx),
+/// and 4 klx for a Sun at 5 degrees.
 const CLEAR_SKY_IRRADIANCE_PER_RADIANCE: f64 = 0.3;
 
 /// Steepest slope (rise over run) of the relief that the meter assumes on ground without air; smooth ground would have no light from a Sun below the horizon.

@@ -351,7 +351,7 @@ impl<'a> MeteredFrame<'_, 'a> {
 
     /// Samples the entire disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in photometric longitude and
     /// latitude (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the dark part separately, so that even the thinnest
-    /// crescent is sampled. It treats the viewer as infinitely far away; only [`lit_part_weight`] takes the distance into account.
+    /// crescent is sampled. The sum treats the viewer as infinitely far away; only [`lit_part_weight`] takes the distance into account.
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,

@@ -113,7 +113,7 @@ impl MeteredFrame<'_, '_> {
             let (particle_phase, dust_phase) = (phase::large_particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
             let [by_particles, by_dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
             let light = particle_phase * by_particles + dust_phase * by_dust;
-            // The ring gets no light in the globe's shadow, and cannot be seen behind the globe. This scale makes the globe a unit sphere.
+            // The ring gets no light in the globe's shadow, and cannot be seen behind the globe. `unit_sphere_scale` makes the globe a unit sphere.
             let unit_sphere_scale = DVec3::new(1.0, 1.0, 1.0 / polar_radius);
             let (point, to_sun) = (ring_point * unit_sphere_scale, (sun * unit_sphere_scale).normalize());
             let sunlit_fraction =
