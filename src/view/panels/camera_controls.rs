@@ -39,9 +39,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         }
     });
     view_from_list(interface, ui, selected, actions);
-    let on_earth = selected == NaifId::EARTH;
+    let is_earth = selected == NaifId::EARTH;
     let (typed_place, home) = (&mut interface.typed_place, &mut interface.information.home);
-    let (latitude_deg, longitude_deg) = if on_earth {
+    let (latitude_deg, longitude_deg) = if is_earth {
         (&mut home.latitude_deg, &mut home.longitude_deg)
     } else {
         (&mut typed_place.latitude_deg, &mut typed_place.longitude_deg)

@@ -43,9 +43,9 @@ const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 
 /// The image on screen, the last requested image, and their state. Times are in egui's time (`InputState::time`).
 pub(super) struct Viewport {
-    /// The pixels of the image; `None` if it is on the GPU.
+    /// The pixels of the image; `None` if it is on the GPU, and before the first image.
     pub(super) texture: Option<TextureHandle>,
-    /// The last valid image.
+    /// The last valid image; `None` before the first.
     pub(super) shown: Option<RenderedView>,
     /// The last job sent to the worker; `None` if the next frame must request an image.
     pub(super) requested: Option<RenderJob>,
