@@ -2,8 +2,8 @@
 //!
 //! In: one JSON object with a field `q`, the kind of query. Out: one JSON value, or one line that states what is wrong with the query. Each kind has a source
 //! file in this folder. The file lists the fields in a [`QueryKind`], from which messages, help and checks are generated. Its function `answer` parses the
-//! fields, chooses the shader module (a file shaders/entry/probe_*.wesl, specialised for the features of a key) and converts the module's rows of numbers into named
-//! results. Always: the shader computes the result; no formula of a shader is duplicated here.
+//! fields, chooses the shader module (a file shaders/entry/probe_*.wesl, specialised for the features of a key) and converts the module's rows of numbers into
+//! named results. Always: the shader computes the result; no formula of a shader is duplicated here.
 
 pub mod batch;
 mod error;
