@@ -40,7 +40,8 @@ impl Spheroid {
     /// negative if the line misses.
     pub(crate) fn half_chord_sq(&self, point_km: DVec3, direction: DVec3) -> f64 {
         let (p, d) = self.in_unit_sphere_frame(point_km, direction);
-        nearest_point_and_half_chord_sq(p, d).1
+        let (_nearest_point, half_chord_sq) = nearest_point_and_half_chord_sq(p, d);
+        half_chord_sq
     }
 
     /// Where the line through `point_km` along `direction`, the unit vector to the Sun, meets the surface: of the two points the one nearer to the Sun;

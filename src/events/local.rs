@@ -253,7 +253,8 @@ impl<'a> Station<'a> {
 
     /// Altitude of the Sun, degrees.
     pub(crate) fn sun_altitude_deg(&self, s: f64) -> f64 {
-        self.altitude_azimuth_rad(self.sky.sun_km(s), s).0.to_degrees()
+        let (altitude_rad, _azimuth_rad) = self.altitude_azimuth_rad(self.sky.sun_km(s), s);
+        altitude_rad.to_degrees()
     }
 
     /// When the discs are nearest to each other, searched around `near_s`.

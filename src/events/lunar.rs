@@ -160,9 +160,11 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
             contacts.push((last, zero_crossing(greatest_s, greatest_s + SHADOW_SEARCH_S, missing_fraction)));
         }
     };
-    add_contacts("P1", "P4", &|s| geometry.magnitudes(s).1, 0.0);
-    add_contacts("U1", "U4", &|s| geometry.magnitudes(s).0, 0.0);
-    add_contacts("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
+    let umbral = |s: f64| geometry.magnitudes(s).0;
+    let penumbral = |s: f64| geometry.magnitudes(s).1;
+    add_contacts("P1", "P4", &penumbral, 0.0);
+    add_contacts("U1", "U4", &umbral, 0.0);
+    add_contacts("U2", "U3", &umbral, 1.0);
     contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
     let offset = geometry.relative_to_shadow(greatest_s).offset_from_axis_km;
     let moon_itrs_km = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_body_km(greatest_s);

@@ -10,7 +10,7 @@ use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
 use super::numeric::{minimum, time_of_minimum, zero_crossing};
 use crate::catalog::{Body, Catalog, NaifId};
-use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError};
+use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError, State};
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::DVec3;
@@ -111,10 +111,9 @@ struct MoonAndPlanet<'a> {
 }
 
 impl MoonAndPlanet<'_> {
-    /// Position (km) and velocity (km/s) of the moon relative to the planet, ICRF.
-    fn moon_from_planet(&self, t: Instant) -> Result<(DVec3, DVec3), EphemerisError> {
-        let state = self.ephemeris.state(self.moon.id, self.planet.id, t, BEST_SOURCE)?.state;
-        Ok((state.pos_km, state.vel_km_s))
+    /// State of the moon relative to the planet.
+    fn moon_from_planet(&self, t: Instant) -> Result<State, EphemerisError> {
+        Ok(self.ephemeris.state(self.moon.id, self.planet.id, t, BEST_SOURCE)?.state)
     }
 
     /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to half a minute), and whether it is then in front of the
@@ -124,14 +123,14 @@ impl MoonAndPlanet<'_> {
         let barycentre = NaifId(self.planet.id.0 / 100);
         // Signed distance of the moon from the line, in the plane of the orbit, km; and a number that is positive if the moon is in front of the planet.
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
-            let (pos_km, vel_km_s) = self.moon_from_planet(t)?;
+            let State { pos_km, vel_km_s } = self.moon_from_planet(t)?;
             let to_observer_km = self.ephemeris.state(observer, barycentre, t, BEST_SOURCE)?.state.pos_km;
             let perpendicular = pos_km.cross(vel_km_s).cross(to_observer_km);
             Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(to_observer_km)))
         };
         // Light from the planet takes less than two hours.
         const MAX_LIGHT_TIME_S: f64 = 7200.0;
-        let (pos_km, vel_km_s) = self.moon_from_planet(from)?;
+        let State { pos_km, vel_km_s } = self.moon_from_planet(from)?;
         let step_s = std::f64::consts::TAU * pos_km.length() / vel_km_s.length() / STEPS_PER_ORBIT;
         let mut found = Vec::new();
         let mut sample_time = from.plus_seconds(-MAX_LIGHT_TIME_S - step_s);
@@ -191,11 +190,11 @@ enum BoundingPlanes {
 impl MoonConjunction {
     fn around(pair: &MoonAndPlanet<'_>, observer: NaifId, middle: Instant) -> Result<Self, EphemerisError> {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
-        let (_, vel_km_s) = pair.moon_from_planet(middle)?;
+        let vel_km_s = pair.moon_from_planet(middle)?.vel_km_s;
         // Twice the time in which the moon moves by the sum of both radii, and ten minutes.
         let half_span_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
         let instant = |s: f64| middle.plus_seconds(s);
-        let moon = FittedPosition::fit(half_span_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
+        let moon = FittedPosition::fit(half_span_s, |s| Ok(pair.moon_from_planet(instant(s))?.pos_km))?;
         let to_observer = FittedPosition::fit(half_span_s, |s| vector_to_observer(ephemeris, planet, observer, instant(s)))?;
         let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, BEST_SOURCE)?.state.vel_km_s;
         let pole = ephemeris.body_from_icrf(planet, middle)?.row(2);
@@ -306,7 +305,8 @@ pub(super) fn vector_to_observer(ephemeris: &Ephemeris, planet: NaifId, observer
         |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km);
     let planet_km = barycentric_km(planet, t)?;
     if observer == NaifId::SUN {
-        return Ok(ephemeris.light_time_position(NaifId::SUN, planet_km, t)?.0 - planet_km);
+        let (sun_km, _emission_time) = ephemeris.light_time_position(NaifId::SUN, planet_km, t)?;
+        return Ok(sun_km - planet_km);
     }
     Ok(barycentric_km(observer, reception_time(ephemeris, planet_km, t)?)? - planet_km)
 }

@@ -90,7 +90,8 @@ pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_
 pub(crate) fn opacity_along_limb(air: &Atmosphere, radius_km: f64, height_km: f64) -> f64 {
     // The depth does not depend on the scattering angle.
     let cos_scattering = 0.0;
-    (DVec3::ONE - (-tangent_ray(air, radius_km, height_km, cos_scattering).0).exp()).element_sum() / 3.0
+    let (depth, _scattered) = tangent_ray(air, radius_km, height_km, cos_scattering);
+    (DVec3::ONE - (-depth).exp()).element_sum() / 3.0
 }
 
 /// Area that the air hides beyond the limb, divided by the disc's area: the air's opacity along grazing rays (mean of the channels), summed over height.

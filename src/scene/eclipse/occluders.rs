@@ -39,7 +39,8 @@ impl<'a> Receiver<'a> {
     pub fn at(ephemeris: &Ephemeris, body: &'a Body, time: Instant) -> Result<Self, crate::ephemeris::EphemerisError> {
         let state = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, BEST_SOURCE)?.state;
         let position_km = state.pos_km;
-        let body_to_sun_km = ephemeris.light_time_position(NaifId::SUN, position_km, time)?.0 - position_km;
+        let (sun_km, _emission_time) = ephemeris.light_time_position(NaifId::SUN, position_km, time)?;
+        let body_to_sun_km = sun_km - position_km;
         let velocity_km_s = state.vel_km_s;
         Ok(Self { body, position_km, time, velocity_km_s, body_from_icrf: ephemeris.body_from_icrf(body.id, time)?, body_to_sun_km })
     }

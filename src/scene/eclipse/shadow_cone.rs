@@ -126,7 +126,8 @@ impl ShadowCone {
     /// Square of half the line's chord in the unit sphere: positive where the line meets the ground, negative where it misses.
     pub(crate) fn half_chord_sq(&self, line: ConeLine) -> f64 {
         let (point, direction) = self.in_unit_sphere(line);
-        nearest_point_and_half_chord_sq(point, direction).1
+        let (_nearest_point, half_chord_sq) = nearest_point_and_half_chord_sq(point, direction);
+        half_chord_sq
     }
 
     /// Where the line first meets the ground behind the occluder, on the unit sphere; `None` if it misses.
