@@ -60,11 +60,11 @@ impl<'a> DecisionLog<'a> {
         }
     }
 
-    /// Records the decision on an effect and returns whether it is drawn: `by_threshold`, unless the user has switched the effect on or off.
-    pub(crate) fn record_effect(&mut self, effect: Effect, by_threshold: bool, reason: Reason) -> bool {
+    /// Records the decision on an effect and returns whether it is drawn: if it exceeds its threshold, unless the user has switched it on or off.
+    pub(crate) fn record_effect(&mut self, effect: Effect, exceeds_threshold: bool, reason: Reason) -> bool {
         match self.overrides.override_of(effect) {
             Some(on) => self.record(effect.name(), on, reason!("set-by-you")),
-            None => self.record(effect.name(), by_threshold, reason),
+            None => self.record(effect.name(), exceeds_threshold, reason),
         }
     }
 
