@@ -71,7 +71,7 @@ type SeenFromPlace = Result<EventFromPlace, String>;
 /// The chosen event as seen from a place.
 struct EventAtPlace {
     event: Arc<SkyEvent>,
-    home: Home,
+    observer_place: Home,
     pending: Pending<SeenFromPlace>,
     seen: Option<SeenFromPlace>,
 }
@@ -107,19 +107,18 @@ pub(crate) struct EventsPanel {
 }
 
 impl EventsPanel {
-    /// The span and rate at which the chosen event is played, or would be played with this camera; `None` if no event is chosen. `home`: the observer's
-    /// place.
-    pub(crate) fn playback_of_chosen(&self, camera_pose: &CameraPose, home: Home) -> Option<EventPlayback> {
+    /// The span and rate at which the chosen event is played, or would be played with this camera; `None` if no event is chosen.
+    pub(crate) fn playback_of_chosen(&self, camera_pose: &CameraPose, observer_place: Home) -> Option<EventPlayback> {
         let chosen = self.chosen.as_ref()?;
-        let seen = self.seen_from(chosen, home).and_then(|seen| seen.as_ref().ok());
-        let seen_from_camera = seen.filter(|seen| seen.is_visible && details::stands_at(camera_pose, home));
+        let seen = self.seen_from(chosen, observer_place).and_then(|seen| seen.as_ref().ok());
+        let seen_from_camera = seen.filter(|seen| seen.is_visible && details::stands_at(camera_pose, observer_place));
         let at_camera = seen_from_camera.map(|seen| chosen.playback_at(seen));
         Some(self.playback.or(at_camera).unwrap_or_else(|| chosen.playback()))
     }
 
     /// An event as seen from a place, if the answer of the query worker has arrived. `self.at_place` may still belong to another event or place.
-    fn seen_from(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&SeenFromPlace> {
-        self.at_place.as_ref().filter(|asked| Arc::ptr_eq(&asked.event, event) && asked.home == home)?.seen.as_ref()
+    fn seen_from(&self, event: &Arc<SkyEvent>, observer_place: Home) -> Option<&SeenFromPlace> {
+        self.at_place.as_ref().filter(|asked| Arc::ptr_eq(&asked.event, event) && asked.observer_place == observer_place)?.seen.as_ref()
     }
 
     /// Whether the search includes the kind of an event.

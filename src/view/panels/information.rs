@@ -89,7 +89,7 @@ pub(crate) struct InformationPanel {
     /// The unit of lengths, which all panels use.
     pub unit: LengthUnit,
     /// The observer's place on the Earth, which all panels use.
-    pub home: Home,
+    pub observer_place: Home,
     pub comparison: SizeComparison,
     /// Text in the city field.
     typed_city: String,
@@ -99,7 +99,7 @@ pub(crate) struct InformationPanel {
 impl InformationPanel {
     /// The panel's first state, with the unit and the observer's place of the settings.
     pub(crate) fn from_settings(settings: &Settings) -> Self {
-        Self { unit: settings.unit, home: settings.home, ..Self::default() }
+        Self { unit: settings.unit, observer_place: settings.home, ..Self::default() }
     }
 
     /// Drops the report, whose errors are texts in the language in which it was asked for.
@@ -226,7 +226,7 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     };
     let inputs = ReportInputs {
         body: body.id,
-        place_deg: [panel.home.latitude_deg, panel.home.longitude_deg],
+        place_deg: [panel.observer_place.latitude_deg, panel.observer_place.longitude_deg],
         tdb_minutes: (tdb_s / 60.0).floor() as i64,
         day: interface.settings.time_zone.day(time).unwrap_or_else(day_of_tdb),
     };
@@ -274,7 +274,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
         let field = egui::TextEdit::singleline(&mut panel.typed_city).hint_text(text!("place-city")).desired_width(110.0);
         let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
         let found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
-        let is_chosen = |city: &City| panel.home == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+        let is_chosen = |city: &City| panel.observer_place == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
         let enter_pressed = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         let mut chosen = found.first().copied().filter(|_| enter_pressed);
         for city in found {
@@ -284,22 +284,22 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
             }
         }
         if let Some(city) = chosen {
-            panel.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+            panel.observer_place = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             panel.typed_city = city.name.to_owned();
         }
     });
-    let home = &mut panel.home;
+    let observer_place = &mut panel.observer_place;
     ui.horizontal_wrapped(|ui| {
         let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
         for (value_deg, limit_deg, label, accessible_name) in [
-            (&mut home.latitude_deg, 90.0, text!("place-latitude"), text!("place-latitude-hint")),
-            (&mut home.longitude_deg, MAX_TYPED_LONGITUDE_DEG, text!("place-longitude"), text!("place-longitude-hint")),
+            (&mut observer_place.latitude_deg, 90.0, text!("place-latitude"), text!("place-latitude-hint")),
+            (&mut observer_place.longitude_deg, MAX_TYPED_LONGITUDE_DEG, text!("place-longitude"), text!("place-longitude-hint")),
         ] {
             ui.label(label);
             accessible::number_field(ui, drag(value_deg, -limit_deg..=limit_deg), accessible_name);
         }
     });
-    home.longitude_deg = wrapped_longitude_deg(home.longitude_deg);
+    observer_place.longitude_deg = wrapped_longitude_deg(observer_place.longitude_deg);
 }
 
 /// Shows the solar eclipse of the report's day at its place, if any.

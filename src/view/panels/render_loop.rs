@@ -266,7 +266,7 @@ impl Interface {
             Err(why) => self.record_failure(&why, worker),
         }
         // The fields of these settings are in the Information panel.
-        (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
+        (self.settings.unit, self.settings.home) = (self.information.unit, self.information.observer_place);
         let until_still_s = STILL_AFTER_S - (now_s - self.viewport.last_motion_s);
         let is_animating = self.viewer.is_animating();
         let awaits_first_image = self.viewport.shown.is_none() && self.failure_reason.is_none();

@@ -213,7 +213,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         SearchTarget::Place { latitude_deg, longitude_deg } => actions.push(Action::StandOn(latitude_deg, longitude_deg)),
         SearchTarget::City(city) => {
             // The city becomes the observer's place, which events and the times of rise and set use too.
-            interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+            interface.information.observer_place = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
             interface.show_reply(text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country)));
         }
