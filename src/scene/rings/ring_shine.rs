@@ -27,7 +27,7 @@ use std::sync::Arc;
 /// Table size: number of hour angles, and number of heights on one side of the plane.
 pub use crate::scene::constants::{RING_SHINE_COLUMNS as COLUMNS, RING_SHINE_ROWS as ROWS};
 /// Approximate number of annuli of about equal weight into which the rings are grouped.
-const ANNULI: usize = 32;
+const ANNULUS_COUNT: usize = 32;
 /// Number of Gauss-Legendre nodes on an arc.
 const ARC_NODES: usize = 12;
 /// Number of slants 2^(k/8) at which an annulus' light is tabulated, as in a [`RingTable`](crate::scene::draw::tables::RingTable).
@@ -104,7 +104,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     if total.is_nan() || total <= 0.0 {
         return Vec::new();
     }
-    let weight_per_annulus = total / ANNULI as f64;
+    let weight_per_annulus = total / ANNULUS_COUNT as f64;
     let mut groups: Vec<Vec<RingInterval>> = vec![Vec::new()];
     // Weight of the last group.
     let mut group_weight = 0.0;

@@ -3,7 +3,7 @@
 //! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if the entire disc is hidden and exactly 1 if no part of it is; and the limbs of
 //! nearer bodies as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden body is a sphere. A point's flux is multiplied by
 //! its visible fraction (`points`); a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air,
-//! and shadows (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral. The error is below 1e-4 of the disc's
+//! and shadows (eclipse). The light is summed over [`CHORD_COUNT`] chords of the disc, each with a closed-form integral. The error is below 1e-4 of the disc's
 //! light: a sum over 6000 chords differs by at most 7e-5, for one round body of 0.01 to 4 radii of the disc (computed outside this program).
 //! tests/eclipse/overlapping_limbs.rs compares images with the closed forms of shaders/lib/eclipse.
 
@@ -77,12 +77,12 @@ impl Limb {
 }
 
 /// Number of chords into which a disc is divided.
-const CHORDS: usize = 720;
+const CHORD_COUNT: usize = 720;
 
 /// For each chord, its distance from the middle of the disc and half its length, in radii of the disc. The ends of all chords are evenly spaced along the
 /// disc's limb.
-static CHORD_SIZES: LazyLock<[(f64, f64); CHORDS]> =
-    LazyLock::new(|| std::array::from_fn(|k| (PI * ((k as f64 + 0.5) / CHORDS as f64 - 0.5)).sin_cos()));
+static CHORD_SIZES: LazyLock<[(f64, f64); CHORD_COUNT]> =
+    LazyLock::new(|| std::array::from_fn(|k| (PI * ((k as f64 + 0.5) / CHORD_COUNT as f64 - 0.5)).sin_cos()));
 
 /// Integral of a limb-darkened disc's radiance along a chord of half length h, from the chord's middle to x; see shaders/lib/ring/body_shadow.wesl.
 fn radiance_along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
