@@ -45,7 +45,7 @@ pub enum SearchTarget {
     Body(NaifId),
     Preset(Preset),
     /// A view of *What to see now*.
-    Now(NowItem),
+    WhatToSeeNow(NowItem),
     /// A moment's name in the catalog.
     Moment(String),
     /// Hipparcos number.
