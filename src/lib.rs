@@ -12,7 +12,7 @@
 //! of this package; it is hidden from the documentation and may change with any commit. All errors are returned as values. No module uses the
 //! network, and only the command line takes the time of a view from the system clock, for `now`.
 //!
-//! Render an image:
+//! Render an image (`&[]`: no texts in the file):
 //!
 //! ```no_run
 //! use orrery::{FrameImages, SamplingQuality, Instant, NaifId, Session, Sources, ViewRequest, write_image};

@@ -84,7 +84,7 @@ pub enum Photometry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapLatitude {
     /// Planetographic: angle of the ellipsoid's normal to the equator. For three different axes a and b (equatorial) and c, maps are read as if both equatorial
-    /// axes were the square root of ab; the error has the sine |a - b| / (a + b) at most.
+    /// axes were the square root of ab; the sine of the error is at most |a - b| / (a + b).
     Planetographic,
     /// Planetocentric: angle of the line from the centre to the equator.
     Planetocentric,
@@ -310,7 +310,8 @@ pub struct Atmosphere {
     /// Luminance of its airglow in the zenith, seen from the ground; `None`: left out.
     pub airglow_cd_m2: Option<f64>,
     /// Light of haze or dust beside that of the ground, in rows of ascending phase angle. Each row: the phase angle in degrees, then the mean radiance of the
-    /// disc under irradiance 1, linear RGB, in the unit of the geometric albedo. Linear between rows, constant beyond them. A published phase law contains it.
+    /// disc under irradiance 1, linear RGB, in the unit of the geometric albedo. Linear between rows, constant beyond them. The published phase law of a body
+    /// includes this light.
     pub forward_light: Vec<[f64; 4]>,
     /// Rayleigh gas, Mie aerosol and absorption layers.
     pub species: Vec<Species>,
@@ -331,13 +332,13 @@ pub struct Body {
     pub parent: Option<NaifId>,
     /// Semi-axes: x through the prime meridian, y at 90 degrees east, z the pole.
     pub radii_km: DVec3,
-    /// Gravitational parameter, km³/s².
+    /// Gravitational parameter, km³/s²; `None`: unknown.
     pub gm_km3_s2: Option<f64>,
     /// V-band geometric albedo (0 for the Sun).
     pub geometric_albedo: f64,
-    /// Bond albedo.
+    /// Bond albedo; `None`: unknown.
     pub bond_albedo: Option<f64>,
-    /// Geometric albedo without clouds, if the map shows the ground without them.
+    /// Geometric albedo without clouds, if the map shows the ground without them; `None`: that of the ground is `geometric_albedo`.
     pub clear_sky_albedo: Option<f64>,
     /// Mean colour of the ground without air and clouds, linear sRGB scaled to luminance 1. Set if the map shows that ground and its colour
     /// differs from the disc's.

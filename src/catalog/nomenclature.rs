@@ -31,7 +31,8 @@ const ELONGATED_TYPES: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "
 const ELONGATED_WIDTH_TO_LENGTH: f64 = 0.25;
 
 impl SurfaceFeature {
-    /// Parses the fields of a table's line. `diameter_km`: empty for a feature without a diameter; `None` for a landing site.
+    /// Parses the fields of a table's line. `feature_type`: the gazetteer's code, empty for a landing site. `diameter_km`: empty for a feature without a
+    /// diameter, `None` for a landing site.
     fn parse(name: &'static str, feature_type: &str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
         let (lat, lon): (f64, f64) = (latitude.parse().ok()?, longitude.parse().ok()?);
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (lat.to_radians().sin_cos(), lon.to_radians().sin_cos());

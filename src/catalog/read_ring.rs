@@ -77,7 +77,8 @@ pub(super) fn add_to_bodies(
     radii_lines: &BTreeMap<i32, SourceLine>,
     problems: &Problems,
 ) {
-    // By the body's id and not by its name, because a file may name a body in several ways: as `Saturn`, `saturn` or an alias. With the file of the rings.
+    // The rings of each body with the file that gives them. By the body's id and not by its name, because a file may name a body in several ways: as `Saturn`,
+    // `saturn` or an alias.
     let mut rings_by_body: BTreeMap<i32, (Rc<str>, Vec<RingDraft>)> = BTreeMap::new();
     for RingsOfFile { body_name, rings } in rings {
         let Some(id) = find_id(&body_name) else { continue };

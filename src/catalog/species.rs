@@ -145,8 +145,8 @@ impl AerosolPhase {
         AerosolFunction::ALL.into_iter().flat_map(of).collect()
     }
 
-    /// The four components of the uniform `air_mie_phase`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads: the numbers, then w, which tells the
-    /// function.
+    /// The four components of the uniform `air_mie_phase_parameters`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads: the numbers, then w, which
+    /// tells the function.
     pub fn parameters(self) -> [f64; 4] {
         // Destructured without `..`, so that a new field is a compile error here.
         let Self { function, asymmetry: [red, green, blue] } = self;

@@ -270,10 +270,10 @@ mod tests {
     #[test]
     fn a_row_describes_a_single_frame() {
         let ms = Duration::from_millis;
-        let frame = |wall: u64, cpu: u64| {
+        let frame = |wall_ms: u64, cpu_ms: u64| {
             let mut stages = Stages::default();
-            stages.add(Stage::Draw, ms(wall - 1));
-            MeasuredFrame { wall: ms(wall), cpu: Some(ms(cpu)), stages, drawn_by: None }
+            stages.add(Stage::Draw, ms(wall_ms - 1));
+            MeasuredFrame { wall: ms(wall_ms), cpu: Some(ms(cpu_ms)), stages, drawn_by: None }
         };
         let mut frames = [frame(30, 1), frame(10, 3), frame(20, 7), frame(40, 2)];
         let row = scene_row("saturn", &frame(90, 9), &mut frames);

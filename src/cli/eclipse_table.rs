@@ -9,6 +9,10 @@ use crate::time::{Instant, MIN_SHOWN_DELTA_T_ERROR_S};
 use crate::wording::fixed_decimals;
 use serde_json::{Value, json};
 
+// Numbers of decimals for `rounded_time`.
+const TO_A_SECOND: u8 = 0;
+const TO_A_TENTH: u8 = 1;
+
 /// An ISO time without `T` and `Z`, its seconds rounded to this many decimals: with 0 decimals `2024-04-08 18:17:20`. Rounding up may change the date.
 fn rounded_time(iso: &Value, decimals: u8) -> String {
     let text = iso.as_str().unwrap_or("");
@@ -26,7 +30,7 @@ fn rounded_time(iso: &Value, decimals: u8) -> String {
 
 /// The time of day of an ISO time, rounded to a second: `18:17:20`.
 fn time_of_day(iso: &Value) -> String {
-    rounded_time(iso, 0).rsplit(' ').next().unwrap_or("").to_owned()
+    rounded_time(iso, TO_A_SECOND).rsplit(' ').next().unwrap_or("").to_owned()
 }
 
 /// A key to sort ISO times by. As texts, times in negative years would sort backwards.
@@ -61,7 +65,7 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
     let error_s = |row: &Value| if depends_on_rotation(row) { row["delta_t_error_s"].as_f64().unwrap_or(0.0) } else { 0.0 };
     let worst = rows.iter().max_by(|a, b| error_s(a).total_cmp(&error_s(b)))?;
     (error_s(worst) >= MIN_SHOWN_DELTA_T_ERROR_S).then(|| {
-        let time = rounded_time(&worst["greatest"], 0);
+        let time = rounded_time(&worst["greatest"], TO_A_SECOND);
         let day = time.split(' ').next().unwrap_or("");
         let seconds = error_s(worst);
         let error = if seconds < 60.0 { format!("{seconds:.1} s") } else { duration_text(&json!(seconds)) };
@@ -83,7 +87,7 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value]) -> String {
     for row in rows {
         let text_of = |name: &str| row[name].as_str().unwrap_or("-").to_owned();
         table.push([
-            rounded_time(&row["greatest"], 0),
+            rounded_time(&row["greatest"], TO_A_SECOND),
             text_of("kind"),
             row["body"].as_str().map_or_else(
                 || text_of("type"),
@@ -179,7 +183,7 @@ fn limb_text(limb: &Value) -> String {
         } else {
             ""
         };
-        let time = rounded_time(&c["time"], 1);
+        let time = rounded_time(&c["time"], TO_A_TENTH);
         let time = time.rsplit(' ').next().unwrap_or("");
         // Adding 0 turns -0 into +0, so that the sign is printed as a plus.
         let later_s = (10.0 * c["later_s"].as_f64().unwrap_or(0.0)).round() / 10.0 + 0.0;

@@ -145,6 +145,7 @@ fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &Epheme
         let events = ephemeris_table::rise_and_set(catalog, ephemeris, body, place, start).map_err(|e| e.to_string())?;
         return Ok(if args.json { format!("{events}\n") } else { ephemeris_table::rise_and_set_text(&events) });
     }
+    // `None` as the default: `--center` is required.
     let center_or = |default_center: Option<NaifId>| match (&args.center, default_center) {
         (Some(name), _) => body_id(catalog, "center", name),
         (None, Some(default_center)) => Ok(default_center),
@@ -299,7 +300,8 @@ mod tests {
     fn answer_to(line: &str) -> Result<SourcedState, String> {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
-        Query::from_json(line, None, Quantity::State)?.state(&catalog, &ephemeris)
+        let default_source = None;
+        Query::from_json(line, default_source, Quantity::State)?.state(&catalog, &ephemeris)
     }
 
     #[test]
@@ -329,7 +331,8 @@ mod tests {
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
         let answer = |fields: &str, quantity: Quantity| {
             let line = format!(r#"{{"body":"mars","time":"2024-04-08"{fields}}}"#);
-            Query::from_json(&line, None, quantity)?.apparent_or_orientation(&catalog, &ephemeris, quantity)
+            let default_source = None;
+            Query::from_json(&line, default_source, quantity)?.apparent_or_orientation(&catalog, &ephemeris, quantity)
         };
         for quantity in [Quantity::Apparent, Quantity::Orientation] {
             let plain = answer("", quantity).expect("an answer");

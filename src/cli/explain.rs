@@ -9,7 +9,7 @@ use crate::catalog::{Body, Catalog};
 use crate::message::Message;
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::Purpose;
-use crate::scene::{Appearance, BodyInView, Scene};
+use crate::scene::{Appearance, BodyReport, Scene};
 use crate::session::Session;
 use crate::shader::key::ShaderKey;
 use serde_json::{Value, json};
@@ -45,7 +45,7 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
         return print_result(&session.passes(&request, SamplingQuality::of(common.quality))?);
     }
     let scene = session.scene(&request)?;
-    let bodies: Vec<&BodyInView> = scene.bodies.iter().filter(|b| args.all || b.appearance != Appearance::NotShown).collect();
+    let bodies: Vec<&BodyReport> = scene.bodies.iter().filter(|b| args.all || b.appearance != Appearance::NotShown).collect();
     let text = if args.json {
         let value = json!({
             "time": scene.time.to_utc_iso(),
@@ -63,17 +63,17 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
 }
 
 /// The shader keys of a body's draws. The key of the globe comes first.
-fn keys(body: &BodyInView) -> Vec<String> {
+fn keys(body: &BodyReport) -> Vec<String> {
     body.features.iter().map(|f| ShaderKey::for_draw(f).to_string()).collect()
 }
 
 /// The estimated values of the body in the catalog and their effect on the image, one note per value.
-fn estimate_notes(catalog: &Catalog, body: &BodyInView) -> Vec<Message> {
+fn estimate_notes(catalog: &Catalog, body: &BodyReport) -> Vec<Message> {
     catalog.body(body.id).map(Body::estimate_notes).unwrap_or_default()
 }
 
-/// The values of the report under the names that [`BodyInView`] gives them, without those that are undefined; keys, estimates, and what is invented.
-fn as_json(body: &BodyInView, estimate_notes: &[Message]) -> Value {
+/// A body as JSON: the fields of its report, null where they are undefined, and its shader keys, its estimates, and what of it is invented.
+fn as_json(body: &BodyReport, estimate_notes: &[Message]) -> Value {
     let mut value = json!(body);
     if !body.is_seen_from_outside() {
         for undefined in ["angular_diameter_deg", "phase_angle_deg", "sub_viewer"] {
@@ -90,7 +90,7 @@ fn as_json(body: &BodyInView, estimate_notes: &[Message]) -> Value {
 
 /// Distance, size, phase and magnitude of a body, and its sub-observer and sub-solar points: two lines of text after an empty one, fewer where these are not
 /// defined.
-fn seen_by_the_camera(body: &BodyInView) -> String {
+fn seen_by_the_camera(body: &BodyReport) -> String {
     let heading = if body.is_seen_from_outside() {
         let magnitude = body.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
         let (distance_km, diameter_px, phase_angle_deg) = (body.distance_km, body.diameter_px, body.phase_angle_deg);
@@ -111,7 +111,7 @@ fn seen_by_the_camera(body: &BodyInView) -> String {
 }
 
 /// The report as text. `+` marks what is drawn, `-` what is not, and `~` a note on an estimate.
-fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
+fn as_text(scene: &Scene, bodies: &[&BodyReport], catalog: &Catalog) -> String {
     let mut text = format!(
         "{}  exposure {:+.2} stops ({})\nfor {}\n",
         scene.time.to_utc_iso(),

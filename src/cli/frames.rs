@@ -27,8 +27,8 @@ pub(crate) enum FrameOutput {
 }
 
 impl FrameOutput {
-    /// The output that `-o` names. `frames`: number of frames; `None` stands for several whose number is not known yet.
-    pub(crate) fn parse(text: Option<&str>, frames: Option<u32>) -> Result<Self, CliError> {
+    /// The output that `-o` names. `frame_count`: `None` stands for several frames whose number is not known yet.
+    pub(crate) fn parse(text: Option<&str>, frame_count: Option<u32>) -> Result<Self, CliError> {
         let Some(text) = text else { return Err(CliError::Failed("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
         let invalid = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
         if text == "-" {
@@ -46,8 +46,8 @@ impl FrameOutput {
             return invalid("the name must have the extension .png, .exr, .gif or .apng");
         }
         match NumberedName::of(text).map_err(|e| CliError::Failed(format!("-o {e}")))? {
-            None if frames != Some(1) => {
-                let count = frames.map_or("several".to_owned(), |n| n.to_string());
+            None if frame_count != Some(1) => {
+                let count = frame_count.map_or("several".to_owned(), |n| n.to_string());
                 invalid(&format!("for {count} frames the name needs a number, such as out-%05d.png"))
             }
             None => Ok(Self::One(text.into())),
@@ -55,11 +55,11 @@ impl FrameOutput {
         }
     }
 
-    /// The file of a frame; `None` if the frames have no files of their own.
-    pub(crate) fn path(&self, frame: u32) -> Option<PathBuf> {
+    /// The file of a frame; `None` if the frames have no files of their own. `number`: the frame's number, from 0.
+    pub(crate) fn path(&self, number: u32) -> Option<PathBuf> {
         match self {
             Self::One(path) => Some(path.clone()),
-            Self::Sequence(names) => Some(names.path(frame)),
+            Self::Sequence(names) => Some(names.path(number)),
             Self::Stream | Self::Animation(..) => None,
         }
     }

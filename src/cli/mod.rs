@@ -206,7 +206,7 @@ impl Common {
             surfaces: self.surface.clone(),
             cache: self.cache.clone(),
             threads: self.threads,
-            double_precision: self.quality == Quality::Reference,
+            uses_f64: self.quality == Quality::Reference,
             renderer: self.renderer,
             will_draw: false,
         }

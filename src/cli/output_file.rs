@@ -45,13 +45,14 @@ mod tests {
     fn a_file_with_other_or_unknown_content_is_kept_and_the_message_says_how_to_replace_it() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.json");
+        let [keep, overwrite] = [false, true];
         for length in [3, MAX_FILE_BYTES + 1] {
             File::create(&path).and_then(|file| file.set_len(length)).expect("a file");
-            let refused = write_output_file("-o", &path, b"abc", false).expect_err("refused").to_string();
+            let refused = write_output_file("-o", &path, b"abc", keep).expect_err("refused").to_string();
             assert!(refused.contains("--overwrite"), "{length}: {refused}");
             assert_eq!(path.metadata().expect("a file").len(), length);
         }
-        write_output_file("-o", &path, b"abc", true).expect("replaced");
-        write_output_file("-o", &path, b"abc", false).expect("the same content");
+        write_output_file("-o", &path, b"abc", overwrite).expect("replaced");
+        write_output_file("-o", &path, b"abc", keep).expect("the same content");
     }
 }

@@ -255,8 +255,8 @@ fn check_error_files(
 }
 
 /// A progress bar for several frames, a hidden one for a single frame.
-fn frame_progress(frames: u64) -> indicatif::ProgressBar {
-    if frames > 1 { progress(frames) } else { indicatif::ProgressBar::hidden() }
+fn frame_progress(frame_count: u64) -> indicatif::ProgressBar {
+    if frame_count > 1 { progress(frame_count) } else { indicatif::ProgressBar::hidden() }
 }
 
 /// The metadata of an image. `Creation Time` is the time of the view. The time of writing is left out, so that the same command writes the same bytes.
@@ -279,12 +279,12 @@ fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, sc
 }
 
 /// The line of `-v`: how many frames were drawn, by which renderer, and the time of each stage.
-fn verbose_line(session: &Session, write_time: &Stages, frames: u32, drawn_by: Option<&DrawnBy>) -> String {
+fn verbose_line(session: &Session, write_time: &Stages, drawn_frames: u32, drawn_by: Option<&DrawnBy>) -> String {
     let (session_stages, _) = session.report();
     let stages = session_stages.and(write_time);
     let times = Stage::ALL.map(|stage| format!("{} {:.1} ms", stage.name(), milliseconds(stages.elapsed(stage))));
     let renderer = drawn_by.map_or(String::new(), |by| format!(" by {}", by.adapter.as_deref().unwrap_or(by.renderer)));
-    format!("drew {}{renderer}: {}", counted(frames as usize, "frame"), times.join(", "))
+    format!("drew {}{renderer}: {}", counted(drawn_frames as usize, "frame"), times.join(", "))
 }
 
 /// The JSON object of `--time-report`. `time_to_first_frame`: the time from the start of the command to the first frame. `drawn_by`: what drew the last frame,
@@ -292,7 +292,7 @@ fn verbose_line(session: &Session, write_time: &Stages, frames: u32, drawn_by: O
 fn time_report(
     session: &Session,
     write_time: &Stages,
-    frames: u32,
+    drawn_frames: u32,
     time_to_first_frame: Option<Duration>,
     drawn_by: Option<DrawnBy>,
 ) -> serde_json::Value {
@@ -308,7 +308,7 @@ fn time_report(
     let cpu: serde_json::Map<String, serde_json::Value> = cpu_times.collect();
     let process_cpu_ms = process_cpu().map(milliseconds);
     let mut report = serde_json::json!({
-        "renderer": drawn_by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,
+        "renderer": drawn_by.as_ref().map_or("none", |by| by.renderer), "frames": drawn_frames, "stages": stages.to_json(), "cpu": cpu,
         "process_cpu_ms": process_cpu_ms, "library": library_statistics, "first_frame_ms": time_to_first_frame.map(milliseconds),
     });
     if let Some(timings) = drawn_by.as_ref().and_then(|by| by.software_timings.as_ref()) {

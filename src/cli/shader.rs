@@ -350,19 +350,19 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     if path != Path::new(DEFAULT_RECORD) && recorded.is_err() {
         return recorded.map(drop);
     }
-    let ids = recorded_modules(&reachable_keys(common)?);
-    let bar = progress(ids.len() as u64);
-    let built = BuiltRecord::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
+    let modules = recorded_modules(&reachable_keys(common)?);
+    let bar = progress(modules.len() as u64);
+    let built = BuiltRecord::of_fragments(&fragments(common)?, &modules, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let current = built.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
         Ok(()) => {
             let verb = if failures.len() == 1 { "is" } else { "are" };
-            CliError::Failed(format!("{} of {} modules {verb} not valid", failures.len(), ids.len()))
+            CliError::Failed(format!("{} of {} modules {verb} not valid", failures.len(), modules.len()))
         }
         Err(e) => e,
     })?;
-    let translated = ids.iter().filter(|(_, translated)| *translated).count();
-    print_result(&format!("{} modules emitted, validated and lowered; {translated} translated\n", ids.len()))?;
+    let translated = modules.iter().filter(|m| m.is_translated).count();
+    print_result(&format!("{} modules emitted, validated and lowered; {translated} translated\n", modules.len()))?;
     let recorded = recorded?;
     let changes = recorded.changes(&current);
     print_result(&changes_text(&changes))?;

@@ -168,12 +168,13 @@ mod tests {
     fn an_export_to_replace_is_unfinished_and_can_be_replaced_again() {
         let folder = tempfile::tempdir().expect("a folder");
         let manifest = folder.path().join(CORPUS.manifest);
+        let [keep, overwrite] = [false, true];
         std::fs::create_dir(folder.path().join("cases")).expect("made");
         std::fs::write(&manifest, r#"{"revision":"built-in","cases":["a"]}"#).expect("written");
-        assert!(prepare_folder(folder.path(), &CORPUS, false).is_err() && manifest.exists());
+        assert!(prepare_folder(folder.path(), &CORPUS, keep).is_err() && manifest.exists());
         // The second time, the first export counts as interrupted.
         for _ in 0..2 {
-            prepare_folder(folder.path(), &CORPUS, true).expect("prepared");
+            prepare_folder(folder.path(), &CORPUS, overwrite).expect("prepared");
             let manifest: serde_json::Value = serde_json::from_slice(&std::fs::read(&manifest).expect("a manifest")).expect("JSON");
             assert_eq!(manifest["cases"], serde_json::json!([]));
             assert!(!folder.path().join("cases").exists());

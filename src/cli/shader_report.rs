@@ -37,6 +37,7 @@ fn revision(folder: &Path) -> Result<Revision, CliError> {
 pub(crate) fn run(folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
     let [first, second] = folders else { return Err(CliError::Failed("--report takes two folders".into())) };
     let revisions = [revision(first)?, revision(second)?];
+    // The comparison sets the length once it knows the number of modules.
     let bar = progress(0);
     let compared = Report::of(revisions.each_ref(), &default_modules(), &lowering(), |n| bar.set_length(n as u64), || bar.inc(1));
     bar.finish_and_clear();

@@ -268,7 +268,7 @@ mod tests {
         use crate::scene::viewpoint::viewer;
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
-        let mut tilted_with_north_up = 0;
+        let mut tilted_count_with_north_up = 0;
         for (from, target) in
             [("earth", "sun"), ("earth", "moon"), ("earth", "earth"), ("mars", "phobos"), ("mars", "sun"), ("moon", "earth")]
         {
@@ -305,12 +305,12 @@ mod tests {
                 assert!(tilt.abs() < 1e-12 && camera.up.dot(zenith) > 0.0, "{from} {at} to {target}: tilted by {tilt}");
                 let northward = ViewArgs { up: some("north"), ..args }.request(&catalog).expect(at);
                 let camera = viewer(&catalog, &ephemeris, &northward).expect("a camera").camera;
-                tilted_with_north_up += usize::from(camera.right.dot(zenith).abs() > 0.1);
+                tilted_count_with_north_up += usize::from(camera.right.dot(zenith).abs() > 0.1);
             }
         }
         assert!(
-            tilted_with_north_up > 40,
-            "with the target's north up only {tilted_with_north_up} horizons are tilted, so the views do not test the roll"
+            tilted_count_with_north_up > 40,
+            "with the target's north up only {tilted_count_with_north_up} horizons are tilted, so the views do not test the roll"
         );
     }
 
@@ -333,20 +333,21 @@ mod tests {
             let body = catalog.body_or_barycenter(target).expect(target);
             let radii_km = catalog.body(body).expect(target).radii_km;
             let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, GROUND_HEIGHT_KM);
-            let offset_km = |args: &ViewArgs| match args.position(&catalog, body, None) {
+            let from = None;
+            let offset_km = |args: &ViewArgs| match args.position(&catalog, body, from) {
                 Ok(Position::Offset { offset_km, .. }) => offset_km,
                 other => panic!("{target} {at}: {other:?}"),
             };
-            let offset = offset_km(&args);
-            let found = offset.length() / radii_km.max_element();
-            assert!((found / distance_radii - 1.0).abs() < 1e-12, "{target} {at}: {found} radii, not {distance_radii}");
-            let off_vertical_km = normal.cross(offset - ground_km).length();
-            assert!(off_vertical_km < 1e-9 * offset.length(), "{target} {at}: {off_vertical_km} km from the place's vertical");
+            let camera_km = offset_km(&args);
+            let found_radii = camera_km.length() / radii_km.max_element();
+            assert!((found_radii / distance_radii - 1.0).abs() < 1e-12, "{target} {at}: {found_radii} radii, not {distance_radii}");
+            let off_vertical_km = normal.cross(camera_km - ground_km).length();
+            assert!(off_vertical_km < 1e-9 * camera_km.length(), "{target} {at}: {off_vertical_km} km from the place's vertical");
             args.distance_radii = None;
-            let default = offset_km(&args).length() / radii_km.max_element();
-            assert!((default - DEFAULT_DISTANCE_ABOVE_PLACE_RADII).abs() < 1e-12, "{target} {at}: {default}");
+            let default_radii = offset_km(&args).length() / radii_km.max_element();
+            assert!((default_radii - DEFAULT_DISTANCE_ABOVE_PLACE_RADII).abs() < 1e-12, "{target} {at}: {default_radii}");
             args.distance_radii = Some(ground_km.length() / radii_km.max_element() - 1e-6);
-            assert!(args.position(&catalog, body, None).is_err_and(|e| e.to_string().contains("--distance-radii")), "{target} {at}");
+            assert!(args.position(&catalog, body, from).is_err_and(|e| e.to_string().contains("--distance-radii")), "{target} {at}");
         }
     }
 

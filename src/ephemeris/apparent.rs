@@ -1,12 +1,12 @@
 //! Apparent places from the Earth's centre, and the sub-observer and sub-solar points of a body.
 //!
-//! In: a body and an instant (of reception). Out: degrees, kilometres and seconds, for display. Apparent places include light time, light deflection by the
-//! Sun, and stellar aberration with its relativistic terms. Omitted: deflection by the planets (under 0.02 arcsec, and only beside their discs), the
-//! atmosphere, and the observer's position on the Earth.
+//! In: a body and an instant (of reception); for the points also an observer, as a body. Out: degrees, kilometres and seconds, for display. Apparent places
+//! include light time, light deflection by the Sun, and stellar aberration with its relativistic terms. Omitted: deflection by the planets (under 0.02 arcsec,
+//! and only beside their discs), the atmosphere, and the observer's position on the Earth.
 
 use super::orientation::{self, PoleAndMeridian};
 use super::topocentric::place_of_normal_deg;
-use super::{Ephemeris, EphemerisError, Source};
+use super::{BEST_SOURCE, Ephemeris, EphemerisError, Source};
 use crate::catalog::{Body, NaifId};
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
@@ -80,8 +80,8 @@ pub struct ApparentPlace {
 
 /// Apparent place of `body`, as seen from the Earth's centre at `t`.
 pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<ApparentPlace, EphemerisError> {
-    let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state;
-    let sun_pos_km = ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km;
+    let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state;
+    let sun_pos_km = ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
     let (body_pos_km, _) = ephemeris.light_time_position(body, earth.pos_km, t)?;
     let to_body = body_pos_km - earth.pos_km;
     let distance_km = to_body.length();
@@ -105,8 +105,9 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
     };
     let beta = earth.vel_km_s / SPEED_OF_LIGHT_KM_S;
     let inverse_gamma = (1.0 - beta.length_squared()).sqrt();
+    // Arguments of `ab`: the direction without aberration; the Earth's velocity, units of c; its distance from the Sun, au; one over the Lorentz factor.
     let apparent = DVec3::from_array(sofars::astro::ab(&deflected.to_array(), &beta.to_array(), sun_distance_au, inverse_gamma));
-    let geometric_state = ephemeris.state(body, NaifId::EARTH, t, None)?;
+    let geometric_state = ephemeris.state(body, NaifId::EARTH, t, BEST_SOURCE)?;
     Ok(ApparentPlace {
         gcrs: RaDec::of(apparent),
         true_of_date: RaDec::of(orientation::true_of_date_from_gcrs(t) * apparent),
@@ -164,7 +165,7 @@ pub struct SubPoints {
 /// The sub-observer and sub-solar points of `body` in the light that reaches `observer` at `t`. Aberration is left
 /// out, as is usual for these points.
 pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Instant) -> Result<SubPoints, EphemerisError> {
-    let observer_pos_km = ephemeris.state(observer, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km;
+    let observer_pos_km = ephemeris.state(observer, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
     let (body_pos_km, emitted) = ephemeris.light_time_position(body.id, observer_pos_km, t)?;
     let (sun_pos_km, _) = ephemeris.light_time_position(NaifId::SUN, body_pos_km, emitted)?;
     let body_from_icrf = ephemeris.body_from_icrf(body.id, emitted)?;
@@ -235,12 +236,13 @@ mod tests {
         // At a planetocentric latitude of 45 degrees Saturn's normal leans 5.9 degrees poleward: the tangent of the
         // planetographic latitude is (60268/54364)^2.
         let radii_km = DVec3::new(60_268.0, 60_268.0, 54_364.0);
-        let point = surface_point(DVec3::new(1.0, 0.0, 1.0), radii_km, false);
+        let east_is_positive = false;
+        let point = surface_point(DVec3::new(1.0, 0.0, 1.0), radii_km, east_is_positive);
         assert!((point.lat_centric_deg - 45.0).abs() < 1e-12);
         assert!((point.lat_graphic_deg.to_radians().tan() - (60_268.0_f64 / 54_364.0).powi(2)).abs() < 1e-12);
-        let point = surface_point(DVec3::new(0.0, 1.0, 0.0), radii_km, false);
+        let point = surface_point(DVec3::new(0.0, 1.0, 0.0), radii_km, east_is_positive);
         assert!((point.lon_east_deg - 90.0).abs() < 1e-12 && (point.lon_graphic_deg - 270.0).abs() < 1e-12);
-        assert!(surface_point(DVec3::Z, radii_km, true).lat_graphic_deg > 89.999);
+        assert!(surface_point(DVec3::Z, radii_km, !east_is_positive).lat_graphic_deg > 89.999);
     }
 
     /// The sub-Earth point of Phobos on 2024-06-01. A spheroid with the mean equatorial radius, once used, would give -34 degrees.
@@ -249,7 +251,8 @@ mod tests {
         let radii_km = DVec3::new(13.0, 11.4, 9.1);
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = ((-20.55_f64).to_radians().sin_cos(), (-12.93_f64).to_radians().sin_cos());
         let direction = DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat);
-        let point = surface_point(direction, radii_km, false);
+        let east_is_positive = false;
+        let point = surface_point(direction, radii_km, east_is_positive);
         // The normal as the gradient of the ellipsoid's equation.
         let gradient = DVec3::new(direction.x / 13.0_f64.powi(2), direction.y / 11.4_f64.powi(2), direction.z / 9.1_f64.powi(2));
         assert!((point.lat_graphic_deg - gradient.normalize().z.asin().to_degrees()).abs() < 1e-9, "{point:?}");
@@ -267,6 +270,7 @@ mod tests {
 
     #[test]
     fn retrograde_rotation_is_recognized() {
+        // Venus's pole.
         let turned = |deg: f64| PoleAndMeridian { pole_ra_deg: 272.8, pole_dec_deg: 67.2, w_deg: deg }.body_from_icrf();
         assert!(is_retrograde(&turned(10.0), &turned(9.9)));
         assert!(!is_retrograde(&turned(10.0), &turned(10.1)));

@@ -15,10 +15,10 @@ pub fn bodies_in_usual_order(catalog: &Catalog, ephemeris: &Ephemeris) -> Vec<Na
         BodyKind::DwarfPlanet | BodyKind::Asteroid => 2,
         BodyKind::Moon => 3,
     };
-    // Rank, semi-major axis in km, body.
+    // Rank, semi-major axis in km (0 without an orbit), body.
     let mut sorted: Vec<(i32, f64, &Body)> =
         catalog.bodies().iter().map(|b| (rank(b), semi_major_axis_km(catalog, ephemeris, b).unwrap_or(0.0), b)).collect();
-    sorted.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.id.cmp(&b.2.id)));
+    sorted.sort_by(|(rank_a, axis_a, a), (rank_b, axis_b, b)| rank_a.cmp(rank_b).then(axis_a.total_cmp(axis_b)).then(a.id.cmp(&b.id)));
     let mut order = Vec::with_capacity(sorted.len());
     for (_, _, body) in sorted.iter().filter(|(_, _, b)| b.kind != BodyKind::Moon) {
         order.push(body.id);

@@ -45,8 +45,8 @@ mod tests {
             let theta = 0.01 + f64::from(i) / 20.0 * 3.1;
             let value: f64 = c.iter().enumerate().map(|(k, c)| c * (k as f64 * theta).cos()).sum();
             let slope: f64 = c.iter().enumerate().map(|(k, c)| c * k as f64 * (k as f64 * theta).sin() / theta.sin()).sum();
-            let found = value_and_slope(&c, theta.cos());
-            assert!((found.0 - value).abs() < 1e-14 && (found.1 - slope).abs() < 1e-11, "{theta}: {found:?}");
+            let (found_value, found_slope) = value_and_slope(&c, theta.cos());
+            assert!((found_value - value).abs() < 1e-14 && (found_slope - slope).abs() < 1e-11, "{theta}: {found_value} {found_slope}");
         }
     }
 

@@ -39,8 +39,9 @@ impl ChebyshevCache {
         let middle_s = (2.0 * interval_index + 1.0) * half_interval_s;
         let fit = || Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * half_interval_s)));
         let coefficients = self.intervals.get(target, interval_index as i64, fit);
-        let [x, y, z] = coefficients.each_ref().map(|c| chebyshev::value_and_slope(c, (tdb_s - middle_s) / half_interval_s));
-        State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s: DVec3::new(x.1, y.1, z.1) / half_interval_s }
+        let u = (tdb_s - middle_s) / half_interval_s;
+        let [(x, x_slope), (y, y_slope), (z, z_slope)] = coefficients.each_ref().map(|c| chebyshev::value_and_slope(c, u));
+        State { pos_km: DVec3::new(x, y, z), vel_km_s: DVec3::new(x_slope, y_slope, z_slope) / half_interval_s }
     }
 }
 
@@ -48,6 +49,9 @@ impl ChebyshevCache {
 mod tests {
     use super::*;
     use std::sync::atomic::{AtomicU32, Ordering};
+
+    const TARGET: i32 = 3;
+    const INTERVAL_DAYS: f64 = 16.0;
 
     #[test]
     fn each_interval_is_fitted_once_and_results_do_not_depend_on_order() {
@@ -59,14 +63,18 @@ mod tests {
         };
         let times = [-1.0, 0.0, 1e5, 2e5, 9e5, 1e7, -3e9];
         let forward = ChebyshevCache::default();
-        let forward_states: Vec<State> = times.iter().map(|s| forward.state(3, 16.0, *s, circle)).collect();
+        let forward_states: Vec<State> = times.iter().map(|s| forward.state(TARGET, INTERVAL_DAYS, *s, circle)).collect();
         let evaluations_forward = evaluations.load(Ordering::Relaxed);
         assert_eq!(evaluations_forward as usize, 4 * TERMS, "four intervals");
         let backward = ChebyshevCache::default();
-        let mut backward_states: Vec<State> = times.iter().rev().map(|s| backward.state(3, 16.0, *s, circle)).collect();
+        let mut backward_states: Vec<State> = times.iter().rev().map(|s| backward.state(TARGET, INTERVAL_DAYS, *s, circle)).collect();
         backward_states.reverse();
         assert_eq!(forward_states, backward_states);
-        times.iter().for_each(|s| assert_eq!(forward.state(3, 16.0, *s, circle), backward.state(3, 16.0, *s, circle)));
+        let both_states = |s: f64| [&forward, &backward].map(|cache| cache.state(TARGET, INTERVAL_DAYS, s, circle));
+        for s in times {
+            let [forward_state, backward_state] = both_states(s);
+            assert_eq!(forward_state, backward_state);
+        }
         assert_eq!(evaluations.load(Ordering::Relaxed), 2 * evaluations_forward);
         for (s, state) in times.iter().zip(&forward_states) {
             let angle = s / (20.0 * SECONDS_PER_DAY);
@@ -80,7 +88,8 @@ mod tests {
     fn the_cache_has_a_maximum_size() {
         let cache = ChebyshevCache::default();
         for k in 0..=MAX_INTERVALS {
-            cache.state(1, 1.0, (k as f64 + 0.5) * SECONDS_PER_DAY, DVec3::splat);
+            let middle_s = (k as f64 + 0.5) * INTERVAL_DAYS * SECONDS_PER_DAY;
+            cache.state(TARGET, INTERVAL_DAYS, middle_s, DVec3::splat);
         }
         assert!(cache.intervals.len() <= MAX_INTERVALS);
     }

@@ -181,7 +181,7 @@ mod tests {
             let found = heliocentric_state(&orbit(1.0, 1.0), days).position;
             let expected = DVec3::new(1.0 - w * w, 2.0 * w, 0.0);
             assert!(found.distance(expected) < 1e-11 * expected.length(), "{w}: {found} {expected}");
-            // Nearly parabolic orbits on both sides, where classical formulas divide by nearly zero.
+            // Nearly parabolic orbits: eccentricities on both sides of 1, where classical formulas divide by nearly zero.
             let near = [1.0 - 1e-10, 1.0 + 1e-10].map(|e| heliocentric_state(&orbit(1.0, e), days).position);
             assert!(near.iter().all(|p| p.distance(expected) < 1e-5 * expected.length()), "{near:?}");
         }
@@ -200,12 +200,12 @@ mod tests {
     fn propagated_states_stay_on_their_orbit() {
         let gm = GAUSS_CONSTANT * GAUSS_CONSTANT;
         for (q, e) in [(0.6, 0.967), (1.0, 1.0), (2.0, 3.4), (2.5, 0.05)] {
-            let (at, span) = (heliocentric_state(&orbit(q, e), 123.0), 77.0);
-            let (propagated, expected) = (at.propagated(gm, span), heliocentric_state(&orbit(q, e), 123.0 + span));
+            let (start, span) = (heliocentric_state(&orbit(q, e), 123.0), 77.0);
+            let (propagated, expected) = (start.propagated(gm, span), heliocentric_state(&orbit(q, e), 123.0 + span));
             let (position, velocity) = (propagated.position, propagated.velocity);
             assert!(position.distance(expected.position) < 1e-12 && velocity.distance(expected.velocity) < 1e-13, "{q} {e}");
-            let slope = (at.propagated(gm, 0.01).position - at.propagated(gm, -0.01).position) / 0.02;
-            assert!(slope.distance(at.velocity) < 1e-9 && slope.distance(velocity) > 1e-4);
+            let slope = (start.propagated(gm, 0.01).position - start.propagated(gm, -0.01).position) / 0.02;
+            assert!(slope.distance(start.velocity) < 1e-9 && slope.distance(velocity) > 1e-4);
         }
     }
 }

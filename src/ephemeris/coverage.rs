@@ -35,7 +35,7 @@ fn joined(mut spans: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let mut all: Vec<(f64, f64)> = Vec::with_capacity(spans.len());
     for (start, end) in spans {
         match all.last_mut() {
-            Some(last) if start <= last.1 => last.1 = last.1.max(end),
+            Some((_, last_end)) if start <= *last_end => *last_end = last_end.max(end),
             _ => all.push((start, end)),
         }
     }
@@ -81,8 +81,8 @@ impl Ephemeris {
             spans.extend(self.kernels.iter().flat_map(|k| k.spans(target.0)));
         }
         if source.is_none_or(|s| s == Source::Series) {
-            let series_span = self.series.coverage(target.0);
-            spans.extend(series_span.map(|(a, b)| (a.max(span_s(SERIES_YEARS).0), b.min(span_s(SERIES_YEARS).1))));
+            let (first_s, last_s) = span_s(SERIES_YEARS);
+            spans.extend(self.series.coverage(target.0).map(|(start_s, end_s)| (start_s.max(first_s), end_s.min(last_s))));
         }
         if source.is_none_or(|s| s == Source::Mean) && mean_elements::origin_of(target.0).is_some() {
             spans.push(span_s(MEAN_ELEMENTS_YEARS));

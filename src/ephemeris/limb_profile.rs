@@ -169,23 +169,24 @@ mod tests {
     /// (R + h) cos(angle from the limb).
     #[test]
     fn summits_behind_and_in_front_of_the_limb_count() {
-        for (behind_deg, seen) in [(0.0, true), (2.0, true), (-2.0, true), (4.0, true), (6.5, false)] {
-            // A ridge of 9 km that crosses the equator, east, wider than the spacing of the profile's points; the place's limb is 89.73 degrees away.
+        for (behind_deg, is_seen) in [(0.0, true), (2.0, true), (-2.0, true), (4.0, true), (6.5, false)] {
+            // East longitude of the limb on the equator: 89.73 degrees.
             let limb_deg = (DEFAULT_SPHERE_KM / 370_000.0_f64).acos().to_degrees();
-            // At the middle of a cell of the map.
+            // The summit is at the middle of a cell of the map.
             let cells: f64 = (limb_deg + behind_deg) / 0.25;
             let summit_deg = (cells.floor() + 0.5) * 0.25;
-            let hill = |latitude: f64, longitude: f64| {
+            // A ridge, 9 km high, that crosses the equator; wider than the spacing of the profile's points.
+            let ridge = |latitude: f64, longitude: f64| {
                 let beside_deg = ((latitude - 0.125).abs() - 0.5).max(0.0);
                 (9.0 - 9.0 * beside_deg.hypot(longitude - summit_deg)).max(0.0)
             };
-            let profile = LimbProfile::seen_from(&map(hill), place_at(0.125, 0.0, 370_000.0));
+            let profile = LimbProfile::seen_from(&map(ridge), place_at(0.125, 0.0, 370_000.0));
             let beyond_limb_rad = (summit_deg - limb_deg).to_radians();
             let expected = (DEFAULT_SPHERE_KM + 9.0) * beyond_limb_rad.cos() - DEFAULT_SPHERE_KM;
             let [_, highest] = profile.range_km();
-            assert_eq!(expected > 0.1, seen, "{expected}");
+            assert_eq!(expected > 0.1, is_seen, "{expected}");
             assert!((highest - expected.max(0.0)).abs() < 0.03, "{behind_deg}: {highest} for {expected}");
-            if seen {
+            if is_seen {
                 // The highest point must lie in the east, whichever way the position angle counts.
                 let highest = (0..LIMB_POINTS).max_by(|a, b| profile.heights_km[*a].total_cmp(&profile.heights_km[*b])).expect("points");
                 let east = profile.position_angle_axes[0] * (TAU * highest as f64 / LIMB_POINTS as f64).cos()

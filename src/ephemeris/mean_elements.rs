@@ -122,6 +122,7 @@ pub fn error_km(target: i32, tdb_s: f64) -> f64 {
         10 => 4_300.0,
         301 => 3_000.0,
         399 => 36.0,
+        // Mercury and Venus coincide with their barycentres: a nominal bound.
         _ => 0.001,
     };
     worst_km * (tdb_s / (CONSTANT_ERROR_YEARS * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0)

@@ -58,6 +58,9 @@ pub enum Source {
     Kernel,
 }
 
+/// The `source` argument of [`Ephemeris::state`] that selects the best source that covers the time.
+pub const BEST_SOURCE: Option<Source> = None;
+
 /// Position in km and velocity in km/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
@@ -88,7 +91,7 @@ impl State {
 pub struct SourcedState {
     /// Position and velocity.
     pub state: State,
-    /// The least accurate source of the evaluated links, which are those up to the first common target of both chains.
+    /// The least accurate source of the evaluated links (up to the first common target of both chains); if none has a source, the requested one or `Kernel`.
     pub source: Source,
     /// Bound of the position's error.
     pub error_km: f64,
@@ -193,17 +196,14 @@ impl Ephemeris {
     /// The shipped kernel, series and theories for the bodies of `catalog`.
     pub fn embedded(catalog: &Catalog) -> Result<Self, EphemerisError> {
         let shipped = spk::Spk::parse("orrery_1900_2100.bsp", orrery_catalogs::KERNEL)?;
-        let orbits = catalog.bodies().iter().filter_map(|b| Some((b.id, Orbit { parent: b.parent?, motion: b.motion.clone() }))).collect();
-        let mass_shares = mass_shares(catalog);
         let moon_theories = satellites::MoonTheories::embedded()?;
-        let rotations = catalog.bodies().iter().map(|b| (b.id, b.rotation.clone())).collect();
         let pck = orientation::Pck::parse(orientation::EMBEDDED_PCK).map_err(|e| EphemerisError::other(e.to_string()))?;
         Ok(Self {
             kernels: vec![shipped],
             series: series::Series::embedded()?,
-            orbits,
-            rotations,
-            mass_shares,
+            orbits: catalog.bodies().iter().filter_map(|b| Some((b.id, Orbit { parent: b.parent?, motion: b.motion.clone() }))).collect(),
+            rotations: catalog.bodies().iter().map(|b| (b.id, b.rotation.clone())).collect(),
+            mass_shares: mass_shares(catalog),
             moon_theories,
             names: catalog.bodies().iter().map(|b| (b.id, b.name.clone())).collect(),
             pck,
@@ -218,7 +218,7 @@ impl Ephemeris {
         Ok(self)
     }
 
-    /// Geometric state of `body` relative to `center`, ICRF. `source: None` selects the best that covers `t`.
+    /// Geometric state of `body` relative to `center`, ICRF. `source`: the one to use where there is a choice, or [`BEST_SOURCE`].
     pub fn state(&self, body: NaifId, center: NaifId, t: Instant, source: Option<Source>) -> Result<SourcedState, EphemerisError> {
         if !t.tdb_seconds_past_j2000().is_finite() {
             return Err(EphemerisError::other("the time is not a number"));
@@ -261,7 +261,7 @@ impl Ephemeris {
             }
             Rotation::Synchronous => {
                 let parent = self.orbits.get(&body).map(|o| o.parent).ok_or_else(|| unknown("it has no parent"))?;
-                let state = self.state(body, parent, t, None)?.state;
+                let state = self.state(body, parent, t, BEST_SOURCE)?.state;
                 orientation::synchronous(state.pos_km, state.vel_km_s).ok_or_else(|| unknown("its orbit is a line"))
             }
             Rotation::Fixed { pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day } => {
@@ -279,7 +279,7 @@ impl Ephemeris {
         // Each round multiplies the error by v/c, which is under 1e-3 for any body here, so that six rounds always suffice. The last correction, of less than a
         // second, is made along the velocity, which leaves 6 metres at most (Metis, whose path curves most; tests/ephemeris/positions.rs).
         for round in 0.. {
-            let found = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None);
+            let found = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, BEST_SOURCE);
             if found.is_err() && round == 0 && emitted != t {
                 emitted = t;
                 continue;
@@ -300,7 +300,7 @@ impl Ephemeris {
     /// When light that reaches the observer at `t` left the barycentre of a planet's or moon's system, whose position takes less work than a moon's.
     fn emission_from_system(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Option<Instant> {
         let system = (101..1000).contains(&body.0).then_some(NaifId(body.0 / 100))?;
-        let State { pos_km, vel_km_s } = self.state(system, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).ok()?.state;
+        let State { pos_km, vel_km_s } = self.state(system, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE).ok()?.state;
         let light_s_from = |pos_km: DVec3| (pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
         let light_s = light_s_from(pos_km - vel_km_s * light_s_from(pos_km));
         // Farther away, the observer is in another system.

@@ -3,8 +3,8 @@
 //! In: the catalog and the ephemeris; for the osculating period also an instant. Out: kilometres and seconds. Always: the semi-major axis and the sidereal
 //! period do not depend on the displayed instant. Not here: the other elements of the orbit.
 
-use super::Ephemeris;
 use super::conic::ConicState;
+use super::{BEST_SOURCE, Ephemeris};
 use crate::catalog::{Body, BodyKind, Catalog, Motion};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
@@ -17,7 +17,7 @@ const DOUBLINGS: u32 = 10;
 /// catalog or one that the ephemeris cannot place.
 fn orbit_at(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body, time: Instant) -> Option<(ConicState, Option<f64>)> {
     let parent = catalog.body(body.parent?)?;
-    let state = ephemeris.state(body.id, parent.id, time, None).ok()?.state;
+    let state = ephemeris.state(body.id, parent.id, time, BEST_SOURCE).ok()?.state;
     let gm_km3_s2 = parent.gm_km3_s2.map(|gm| gm + body.gm_km3_s2.unwrap_or(0.0));
     Some((ConicState { position: state.pos_km, velocity: state.vel_km_s }, gm_km3_s2))
 }
@@ -41,7 +41,7 @@ pub fn osculating_period_s(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body
 }
 
 /// Mean time in which a moon revolves once relative to the stars: from the mean motion of the catalog's elements, else measured over 1024 revolutions
-/// from J2000. Error: 5e-5 of the period; the largest measured one is 3.3e-5 (the Moon). It evaluates a dozen states, so ask for it once, not in each frame.
+/// from J2000. Error: 5e-5 of the period; the largest measured one is 3.3e-5 (the Moon). The function evaluates a dozen states: call it once, not per frame.
 /// `None` for a body that is not a moon, and for a moon that the ephemeris cannot place over this span, such as one from a short kernel.
 pub fn sidereal_period_s(catalog: &Catalog, ephemeris: &Ephemeris, moon: &Body) -> Option<f64> {
     if moon.kind != BodyKind::Moon {
@@ -71,8 +71,8 @@ mod tests {
     use crate::catalog::NaifId;
     use crate::units::KM_PER_AU;
 
-    /// The semi-major axis from one state differs from the mean axis by the size of the perturbations. Standish 1992: Mars 1.523 71 au, Jupiter
-    /// 5.202 89 au.
+    /// The semi-major axis from one state differs from the mean axis by the size of the perturbations. Mean axes: Mars 1.523 71 au and Jupiter 5.202 89 au
+    /// (Standish 1992), the Moon 384 400 km.
     #[test]
     fn an_orbit_known_by_its_state_has_its_published_axis() {
         let catalog = Catalog::embedded();

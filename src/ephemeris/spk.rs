@@ -86,18 +86,19 @@ impl Segment {
 
     /// Position in km and velocity in km/s of the target relative to the centre, ICRF.
     pub fn state(&self, tdb_s: f64) -> State {
-        let records = self.data.len() / self.record_len;
-        let index = (((tdb_s - self.first_s) / self.record_span_s).max(0.0) as usize).min(records - 1);
+        let record_count = self.data.len() / self.record_len;
+        let index = (((tdb_s - self.first_s) / self.record_span_s).max(0.0) as usize).min(record_count - 1);
         let record = &self.data[index * self.record_len..][..self.record_len];
-        let (radius_s, u) = (record[1], (tdb_s - record[0]) / record[1]);
+        let (midpoint_s, radius_s) = (record[0], record[1]);
+        let u = (tdb_s - midpoint_s) / radius_s;
         let terms = (self.record_len - 2) / self.components;
         let row = |k: usize| &record[2 + k * terms..][..terms];
-        let (x, y, z) = (value_and_slope(row(0), u), value_and_slope(row(1), u), value_and_slope(row(2), u));
+        let [(x, x_slope), (y, y_slope), (z, z_slope)] = [0, 1, 2].map(|k| value_and_slope(row(k), u));
         let vel_km_s = match self.components {
-            6 => DVec3::new(value_and_slope(row(3), u).0, value_and_slope(row(4), u).0, value_and_slope(row(5), u).0),
-            _ => DVec3::new(x.1, y.1, z.1) / radius_s,
+            6 => DVec3::from_array([3, 4, 5].map(|k| value_and_slope(row(k), u).0)),
+            _ => DVec3::new(x_slope, y_slope, z_slope) / radius_s,
         };
-        State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s }
+        State { pos_km: DVec3::new(x, y, z), vel_km_s }
     }
 }
 
@@ -219,7 +220,7 @@ impl Spk {
         let chain_of_centres = |mut id: i32| {
             let mut path = vec![(id, State::REST)];
             while let Some((next_center, link_state)) = self.state_and_center(id, tdb_s) {
-                let so_far = path[path.len() - 1].1;
+                let (_, so_far) = path[path.len() - 1];
                 path.push((next_center, so_far.plus(link_state)));
                 id = next_center;
                 // A damaged file may name a cycle of centres.
@@ -356,15 +357,15 @@ mod tests {
             bytes[at..at + 8].copy_from_slice(&number.to_le_bytes());
             bytes
         };
-        let (next, count) = (1024, 1024 + 16);
+        let (next_offset, count_offset) = (1024, 1024 + 16);
         for (bytes, word) in [
-            (with(next, 2.0), "summary record 2 follows itself"),
-            (with(next, 1e9), "is not in the file, which has 4 records"),
-            (with(next, -1.0), "is not in the file"),
-            (with(next, 0.5), "is not in the file"),
-            (with(next, f64::NAN), "is not in the file"),
-            (with(count, 1e18), "the most are 25"),
-            (with(count, -1.0), "the most are 25"),
+            (with(next_offset, 2.0), "summary record 2 follows itself"),
+            (with(next_offset, 1e9), "is not in the file, which has 4 records"),
+            (with(next_offset, -1.0), "is not in the file"),
+            (with(next_offset, 0.5), "is not in the file"),
+            (with(next_offset, f64::NAN), "is not in the file"),
+            (with(count_offset, 1e18), "the most are 25"),
+            (with(count_offset, -1.0), "the most are 25"),
         ] {
             let error = Spk::parse("x.bsp", &bytes).expect_err(word).to_string();
             assert!(error.starts_with("kernel x.bsp: ") && error.contains(word) && !error.contains('\n'), "{word}: {error}");

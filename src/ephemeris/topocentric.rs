@@ -5,7 +5,7 @@
 //! Stellar aberration is left out: it changes altitudes by up to 20 arcsec, hence risings by up to 1.4 s at the equator and by more elsewhere, and shifts two
 //! neighbouring discs together. The horizon is perpendicular to the ellipsoid's normal.
 
-use super::{Ephemeris, EphemerisError, angle_rad};
+use super::{BEST_SOURCE, Ephemeris, EphemerisError, angle_rad};
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
 use crate::units::INVERSE_GOLDEN_RATIO;
@@ -130,9 +130,10 @@ impl ObserverSky<'_> {
         }
         let (point, normal) = ground_point_km(ground.radii_km, self.place.lat_graphic_deg, self.place.lon_east_deg, self.place.height_km);
         let icrf_from_body = self.ephemeris.body_from_icrf(ground.id, t)?.transpose();
-        let centre_km = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km;
+        let centre_km = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
         let viewer_km = centre_km + icrf_from_body * point;
-        let to_target = self.ephemeris.light_time_position(target, viewer_km, t)?.0 - viewer_km;
+        let (target_km, _) = self.ephemeris.light_time_position(target, viewer_km, t)?;
+        let to_target = target_km - viewer_km;
         let distance_km = to_target.length();
         let direction = to_target / distance_km;
         // The direction in the axes of the body that the place is on, like `normal`.
@@ -270,10 +271,10 @@ impl ObserverSky<'_> {
         let instant = |s: f64| start.plus_seconds(s);
         let is_inside = inner_overlap(greatest_s)? > 0.0;
         let inner_s =
-            if is_inside { contact_s(greatest_s, -1.0, inner_overlap)?.zip(contact_s(greatest_s, 1.0, inner_overlap)?) } else { None };
+            if is_inside { contact_s(greatest_s, BEFORE, inner_overlap)?.zip(contact_s(greatest_s, AFTER, inner_overlap)?) } else { None };
         Ok(Some(DiscPassage {
-            begins: contact_s(greatest_s, -1.0, outer_overlap)?.map(instant),
-            ends: contact_s(greatest_s, 1.0, outer_overlap)?.map(instant),
+            begins: contact_s(greatest_s, BEFORE, outer_overlap)?.map(instant),
+            ends: contact_s(greatest_s, AFTER, outer_overlap)?.map(instant),
             inner: inner_s.map(|(second_s, third_s)| (instant(second_s), instant(third_s))),
             greatest: t,
             magnitude: if is_inside { near.semidiameter_deg / far.semidiameter_deg } else { largest / (2.0 * far.semidiameter_deg) },
@@ -301,7 +302,12 @@ fn first_crossings(length_s: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>
     Ok((upward_s, downward_s))
 }
 
-/// Time of the contact before (`sign` -1) or after (1) the greatest obscuration: the root of `overlap`. `None` if the discs still overlap at the end of
+/// Sign of the search for a contact before the greatest obscuration.
+const BEFORE: f64 = -1.0;
+/// Sign of the search for a contact after the greatest obscuration.
+const AFTER: f64 = 1.0;
+
+/// Time of the contact [`BEFORE`] or [`AFTER`] the greatest obscuration, by `sign`: the root of `overlap`. `None` if the discs still overlap at the end of
 /// [`LONGEST_PASSAGE_S`].
 fn contact_s(greatest_s: f64, sign: f64, overlap: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<Option<f64>, EphemerisError> {
     let mut step = CONTACT_STEP_S;
@@ -352,7 +358,7 @@ mod tests {
     #[test]
     fn discs_that_overlap_for_more_than_two_days_have_no_contact() {
         for (half_duration_s, has_contact) in [(3600.5, true), (LONGEST_PASSAGE_S - 1.0, true), (LONGEST_PASSAGE_S + 1.0, false)] {
-            for sign in [-1.0, 1.0] {
+            for sign in [BEFORE, AFTER] {
                 let found = contact_s(500.0, sign, |s| Ok(half_duration_s - (s - 500.0).abs())).expect("a time or none");
                 assert_eq!(found.is_some(), has_contact, "{half_duration_s} {sign}: {found:?}");
                 let error_s = found.map_or(0.0, |s| s - (500.0 + sign * half_duration_s));

@@ -67,8 +67,8 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 /// State relative to the parent, ICRF, from a catalog's mean elements.
 ///
 /// The node regresses for inclinations under 90 degrees and advances above; the argument of the periapsis advances. The catalog's mean motion n is
-/// the rate of the mean longitude at the epoch. So the rate of the anomaly there is n - argument' - node' in a prograde orbit and n - argument' + node' in a
-/// retrograde one, where a prime means a rate. A tidal term in T² is added to the anomaly, and so to the longitude.
+/// the rate of the mean longitude at the epoch. So the rate of the anomaly at the epoch is n - argument' - node' in a prograde orbit and n - argument' + node'
+/// in a retrograde one (a prime means a rate). A tidal term in T² is added to the anomaly, and so to the longitude.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
     // The few milliseconds between TDB and TT are neglected.
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);

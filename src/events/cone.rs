@@ -1,9 +1,9 @@
 //! The intersection of a shadow cone with the Earth's spheroid.
 //!
 //! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where the cone's axis meets the
-//! ground or is nearest to it. The gap is the greatest signed distance of the spheroid from a plane that is tangent to the cone along a generatrix, negative if
-//! they overlap. It is exact where they are apart or graze each other, hence at the contacts of an eclipse. Where the axis passes near the Earth's centre,
-//! the computed gap may be too small by up to 21 km, the difference of the spheroid's radii; its sign is still right.
+//! ground or is nearest to it. The gap is the greatest signed distance of the spheroid from a plane that touches the cone along a generator (one of its
+//! straight lines), negative if cone and spheroid overlap. It is exact where they are apart or graze each other, hence at the contacts of an eclipse. Where
+//! the axis passes near the Earth's centre, the computed gap may be too small by up to 21 km, the difference of the spheroid's radii; its sign is still right.
 
 use super::numeric::minimum;
 use crate::scene::eclipse::shadow_cone::nearest_point_and_half_chord_sq;
@@ -40,7 +40,8 @@ impl Spheroid {
     /// negative if the line misses.
     pub(crate) fn half_chord_sq(&self, point_km: DVec3, direction: DVec3) -> f64 {
         let (p, d) = self.in_unit_sphere_frame(point_km, direction);
-        nearest_point_and_half_chord_sq(p, d).1
+        let (_nearest_point, half_chord_sq) = nearest_point_and_half_chord_sq(p, d);
+        half_chord_sq
     }
 
     /// Where the line through `point_km` along `direction`, the unit vector to the Sun, meets the surface: of the two points the one nearer to the Sun;
@@ -64,7 +65,7 @@ pub(super) struct Cone {
     apex_km: DVec3,
     /// Unit vector from the apex into the cone.
     axis_direction: DVec3,
-    /// Sine of the angle between the axis and a generatrix.
+    /// Sine of the angle between the axis and a generator.
     sin_half_angle: f64,
 }
 
@@ -91,7 +92,7 @@ impl Cone {
         Self { apex_km: moon_km, axis_direction: -moon_to_sun(sun_km, moon_km).0, sin_half_angle: 0.0 }
     }
 
-    /// Gap between cone and spheroid, km, negative if they overlap; and the unit normal of the tangent plane at the nearest generatrix, towards the spheroid.
+    /// Gap between cone and spheroid, km, negative if they overlap; and the unit normal of the tangent plane at the nearest generator, towards the spheroid.
     pub(crate) fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
         let to_centre = -self.apex_km;
         let axis_to_centre = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
@@ -103,9 +104,10 @@ impl Cone {
             (towards_centre * angle.cos() + sideways * angle.sin()) * cos_half_angle - self.axis_direction * self.sin_half_angle
         };
         let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
-        // The Earth's flattening rotates the nearest generatrix by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9 degrees (0.05
+        // The Earth's flattening rotates the nearest generator by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9 degrees (0.05
         // radians).
-        let nearest_normal = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
+        let (max_angle, tolerance) = (0.05, 1e-7);
+        let nearest_normal = normal(minimum(-max_angle, max_angle, tolerance, |angle| -gap(normal(angle))));
         (gap(nearest_normal), nearest_normal)
     }
 }

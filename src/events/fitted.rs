@@ -15,7 +15,7 @@ pub(super) struct FittedPosition {
     /// Half of the span.
     half_span_s: f64,
     /// Chebyshev coefficients of x, y and z.
-    axes: [Vec<f64>; 3],
+    coefficients: [Vec<f64>; 3],
 }
 
 impl FittedPosition {
@@ -25,18 +25,18 @@ impl FittedPosition {
     /// The first error of `position`.
     pub(crate) fn fit(half_span_s: f64, position: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
         let first_error = RefCell::new(None);
-        let axes = chebyshev::fit_nodes(TERMS, |u| {
+        let coefficients = chebyshev::fit_nodes(TERMS, |u| {
             position(u * half_span_s).unwrap_or_else(|e| {
                 first_error.borrow_mut().get_or_insert(e);
                 DVec3::ZERO
             })
         });
-        first_error.into_inner().map_or(Ok(Self { half_span_s, axes }), Err)
+        first_error.into_inner().map_or(Ok(Self { half_span_s, coefficients }), Err)
     }
 
     /// The position `s` seconds after the middle of the span, km.
     pub(crate) fn at(&self, s: f64) -> DVec3 {
-        DVec3::from_array(self.axes.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_span_s).0))
+        DVec3::from_array(self.coefficients.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_span_s).0))
     }
 }
 

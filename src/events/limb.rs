@@ -140,23 +140,23 @@ impl SolarEclipse {
                 }
                 Ok(contact_s.map(|s| silhouette.contact(name, s, condition, mean_limb_s)))
             };
-        let (c1, c4) = mean_limb.outer;
+        let (c1_s, c4_s) = mean_limb.outer;
         // The angle outside the Sun is positive before C1 and after C4.
-        found.extend(find_contact("C1", ContactCondition::AnyPointOnSun, c1, [c1 - SEARCH_S, c1 + SEARCH_S], -1.0)?);
-        if let Some((c2, c3)) = mean_limb.inner {
+        found.extend(find_contact("C1", ContactCondition::AnyPointOnSun, c1_s, [c1_s - SEARCH_S, c1_s + SEARCH_S], -1.0)?);
+        if let Some((c2_s, c3_s)) = mean_limb.inner {
             // Searched from the middle outwards: totality ends when a point of the silhouette lies on the Sun, annularity when one lies off the Sun.
             let (condition, sign) =
                 if mean_limb.is_annular { (ContactCondition::AllPointsOnSun, 1.0) } else { (ContactCondition::AnyPointOnSun, -1.0) };
-            let middle = 0.5 * (c2 + c3);
+            let middle_s = 0.5 * (c2_s + c3_s);
             // Where the searches for C2 and C3 start: inside totality or annularity, but not beyond its middle.
-            let (c2_start, c3_start) = ((c2 + SEARCH_S).min(middle), (c3 - SEARCH_S).max(middle));
+            let (c2_start_s, c3_start_s) = ((c2_s + SEARCH_S).min(middle_s), (c3_s - SEARCH_S).max(middle_s));
             let inner = [
-                find_contact("C2", condition, c2, [c2_start, c2 - SEARCH_S], sign)?,
-                find_contact("C3", condition, c3, [c3_start, c3 + SEARCH_S], sign)?,
+                find_contact("C2", condition, c2_s, [c2_start_s, c2_s - SEARCH_S], sign)?,
+                find_contact("C3", condition, c3_s, [c3_start_s, c3_s + SEARCH_S], sign)?,
             ];
             found.extend(inner.into_iter().flatten());
         }
-        found.extend(find_contact("C4", ContactCondition::AnyPointOnSun, c4, [c4 + SEARCH_S, c4 - SEARCH_S], -1.0)?);
+        found.extend(find_contact("C4", ContactCondition::AnyPointOnSun, c4_s, [c4_s + SEARCH_S, c4_s - SEARCH_S], -1.0)?);
         Ok(found)
     }
 }

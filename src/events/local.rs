@@ -253,7 +253,8 @@ impl<'a> Station<'a> {
 
     /// Altitude of the Sun, degrees.
     pub(crate) fn sun_altitude_deg(&self, s: f64) -> f64 {
-        self.altitude_azimuth_rad(self.sky.sun_km(s), s).0.to_degrees()
+        let (altitude_rad, _azimuth_rad) = self.altitude_azimuth_rad(self.sky.sun_km(s), s);
+        altitude_rad.to_degrees()
     }
 
     /// When the discs are nearest to each other, searched around `near_s`.
@@ -315,7 +316,7 @@ impl<'a> Station<'a> {
             obscuration: Some(self.discs(visible_maximum_s.unwrap_or(maximum_s)).obscuration()),
             rise: above_horizon.rise_s.map(|s| self.sky.instant(s)),
             set: above_horizon.set_s.map(|s| self.sky.instant(s)),
-            central_duration_s: inner.map(|(a, b)| b - a),
+            central_duration_s: inner.map(|(second, third)| third - second),
         })
     }
 

@@ -112,7 +112,8 @@ impl LunarEclipseGeometry {
         let antisolar = -sun_km / distance_km;
         let distance_behind_km = moon_km.dot(antisolar);
         let (earth_radius_km, sun_radius_km) = (self.radii.earth_radii_km.x, self.radii.sun_radius_km);
-        // Radius, at the Moon's distance, of a cone with this half angle. `sign`: 1 if the cone widens away from the Sun, -1 if it narrows.
+        // Radius, at the Moon's distance, of a cone with this half angle. `sign`: whether the cone narrows or widens away from the Sun.
+        let (narrowing, widening) = (-1.0, 1.0);
         let radius_km = |sin_half: f64, sign: f64| {
             let cos_half = (1.0 - sin_half * sin_half).sqrt();
             (earth_radius_km + sign * distance_behind_km * sin_half) / cos_half
@@ -120,8 +121,8 @@ impl LunarEclipseGeometry {
         let enlargement_km = if self.radii.convention == EclipseRadii::Almanac { DANJON_ENLARGEMENT * earth_radius_km } else { 0.0 };
         ShadowAtMoon {
             offset_from_axis_km: moon_km - antisolar * distance_behind_km,
-            umbra_radius_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlargement_km,
-            penumbra_radius_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, 1.0) + enlargement_km,
+            umbra_radius_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, narrowing) + enlargement_km,
+            penumbra_radius_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, widening) + enlargement_km,
         }
     }
 
@@ -150,8 +151,8 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
     if penumbral_magnitude <= 0.0 {
         return Ok(None);
     }
-    // Adds the first and the last instant at which `magnitude` equals `fraction`; none if it does not exceed `fraction` at greatest eclipse.
     let mut contacts = Vec::new();
+    // Adds the first and the last instant at which `magnitude` equals `fraction`; none if it does not exceed `fraction` at greatest eclipse.
     let mut add_contacts = |first, last, magnitude: &dyn Fn(f64) -> f64, fraction: f64| {
         let missing_fraction = |s: f64| fraction - magnitude(s);
         if missing_fraction(greatest_s) < 0.0 {
@@ -159,9 +160,11 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
             contacts.push((last, zero_crossing(greatest_s, greatest_s + SHADOW_SEARCH_S, missing_fraction)));
         }
     };
-    add_contacts("P1", "P4", &|s| geometry.magnitudes(s).1, 0.0);
-    add_contacts("U1", "U4", &|s| geometry.magnitudes(s).0, 0.0);
-    add_contacts("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
+    let umbral = |s: f64| geometry.magnitudes(s).0;
+    let penumbral = |s: f64| geometry.magnitudes(s).1;
+    add_contacts("P1", "P4", &penumbral, 0.0);
+    add_contacts("U1", "U4", &umbral, 0.0);
+    add_contacts("U2", "U3", &umbral, 1.0);
     contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
     let offset = geometry.relative_to_shadow(greatest_s).offset_from_axis_km;
     let moon_itrs_km = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_body_km(greatest_s);

@@ -43,7 +43,8 @@ use std::ops::Range;
 /// # Errors
 /// The catalog lacks a body, or the ephemeris does not cover the span.
 pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<SolarEclipse>, EphemerisError> {
-    find_solar(catalog, ephemeris, from..to, true)
+    let with_saros_member = true;
+    find_solar(catalog, ephemeris, from..to, with_saros_member)
 }
 
 /// As [`solar_eclipses`], but with [`SolarEclipse::saros_member`] left `None`: finding it takes most of the time.
@@ -56,7 +57,8 @@ pub fn solar_eclipses_without_saros(
     from: Instant,
     to: Instant,
 ) -> Result<Vec<SolarEclipse>, EphemerisError> {
-    find_solar(catalog, ephemeris, from..to, false)
+    let with_saros_member = false;
+    find_solar(catalog, ephemeris, from..to, with_saros_member)
 }
 
 /// Eclipses of the Moon whose greatest phase is in `from..to`.
@@ -64,7 +66,8 @@ pub fn solar_eclipses_without_saros(
 /// # Errors
 /// As [`solar_eclipses`].
 pub fn lunar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<LunarEclipse>, EphemerisError> {
-    find_lunar(catalog, ephemeris, from..to, true)
+    let with_saros_member = true;
+    find_lunar(catalog, ephemeris, from..to, with_saros_member)
 }
 
 /// As [`lunar_eclipses`], but with [`LunarEclipse::saros_member`] left `None`: finding it takes most of the time.
@@ -77,7 +80,8 @@ pub fn lunar_eclipses_without_saros(
     from: Instant,
     to: Instant,
 ) -> Result<Vec<LunarEclipse>, EphemerisError> {
-    find_lunar(catalog, ephemeris, from..to, false)
+    let with_saros_member = false;
+    find_lunar(catalog, ephemeris, from..to, with_saros_member)
 }
 
 /// `with_saros_member`: whether to find each eclipse's number within its Saros series.

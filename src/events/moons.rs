@@ -10,7 +10,7 @@ use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
 use super::numeric::{minimum, time_of_minimum, zero_crossing};
 use crate::catalog::{Body, Catalog, NaifId};
-use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError, State};
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::DVec3;
@@ -111,10 +111,9 @@ struct MoonAndPlanet<'a> {
 }
 
 impl MoonAndPlanet<'_> {
-    /// Position (km) and velocity (km/s) of the moon relative to the planet, ICRF.
-    fn moon_from_planet(&self, t: Instant) -> Result<(DVec3, DVec3), EphemerisError> {
-        let state = self.ephemeris.state(self.moon.id, self.planet.id, t, None)?.state;
-        Ok((state.pos_km, state.vel_km_s))
+    /// State of the moon relative to the planet.
+    fn moon_from_planet(&self, t: Instant) -> Result<State, EphemerisError> {
+        Ok(self.ephemeris.state(self.moon.id, self.planet.id, t, BEST_SOURCE)?.state)
     }
 
     /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to half a minute), and whether it is then in front of the
@@ -124,14 +123,14 @@ impl MoonAndPlanet<'_> {
         let barycentre = NaifId(self.planet.id.0 / 100);
         // Signed distance of the moon from the line, in the plane of the orbit, km; and a number that is positive if the moon is in front of the planet.
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
-            let (pos_km, vel_km_s) = self.moon_from_planet(t)?;
-            let to_observer_km = self.ephemeris.state(observer, barycentre, t, None)?.state.pos_km;
+            let State { pos_km, vel_km_s } = self.moon_from_planet(t)?;
+            let to_observer_km = self.ephemeris.state(observer, barycentre, t, BEST_SOURCE)?.state.pos_km;
             let perpendicular = pos_km.cross(vel_km_s).cross(to_observer_km);
             Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(to_observer_km)))
         };
         // Light from the planet takes less than two hours.
         const MAX_LIGHT_TIME_S: f64 = 7200.0;
-        let (pos_km, vel_km_s) = self.moon_from_planet(from)?;
+        let State { pos_km, vel_km_s } = self.moon_from_planet(from)?;
         let step_s = std::f64::consts::TAU * pos_km.length() / vel_km_s.length() / STEPS_PER_ORBIT;
         let mut found = Vec::new();
         let mut sample_time = from.plus_seconds(-MAX_LIGHT_TIME_S - step_s);
@@ -191,13 +190,13 @@ enum BoundingPlanes {
 impl MoonConjunction {
     fn around(pair: &MoonAndPlanet<'_>, observer: NaifId, middle: Instant) -> Result<Self, EphemerisError> {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
-        let (_, vel_km_s) = pair.moon_from_planet(middle)?;
+        let vel_km_s = pair.moon_from_planet(middle)?.vel_km_s;
         // Twice the time in which the moon moves by the sum of both radii, and ten minutes.
         let half_span_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
         let instant = |s: f64| middle.plus_seconds(s);
-        let moon = FittedPosition::fit(half_span_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
+        let moon = FittedPosition::fit(half_span_s, |s| Ok(pair.moon_from_planet(instant(s))?.pos_km))?;
         let to_observer = FittedPosition::fit(half_span_s, |s| vector_to_observer(ephemeris, planet, observer, instant(s)))?;
-        let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
+        let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, BEST_SOURCE)?.state.vel_km_s;
         let pole = ephemeris.body_from_icrf(planet, middle)?.row(2);
         Ok(Self { observer, middle, half_span_s, moon, to_observer, planet_velocity_km_s, pole })
     }
@@ -237,14 +236,15 @@ impl MoonConjunction {
             moon_km.dot(normal) - support_km(normal)
         };
         // The plane beyond which the moon is farthest. The flattening rotates its normal away from `perpendicular`, near the boundary by less than 0.3 radians.
-        beyond_plane_km(minimum(-0.3, 0.3, 1e-5, |angle| -beyond_plane_km(angle)))
+        let (max_angle, tolerance) = (0.3, 1e-5);
+        beyond_plane_km(minimum(-max_angle, max_angle, tolerance, |angle| -beyond_plane_km(angle)))
     }
 
     /// When the Earth's centre sees what happens at `s`: in an eclipse the event at the moon, else that at the planet.
     fn reception_of(&self, pair: &MoonAndPlanet<'_>, class: MoonEventType, s: f64) -> Result<Instant, EphemerisError> {
         let (moon_km, delay_s, _) = self.geometry_of_light(s);
         let at = self.middle.plus_seconds(s);
-        let planet_km = pair.ephemeris.state(pair.planet.id, NaifId::SOLAR_SYSTEM_BARYCENTER, at, None)?.state.pos_km;
+        let planet_km = pair.ephemeris.state(pair.planet.id, NaifId::SOLAR_SYSTEM_BARYCENTER, at, BEST_SOURCE)?.state.pos_km;
         if class == MoonEventType::Eclipse {
             return reception_time(pair.ephemeris, planet_km + moon_km, at.plus_seconds(delay_s));
         }
@@ -285,10 +285,10 @@ impl MoonConjunction {
         let greatest_s = time_of_minimum(-search_s, search_s, distance_from_line_km);
         let mut contacts = Vec::new();
         for &(first, last, planes, distance_km) in limits {
-            let outside = |s: f64| self.distance_outside_km(pair, s, planes) - distance_km;
-            if outside(greatest_s) < 0.0 {
-                contacts.push((first, self.reception_of(pair, class, zero_crossing(greatest_s, -search_s, outside))?));
-                contacts.push((last, self.reception_of(pair, class, zero_crossing(greatest_s, search_s, outside))?));
+            let gap_km = |s: f64| self.distance_outside_km(pair, s, planes) - distance_km;
+            if gap_km(greatest_s) < 0.0 {
+                contacts.push((first, self.reception_of(pair, class, zero_crossing(greatest_s, -search_s, gap_km))?));
+                contacts.push((last, self.reception_of(pair, class, zero_crossing(greatest_s, search_s, gap_km))?));
             }
         }
         sort_by_time(&mut contacts);
@@ -301,10 +301,12 @@ impl MoonConjunction {
 /// Vector from a planet at `t` to the observer: to the Earth when it receives the planet's light, or to the Sun when it sent the light that arrives at
 /// `t`. Kilometres, ICRF axes.
 pub(super) fn vector_to_observer(ephemeris: &Ephemeris, planet: NaifId, observer: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
-    let barycentric_km = |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state.pos_km);
+    let barycentric_km =
+        |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km);
     let planet_km = barycentric_km(planet, t)?;
     if observer == NaifId::SUN {
-        return Ok(ephemeris.light_time_position(NaifId::SUN, planet_km, t)?.0 - planet_km);
+        let (sun_km, _emission_time) = ephemeris.light_time_position(NaifId::SUN, planet_km, t)?;
+        return Ok(sun_km - planet_km);
     }
     Ok(barycentric_km(observer, reception_time(ephemeris, planet_km, t)?)? - planet_km)
 }
@@ -314,7 +316,7 @@ pub(super) fn reception_time(ephemeris: &Ephemeris, place_km: DVec3, t: Instant)
     let mut at = t;
     // The Earth's speed is 1e-4 of light's: three rounds leave less than a microsecond.
     for _ in 0..3 {
-        let earth_km = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, at, None)?.state.pos_km;
+        let earth_km = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, at, BEST_SOURCE)?.state.pos_km;
         at = t.plus_seconds((earth_km - place_km).length() / SPEED_OF_LIGHT_KM_S);
     }
     Ok(at)

@@ -9,7 +9,7 @@ use super::fitted::FittedPosition;
 use super::moons::{GALILEAN, MoonEvent, MoonEventType, reception_time, vector_to_observer};
 use super::numeric::{time_of_minimum, zero_crossing};
 use crate::catalog::{Body, Catalog, NaifId};
-use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError};
 use crate::time::Instant;
 use crate::units::{SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
@@ -29,6 +29,9 @@ const HALF_SPAN_S: f64 = 8.0 * 3600.0;
 /// Time between samples of a passage. Near greatest elongation one moon may pass another twice within hours; small steps find the contacts of this passage, not
 /// of the other one.
 const CONTACT_STEP_S: f64 = 60.0;
+/// Directions of a search in time.
+const BACKWARD: f64 = -1.0;
+const FORWARD: f64 = 1.0;
 
 /// Events whose greatest phase is in `from..to`. Moons that the catalog lacks are left out.
 ///
@@ -47,14 +50,14 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
         let mut second_last: Option<Vec<f64>> = None;
         let mut last: Option<Vec<f64>> = None;
         while sample_time < to.plus_seconds(2.0 * STEP_S) {
-            let towards = ephemeris.state(observer, JUPITER_BARYCENTRE, sample_time, None)?.state.pos_km.normalize_or_zero();
+            let towards = ephemeris.state(observer, JUPITER_BARYCENTRE, sample_time, BEST_SOURCE)?.state.pos_km.normalize_or_zero();
             let pole = ephemeris.body_from_icrf(JUPITER, sample_time)?.row(2);
             if pole.dot(towards).abs() > MAX_SEASON_SINE {
                 (second_last, last) = (None, None);
                 sample_time = sample_time.plus_seconds(SECONDS_PER_DAY);
                 continue;
             }
-            let positions = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, sample_time, None)?.state.pos_km));
+            let positions = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, sample_time, BEST_SOURCE)?.state.pos_km));
             let positions: Vec<DVec3> = positions.collect::<Result<_, EphemerisError>>()?;
             let current: Vec<f64> = pairs.iter().map(|&(a, b)| (positions[a] - positions[b]).cross(towards).length()).collect();
             if let (Some(second_last), Some(last)) = (&second_last, &last) {
@@ -129,13 +132,15 @@ impl<'a> MutualConjunction<'a> {
         middle: Instant,
     ) -> Result<Self, EphemerisError> {
         let instant = |s: f64| middle.plus_seconds(s);
-        let fit = |moon: &Body| FittedPosition::fit(HALF_SPAN_S, |s| Ok(ephemeris.state(moon.id, JUPITER, instant(s), None)?.state.pos_km));
+        let fit = |moon: &Body| {
+            FittedPosition::fit(HALF_SPAN_S, |s| Ok(ephemeris.state(moon.id, JUPITER, instant(s), BEST_SOURCE)?.state.pos_km))
+        };
         let to_observer = FittedPosition::fit(HALF_SPAN_S, |s| vector_to_observer(ephemeris, JUPITER, observer, instant(s)))?;
         let [a, b] = moons;
         let (a_km, b_km) = (fit(a)?, fit(b)?);
         let a_is_near = (a_km.at(0.0) - b_km.at(0.0)).dot(to_observer.at(0.0)) > 0.0;
         let (near, far, near_km, far_km) = if a_is_near { (a, b, a_km, b_km) } else { (b, a, b_km, a_km) };
-        let planet_velocity_km_s = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
+        let planet_velocity_km_s = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, BEST_SOURCE)?.state.vel_km_s;
         Ok(Self { near, far, near_km, far_km, to_observer, observer, sun_radius_km, planet_velocity_km_s, middle })
     }
 
@@ -167,8 +172,8 @@ impl<'a> MutualConjunction<'a> {
         offset.offset_km * offset.observer_distance_km / near_to_observer_km - radius_km - far_radius_km
     }
 
-    /// The last instant before `inside_s` (`direction` -1), or the first one after it (1), at which the farther moon touches the region from outside. At
-    /// `inside_s` a part of the moon is inside the region.
+    /// The last instant before `inside_s` (`direction` [`BACKWARD`]), or the first one after it ([`FORWARD`]), at which the farther moon touches the region
+    /// from outside. At `inside_s` a part of the moon is inside the region.
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let distance_km = |s: f64| self.distance_outside_km(s, region);
         let mut last_inside_s = inside_s;
@@ -195,7 +200,7 @@ impl<'a> MutualConjunction<'a> {
         };
         let reception_of = |s: f64| -> Result<Instant, EphemerisError> {
             let at = self.middle.plus_seconds(s);
-            let planet_km = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, at, None)?.state.pos_km;
+            let planet_km = ephemeris.state(JUPITER, NaifId::SOLAR_SYSTEM_BARYCENTER, at, BEST_SOURCE)?.state.pos_km;
             reception_time(ephemeris, planet_km + self.far_km.at(s), at)
         };
         // The first region in `limits` contains the others.
@@ -204,7 +209,7 @@ impl<'a> MutualConjunction<'a> {
             return Ok(None);
         }
         // Between the first and the last contact the moons may pass twice: the nearer passage is the greatest phase.
-        let (begin_s, end_s) = (self.exit_s(conjunction_s, -1.0, outermost), self.exit_s(conjunction_s, 1.0, outermost));
+        let (begin_s, end_s) = (self.exit_s(conjunction_s, BACKWARD, outermost), self.exit_s(conjunction_s, FORWARD, outermost));
         let at = |k: i32| begin_s + f64::from(k) * CONTACT_STEP_S;
         let samples = ((end_s - begin_s) / CONTACT_STEP_S).ceil() as i32;
         let nearest = (0..=samples).min_by(|a, b| offset_km(at(*a)).total_cmp(&offset_km(at(*b)))).unwrap_or(0);
@@ -212,8 +217,8 @@ impl<'a> MutualConjunction<'a> {
         let mut contacts = Vec::new();
         for &(first, last, region) in limits {
             if self.distance_outside_km(greatest_s, region) < 0.0 {
-                contacts.push((first, reception_of(self.exit_s(greatest_s, -1.0, region))?));
-                contacts.push((last, reception_of(self.exit_s(greatest_s, 1.0, region))?));
+                contacts.push((first, reception_of(self.exit_s(greatest_s, BACKWARD, region))?));
+                contacts.push((last, reception_of(self.exit_s(greatest_s, FORWARD, region))?));
             }
         }
         sort_by_time(&mut contacts);

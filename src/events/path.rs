@@ -66,8 +66,8 @@ impl SolarEclipse {
     }
 
     /// The farthest place from `centre`, on the great circle that leaves it at `bearing_rad`, where the eclipse is still total or annular. `None` if the place
-    /// is beyond [`MAX_OFFSET_DEG`], or if the Sun is more than a degree below its horizon when the phase there is greatest. `s`: when the shadow's axis is at
-    /// `centre`, in the seconds of the eclipse's geometry.
+    /// is beyond [`MAX_OFFSET_DEG`], or if the Sun is more than a degree below the place's horizon when the phase there is greatest. `s`: when the shadow's
+    /// axis is at `centre`, in the seconds of the eclipse's geometry.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
         let is_total_or_annular =
@@ -126,7 +126,7 @@ pub fn cut_at_antimeridian(places: &[GeodeticPosition]) -> Vec<Vec<CutVertex>> {
     let mut previous: Option<CutVertex> = None;
     for (k, place) in places.iter().enumerate() {
         let vertex = CutVertex { longitude_deg: place.longitude_deg, latitude_deg: place.latitude_deg, position: k as f64 };
-        if let Some(previous) = previous.replace(vertex).filter(|b| (b.longitude_deg - vertex.longitude_deg).abs() > 180.0) {
+        if let Some(previous) = previous.replace(vertex).filter(|p| (p.longitude_deg - vertex.longitude_deg).abs() > 180.0) {
             let edge_deg = 180.0_f64.copysign(previous.longitude_deg);
             // Degrees of longitude from the earlier place to the antimeridian, and to the later place.
             let to_antimeridian_deg = (edge_deg - previous.longitude_deg).abs();
@@ -159,7 +159,8 @@ mod tests {
     fn the_bearing_to_a_destination_is_the_bearing_it_was_computed_from() {
         for (lat, lon) in [(0.0, 0.0), (60.0, 179.0), (-45.0, -100.0)] {
             for bearing_deg in [10.0_f64, 100.0, 200.0, 300.0] {
-                let reached = destination(place(lat, lon), bearing_deg.to_radians(), 3.0);
+                let distance_deg = 3.0;
+                let reached = destination(place(lat, lon), bearing_deg.to_radians(), distance_deg);
                 let back = bearing_rad(place(lat, lon), reached).to_degrees().rem_euclid(360.0);
                 assert!((back - bearing_deg).abs() < 1e-9, "{lat} {lon} {bearing_deg}: {back}");
             }

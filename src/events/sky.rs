@@ -8,7 +8,7 @@
 use super::fitted::FittedPosition;
 use crate::catalog::{Catalog, EclipseRadii, NaifId};
 use crate::ephemeris::apparent::aberrated;
-use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError};
 use crate::time::Instant;
 use glam::{DMat3, DVec3};
 
@@ -20,8 +20,9 @@ const EARTH_ROTATION_RAD_PER_S: f64 = 7.292_115_146_7e-5;
 /// # Errors
 /// The ephemeris does not cover `t`.
 pub(super) fn apparent_position_km(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<DVec3, EphemerisError> {
-    let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state;
-    let offset_km = ephemeris.light_time_position(body, earth.pos_km, t)?.0 - earth.pos_km;
+    let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state;
+    let (position_at_emission_km, _emission_time) = ephemeris.light_time_position(body, earth.pos_km, t)?;
+    let offset_km = position_at_emission_km - earth.pos_km;
     let distance_km = offset_km.length();
     Ok(aberrated(offset_km / distance_km, earth.vel_km_s) * distance_km)
 }

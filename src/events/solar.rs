@@ -173,31 +173,31 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzy
         moon_km - to_sun * moon_km.dot(to_sun)
     };
     let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| nearest_on_axis_km(s).length());
-    let nearest = nearest_on_axis_km(greatest_s);
-    let gamma = nearest.length().copysign(nearest.dot(sky.pole())) / radii.earth_radii_km.x;
+    let nearest_km = nearest_on_axis_km(greatest_s);
+    let gamma = nearest_km.length().copysign(nearest_km.dot(sky.pole())) / radii.earth_radii_km.x;
     let geometry = SolarEclipseGeometry { sky, radii, greatest_s };
     if geometry.penumbra_gap_km(greatest_s) >= 0.0 {
         return Ok(None);
     }
     // First and last contact of the Earth with a cone. `gap`: distance between the cone and the spheroid by time.
     let contacts_of = |gap: &dyn Fn(f64) -> f64| {
-        let contact_s = |sign: f64| zero_crossing(greatest_s, greatest_s + sign * SHADOW_SEARCH_S, gap);
-        (contact_s(-1.0), contact_s(1.0))
+        let contact_s = |search_s: f64| zero_crossing(greatest_s, greatest_s + search_s, gap);
+        (contact_s(-SHADOW_SEARCH_S), contact_s(SHADOW_SEARCH_S))
     };
-    let penumbra = contacts_of(&|s| geometry.penumbra_gap_km(s));
-    let umbra = (geometry.umbra_gap_km(greatest_s) < 0.0).then(|| contacts_of(&|s| geometry.umbra_gap_km(s)));
+    let penumbra_contacts_s = contacts_of(&|s| geometry.penumbra_gap_km(s));
+    let umbra_contacts_s = (geometry.umbra_gap_km(greatest_s) < 0.0).then(|| contacts_of(&|s| geometry.umbra_gap_km(s)));
     let central_span = geometry.central_span();
     let centre = geometry.centre(greatest_s);
     let place = centre.unwrap_or_else(|| geometry.nearest_place(greatest_s));
-    let class = match (central_span, umbra) {
+    let class = match (central_span, umbra_contacts_s) {
         (Some(span), _) => geometry.type_along_line(span),
         (None, Some(_)) if geometry.is_total(greatest_s, place) => SolarType::Total,
         (None, Some(_)) => SolarType::Annular,
         (None, None) => SolarType::Partial,
     };
     let instant = |s: f64| geometry.sky.instant(s);
-    let mut contacts = vec![("P1", instant(penumbra.0)), ("P4", instant(penumbra.1))];
-    if let Some((first, last)) = umbra {
+    let mut contacts = vec![("P1", instant(penumbra_contacts_s.0)), ("P4", instant(penumbra_contacts_s.1))];
+    if let Some((first, last)) = umbra_contacts_s {
         contacts.splice(1..1, [("U1", instant(first)), ("U4", instant(last))]);
     }
     let station = geometry.station(place);

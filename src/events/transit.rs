@@ -120,26 +120,32 @@ impl PlanetConjunction {
     /// The transit; `None` if the planet misses the Sun, as seen from the Earth's centre.
     fn transit(self, planet: NaifId) -> Option<Transit> {
         // Angles from external and from internal tangency of the discs: the first is negative if they overlap, the second if the planet is entirely on the Sun.
-        let outer_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 - self.angular_radii_rad(s).1;
-        let inner_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 + self.angular_radii_rad(s).1;
+        let outer_gap_rad = |s: f64| {
+            let (sun_rad, planet_rad) = self.angular_radii_rad(s);
+            self.separation_rad(s) - sun_rad - planet_rad
+        };
+        let inner_gap_rad = |s: f64| {
+            let (sun_rad, planet_rad) = self.angular_radii_rad(s);
+            self.separation_rad(s) - sun_rad + planet_rad
+        };
         let greatest_s = time_of_minimum(-HALF_SPAN_S, HALF_SPAN_S, |s| self.separation_rad(s));
         if outer_gap_rad(greatest_s) >= 0.0 {
             return None;
         }
-        let contact = |sign: f64, gap_rad: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_SPAN_S, gap_rad));
-        let mut contacts = vec![("I", contact(-1.0, &outer_gap_rad)), ("IV", contact(1.0, &outer_gap_rad))];
+        let contact = |outside_s: f64, gap_rad: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, outside_s, gap_rad));
+        let mut contacts = vec![("I", contact(-HALF_SPAN_S, &outer_gap_rad)), ("IV", contact(HALF_SPAN_S, &outer_gap_rad))];
         if inner_gap_rad(greatest_s) < 0.0 {
-            contacts.splice(1..1, [("II", contact(-1.0, &inner_gap_rad)), ("III", contact(1.0, &inner_gap_rad))]);
+            contacts.splice(1..1, [("II", contact(-HALF_SPAN_S, &inner_gap_rad)), ("III", contact(HALF_SPAN_S, &inner_gap_rad))]);
         }
-        let (sun_radius, planet_radius) = self.angular_radii_rad(greatest_s);
+        let (sun_rad, planet_rad) = self.angular_radii_rad(greatest_s);
         // Positive if the planet is north of the Sun's centre.
         let northward = self.sky.near_body_km(greatest_s).normalize_or_zero().z - self.sky.sun_km(greatest_s).normalize_or_zero().z;
         Some(Transit {
             planet,
             greatest: self.sky.instant(greatest_s),
             separation_arcsec: self.separation_rad(greatest_s) / RAD_PER_ARCSEC,
-            gamma: (self.separation_rad(greatest_s) / sun_radius).copysign(northward),
-            magnitude: (-outer_gap_rad(greatest_s) / 2.0).min(planet_radius) / sun_radius,
+            gamma: (self.separation_rad(greatest_s) / sun_rad).copysign(northward),
+            magnitude: (-outer_gap_rad(greatest_s) / 2.0).min(planet_rad) / sun_rad,
             contacts,
             conjunction: self,
             greatest_s,

@@ -213,7 +213,7 @@ impl Report {
                 Err(why) => report.failures.push((id.to_string(), why)),
             }
         }
-        let [first, second] = revisions.map(Revision::unknown_modules);
+        let [first, second] = revisions.map(Revision::unknown_names);
         report.only_first.extend(first.difference(second).cloned());
         report.only_second.extend(second.difference(first).cloned());
         let unknown_word = || "this program does not know a word of its name".to_owned();

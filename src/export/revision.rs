@@ -156,7 +156,7 @@ impl Revision {
     }
 
     /// Names of the revision's modules that this program cannot parse and therefore cannot compare.
-    pub(crate) fn unknown_modules(&self) -> &BTreeSet<String> {
+    pub(crate) fn unknown_names(&self) -> &BTreeSet<String> {
         &self.unknown_names
     }
 

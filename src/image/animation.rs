@@ -60,8 +60,7 @@ pub struct AnimationWriter<W: Write> {
     encoder: Encoder<W>,
     width: u32,
     height: u32,
-    /// Frames per second.
-    rate: u32,
+    frames_per_s: u32,
     frames_written: u32,
 }
 
@@ -70,7 +69,7 @@ fn write_error(e: impl std::fmt::Display) -> ImageError {
 }
 
 impl<W: Write> AnimationWriter<W> {
-    /// Starts a file of `frame_count` frames, at `rate` frames per second.
+    /// Starts a file of `frame_count` frames.
     ///
     /// # Errors
     /// A size or rate that the format does not support, or an error of the writer.
@@ -79,7 +78,7 @@ impl<W: Write> AnimationWriter<W> {
         format: AnimationFormat,
         (width, height): (u32, u32),
         frame_count: u32,
-        rate: u32,
+        frames_per_s: u32,
     ) -> Result<Self, ImageError> {
         let encoder = match format {
             AnimationFormat::Apng => {
@@ -90,22 +89,23 @@ impl<W: Write> AnimationWriter<W> {
                 encoder.set_compression(png::Compression::Fast);
                 // The number of plays; 0 is without end.
                 encoder.set_animated(frame_count, 0).map_err(write_error)?;
-                let rate = u16::try_from(rate).map_err(|_| ImageError::Write(format!("{rate} frames a second: at most {MAX_U16}")))?;
-                encoder.set_frame_delay(1, rate).map_err(write_error)?;
+                let frames_per_s = u16::try_from(frames_per_s)
+                    .map_err(|_| ImageError::Write(format!("{frames_per_s} frames a second: at most {MAX_U16}")))?;
+                encoder.set_frame_delay(1, frames_per_s).map_err(write_error)?;
                 Encoder::Apng(Box::new(encoder.write_header().map_err(write_error)?))
             }
             AnimationFormat::Gif => {
                 let side_u16 =
                     |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_U16} pixels a side")));
-                if !(1..=100).contains(&rate) {
-                    return Err(ImageError::Write(format!("{rate} frames a second: a GIF has 1 to 100")));
+                if !(1..=100).contains(&frames_per_s) {
+                    return Err(ImageError::Write(format!("{frames_per_s} frames a second: a GIF has 1 to 100")));
                 }
                 let mut encoder = gif::Encoder::new(out, side_u16(width)?, side_u16(height)?, &[]).map_err(write_error)?;
                 encoder.set_repeat(gif::Repeat::Infinite).map_err(write_error)?;
                 Encoder::Gif(Box::new(encoder))
             }
         };
-        Ok(Self { encoder, width, height, rate, frames_written: 0 })
+        Ok(Self { encoder, width, height, frames_per_s, frames_written: 0 })
     }
 
     /// Adds a frame of sRGB display bytes.
@@ -119,7 +119,7 @@ impl<W: Write> AnimationWriter<W> {
         }
         let rgb: Vec<u8> = display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
         // Rounded starting times, not a rounded delay: the rounding errors do not add up.
-        let start_hundredths = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.rate)).round();
+        let start_hundredths = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.frames_per_s)).round();
         let delay_hundredths = start_hundredths(self.frames_written + 1) - start_hundredths(self.frames_written);
         match &mut self.encoder {
             Encoder::Apng(writer) => writer.write_image_data(&rgb).map_err(write_error)?,
@@ -156,9 +156,9 @@ mod tests {
         (0..5_u8).map(|k| (0..12_u8).map(|i| [40 * k, 20 * i, 255 - 20 * i, 255]).collect()).collect()
     }
 
-    fn written(format: AnimationFormat, rate: u32) -> Vec<u8> {
+    fn written(format: AnimationFormat, frames_per_s: u32) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let mut writer = AnimationWriter::new(&mut bytes, format, (4, 3), 5, rate).expect("a writer");
+        let mut writer = AnimationWriter::new(&mut bytes, format, (4, 3), 5, frames_per_s).expect("a writer");
         frames().iter().for_each(|frame| writer.add(frame).expect("a frame"));
         writer.finish().expect("an end");
         bytes
@@ -179,8 +179,8 @@ mod tests {
 
     #[test]
     fn a_gif_keeps_time_and_colours_that_fit_its_palette() {
-        for rate in [1, 24, 30, 60, 100] {
-            let bytes = written(AnimationFormat::Gif, rate);
+        for frames_per_s in [1, 24, 30, 60, 100] {
+            let bytes = written(AnimationFormat::Gif, frames_per_s);
             let mut options = gif::DecodeOptions::new();
             options.set_color_output(gif::ColorOutput::RGBA);
             let mut decoder = options.read_info(Cursor::new(&bytes)).expect("a GIF");
@@ -193,13 +193,15 @@ mod tests {
                 }
                 count += 1;
             }
-            assert!(count == 5 && (f64::from(hundredths) - 500.0 / f64::from(rate)).abs() <= 0.5, "{rate}: {hundredths}");
+            assert!(count == 5 && (f64::from(hundredths) - 500.0 / f64::from(frames_per_s)).abs() <= 0.5, "{frames_per_s}: {hundredths}");
         }
     }
 
     #[test]
     fn unsupported_sizes_and_rates_are_refused() {
-        let new = |format, size, rate| AnimationWriter::new(Vec::new(), format, size, 1, rate).map(drop).map_err(|e| e.to_string());
+        let new = |format, size, frames_per_s| {
+            AnimationWriter::new(Vec::new(), format, size, 1, frames_per_s).map(drop).map_err(|e| e.to_string())
+        };
         assert!(new(AnimationFormat::Gif, (70_000, 1), 25).is_err_and(|e| e.contains("65535")));
         assert!(new(AnimationFormat::Gif, (7, 1), 120).is_err_and(|e| e.contains("1 to 100")));
         assert!(new(AnimationFormat::Apng, (7, 1), 70_000).is_err_and(|e| e.contains("65535")));

@@ -33,7 +33,8 @@ pub struct DisplayImage {
 impl DisplayImage {
     /// Reads an encoded PNG or JPEG; `name` is for the error.
     pub fn decode(name: &str, encoded: &[u8], max_megapixels: u32) -> Result<Self, ImageError> {
-        let rgba = decode_rgba8(name, encoded, max_megapixels, u32::MAX)?;
+        let max_side = u32::MAX;
+        let rgba = decode_rgba8(name, encoded, max_megapixels, max_side)?;
         Ok(Self { width: rgba.width(), height: rgba.height(), rgba: rgba.pixels().map(|p| p.0).collect() })
     }
 

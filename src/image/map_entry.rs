@@ -32,8 +32,8 @@ const MAX_LEVELS: usize = 32;
 pub(super) const MAX_HEADER_BYTES: usize = header_bytes(MAX_LEVELS);
 
 /// Length of the header of a chain of this many levels.
-const fn header_bytes(levels: usize) -> usize {
-    PREFIX_BYTES + levels * LEVEL_RECORD_BYTES + CHECKSUM_BYTES
+const fn header_bytes(level_count: usize) -> usize {
+    PREFIX_BYTES + level_count * LEVEL_RECORD_BYTES + CHECKSUM_BYTES
 }
 
 /// Sizes of all levels of a complete chain, finest first.

@@ -96,10 +96,10 @@ impl Codec {
     }
 }
 
-/// Texel `i` of the `count` texels along one side of a level covers up to three of the `sources` texels of the finer level. Returns the first of them, and
-/// the weights of it and the next two, whose sum is 1.
-fn area_weights(i: usize, count: usize, sources: usize) -> (usize, [f32; 3]) {
-    let (start, end) = (i as f64 * sources as f64 / count as f64, (i + 1) as f64 * sources as f64 / count as f64);
+/// Texel `i` of the `count` texels along one side of a level covers up to three of the `finer_count` texels along the same side of the finer level. Returns
+/// the index of the first of these, and the weights of the first and the next two, whose sum is 1.
+fn area_weights(i: usize, count: usize, finer_count: usize) -> (usize, [f32; 3]) {
+    let (start, end) = (i as f64 * finer_count as f64 / count as f64, (i + 1) as f64 * finer_count as f64 / count as f64);
     let first = start as usize;
     let weight = |k: usize| ((end.min((first + k + 1) as f64) - start.max((first + k) as f64)).max(0.0) / (end - start)) as f32;
     (first, [weight(0), weight(1), weight(2)])
@@ -144,13 +144,13 @@ fn decode_row(rgba: &[u8], colour_table: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     );
 }
 
-/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. In both branches the finer texels under a texel are added from left
-/// to right, so that the branches round alike. `columns`: [`area_weights`] of each texel of the coarser row.
+/// Adds a row of the finer level, with a weight, to the sums of a row of the next level. In both branches the finer texels under a texel are added from left to
+/// right, so that the branches round alike. `columns`: [`area_weights`] of each texel of the coarser row.
 #[inline(always)]
-fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
+fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], row_weight: f32) {
     if row.len() == 2 * sums.len() {
         // Each texel covers exactly two finer texels.
-        let weight = 0.5 * wy;
+        let weight = 0.5 * row_weight;
         for (sum, [a, b]) in sums.iter_mut().zip(row.as_chunks::<2>().0) {
             for c in 0..4 {
                 sum[c] = sum[c] + weight * a[c] + weight * b[c];
@@ -159,9 +159,9 @@ fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])
         return;
     }
     for (sum, (first, weights)) in sums.iter_mut().zip(columns) {
-        for (t, &wx) in row[*first..].iter().zip(weights).filter(|(_, wx)| **wx > 0.0) {
+        for (t, &column_weight) in row[*first..].iter().zip(weights).filter(|(_, weight)| **weight > 0.0) {
             for c in 0..4 {
-                sum[c] += wx * wy * t[c];
+                sum[c] += column_weight * row_weight * t[c];
             }
         }
     }
@@ -173,9 +173,9 @@ fn halve(width: usize, height: usize, rows: Rows<'_>, threads: RowThreads) -> (u
     let columns: Vec<_> = (0..w).map(|x| area_weights(x, w, width)).collect();
     let mut out = vec![[0.0; 4]; w * h];
     out.par_chunks_mut(w).enumerate().with_min_len(threads.min_rows()).for_each_init(Vec::new, |buffer, (y, sums)| {
-        let (y0, wy) = area_weights(y, h, height);
-        for (j, &wy) in wy.iter().enumerate().filter(|(_, w)| **w > 0.0) {
-            add_row(sums, rows.row(y0 + j, width, buffer), &columns, wy);
+        let (first_row, row_weights) = area_weights(y, h, height);
+        for (j, &row_weight) in row_weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+            add_row(sums, rows.row(first_row + j, width, buffer), &columns, row_weight);
         }
     });
     (w, h, out)
@@ -257,8 +257,9 @@ mod tests {
     #[test]
     fn every_byte_survives_decoding_and_encoding() {
         for i in 0..=255_u8 {
-            assert_eq!(encode(SRGB[usize::from(i)], true), i);
-            assert_eq!(encode(UNORM[usize::from(i)], false), i);
+            for (table, is_srgb) in [(&SRGB, true), (&UNORM, false)] {
+                assert_eq!(encode(table[usize::from(i)], is_srgb), i);
+            }
         }
     }
 

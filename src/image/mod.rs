@@ -224,14 +224,14 @@ impl Texture {
     /// [`TexelFormat::Rgba32Float`].
     pub fn mean_over_sphere(&self) -> [f64; 3] {
         let Some(level) = self.levels.first().filter(|_| self.format != TexelFormat::Rgba32Float) else { return [0.0; 3] };
-        let decode = mips::decode_table(self.format);
+        let linear_of_byte = mips::decode_table(self.format);
         let (mut sum, mut weight_sum) = ([0.0; 3], 0.0);
         for (y, row) in level.bytes().chunks_exact(level.width as usize * 4).enumerate() {
             let weight = ((y as f64 + 0.5) / f64::from(level.height) * std::f64::consts::PI).sin();
             let mut row_sum = [0.0_f64; 3];
             for texel in row.chunks_exact(4) {
                 for c in 0..3 {
-                    row_sum[c] += f64::from(decode[usize::from(texel[c])]);
+                    row_sum[c] += f64::from(linear_of_byte[usize::from(texel[c])]);
                 }
             }
             for c in 0..3 {

@@ -202,7 +202,8 @@ fn linear_panorama(path: &Path, image: LinearImage) -> Result<Panorama, ImageErr
 fn srgb_panorama(path: &Path, image: DynamicImage) -> Result<Panorama, ImageError> {
     let mut rgba = image.into_rgba8();
     rgba.pixels_mut().for_each(|p| p.0[3] = 255);
-    with_mips(path, rgba.dimensions(), rgba.into_raw(), None)
+    let unit_cd_m2 = None;
+    with_mips(path, rgba.dimensions(), rgba.into_raw(), unit_cd_m2)
 }
 
 /// The panorama of encoded texels, with its mip chain.
@@ -216,7 +217,7 @@ fn with_mips(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>, unit_cd_m2
 mod tests {
     use super::*;
 
-    /// For each direction, the face and the position on it that a cube map has there.
+    /// For each direction, the face that it hits and the position on this face, by the arrangement that the head of the module states.
     #[test]
     fn faces_are_arranged_as_in_a_cube_map() {
         for (d, face, position) in [
@@ -244,10 +245,11 @@ mod tests {
             let path = folder.path().join(format!("{face}.exr"));
             image.save(path).expect("written");
         }
-        assert!(read_panorama(folder.path(), None).is_ok_and(|p| p.unit_cd_m2.is_some()));
+        let default_limit = None;
+        assert!(read_panorama(folder.path(), default_limit).is_ok_and(|p| p.unit_cd_m2.is_some()));
         image.to_rgb8().save(folder.path().join("ny.png")).expect("written");
         std::fs::remove_file(folder.path().join("ny.exr")).expect("removed");
-        let error = read_panorama(folder.path(), None).expect_err("mixed").to_string();
+        let error = read_panorama(folder.path(), default_limit).expect_err("mixed").to_string();
         assert!(error.contains("ny.png") && error.contains("of one kind"), "{error}");
     }
 

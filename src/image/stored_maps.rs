@@ -215,27 +215,27 @@ impl StoredMaps {
     pub fn verify(&self) -> (u64, Vec<(PathBuf, String)>) {
         let mut files: Vec<PathBuf> = self.entries().into_iter().filter(|entry| entry.is_own).map(|entry| entry.path).collect();
         files.sort();
-        let (mut intact, mut damaged) = (0, Vec::new());
+        let (mut intact_count, mut damaged) = (0, Vec::new());
         for path in files {
             match read_bytes(&path, MAX_ENTRY_BYTES).map(|bytes| map_entry::key_if_intact(&bytes)) {
-                Ok(Some(key)) if self.path(&key) == path => intact += 1,
+                Ok(Some(key)) if self.path(&key) == path => intact_count += 1,
                 Ok(Some(_)) => damaged.push((path, "it is the entry of another map".into())),
                 Ok(None) => damaged.push((path, "its checksum is wrong".into())),
                 Err(e) => damaged.push((path, e.to_string())),
             }
         }
-        (intact, damaged)
+        (intact_count, damaged)
     }
 
     /// Removes the entries of all versions, and temporary files of crashed writers. Returns the number of files removed.
     pub fn clear(&self) -> std::io::Result<u64> {
-        let mut removed = 0;
+        let mut removed_count = 0;
         for file in self.paths().filter(|f| is_temporary(f)).chain(self.entries().into_iter().map(|entry| entry.path)) {
-            removed += u64::from(remove_if_present(&file)?);
+            removed_count += u64::from(remove_if_present(&file)?);
         }
         // A folder that contains other files is kept.
         let _ = std::fs::remove_dir(&self.folder);
-        Ok(removed)
+        Ok(removed_count)
     }
 }
 
@@ -297,15 +297,16 @@ mod tests {
     #[test]
     fn levels_are_those_of_the_decoder_and_are_read_one_by_one() {
         for map in [("iapetus.jpg", COLOUR), ("mars_normal.jpg", NORMALS), ("earth_water.jpg", COLOUR), ("jupiter.jpg", COLOUR)] {
+            let (name, decoding) = map;
             let cache = tempfile::tempdir().expect("a folder");
-            let decoded = MapStore::new(None).get_decoded(map.0, map.1).expect("a map");
+            let decoded = MapStore::new(None).get_decoded(name, decoding).expect("a map");
             let first = read(cache.path(), map);
-            assert!(*first == *decoded && in_memory(&first).len() == decoded.levels.len(), "{}", map.0);
+            assert!(*first == *decoded && in_memory(&first).len() == decoded.levels.len(), "{name}");
             let second = read(cache.path(), map);
-            assert!(in_memory(&second).is_empty(), "{}", map.0);
+            assert!(in_memory(&second).is_empty(), "{name}");
             assert!(second.levels[2] == decoded.levels[2]);
-            assert_eq!(in_memory(&second), [2], "{}", map.0);
-            assert!(*second == *decoded, "{}", map.0);
+            assert_eq!(in_memory(&second), [2], "{name}");
+            assert!(*second == *decoded, "{name}");
             assert_eq!(files(cache.path()).len(), 1);
         }
     }

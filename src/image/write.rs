@@ -35,7 +35,7 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     writer.finish().map_err(write_error)
 }
 
-/// An EXR stores text in Latin-1. Any other character becomes a question mark.
+/// A text in Latin-1, as an EXR stores it. Any character that Latin-1 lacks becomes a question mark.
 fn in_latin_1(text: &str) -> String {
     text.chars().map(|c| if u8::try_from(u32::from(c)).is_ok() { c } else { '?' }).collect()
 }
@@ -98,18 +98,19 @@ mod tests {
     #[test]
     fn an_exr_reads_back_bit_for_bit() {
         let pixels: Vec<[f32; 4]> = (0..6).map(|i| [i as f32 * 1e4, 1e-6, 0.1, 1.0]).collect();
+        let no_sealed_text = None;
         let mut bytes = Cursor::new(Vec::new());
-        write_exr(&mut bytes, 3, 2, &pixels, "metres", None).unwrap();
+        write_exr(&mut bytes, 3, 2, &pixels, "metres", no_sealed_text).unwrap();
         assert!(bytes.get_ref().windows(6).any(|w| w == b"metres"));
         let mut again = Cursor::new(Vec::new());
-        write_exr(&mut again, 3, 2, &pixels, "metres", None).unwrap();
+        write_exr(&mut again, 3, 2, &pixels, "metres", no_sealed_text).unwrap();
         assert_eq!(bytes.get_ref(), again.get_ref());
         // The comments may contain a body's name with characters that an EXR cannot store.
         let mut greek = Cursor::new(Vec::new());
-        write_exr(&mut greek, 3, 2, &pixels, "1 metre, \u{3b1} Cen", None).unwrap();
+        write_exr(&mut greek, 3, 2, &pixels, "1 metre, \u{3b1} Cen", no_sealed_text).unwrap();
         assert!(greek.get_ref().windows(14).any(|w| w == b"1 metre, ? Cen"));
         assert!(write_exr(Vec::new(), 3, 2, &pixels, "", Some("\u{3b1}")).unwrap_err().to_string().contains("not ASCII"));
-        let error = write_exr(Vec::new(), 3, 3, &pixels, "metres", None).unwrap_err().to_string();
+        let error = write_exr(Vec::new(), 3, 3, &pixels, "metres", no_sealed_text).unwrap_err().to_string();
         assert_eq!(error, "96 bytes are not an image of 3x3 texels");
         let back = image::load_from_memory(bytes.get_ref()).unwrap().into_rgba32f();
         assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, f32>(&pixels));

@@ -7,9 +7,10 @@ use super::ImageError;
 use crate::units::LUMINANCE_WEIGHTS;
 use std::io::Write;
 
-/// Starts a YUV4MPEG2 stream: 4:4:4 chroma, `rate` frames per second.
-pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32) -> Result<(), ImageError> {
-    writeln!(out, "YUV4MPEG2 W{width} H{height} F{rate}:1 Ip A1:1 C444 XCOLORRANGE=LIMITED").map_err(|e| ImageError::Write(e.to_string()))
+/// Starts a YUV4MPEG2 stream with 4:4:4 chroma.
+pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, frames_per_s: u32) -> Result<(), ImageError> {
+    writeln!(out, "YUV4MPEG2 W{width} H{height} F{frames_per_s}:1 Ip A1:1 C444 XCOLORRANGE=LIMITED")
+        .map_err(|e| ImageError::Write(e.to_string()))
 }
 
 const FRAME_HEADER: &[u8] = b"FRAME\n";
@@ -155,7 +156,8 @@ mod avx2 {
             Content::Grey => {
                 convert_grey(pixels, y);
                 // Grey has no chroma, so its levels are those of black.
-                let [cb_level, cr_level] = [1, 2].map(|plane: usize| level(PLANE_FACTORS[plane], 0));
+                let black = 0;
+                let [cb_level, cr_level] = [1, 2].map(|plane: usize| level(PLANE_FACTORS[plane], black));
                 (*cb, *cr) = ([cb_level; BLOCK_PIXELS], [cr_level; BLOCK_PIXELS]);
                 return;
             }

@@ -49,7 +49,10 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let renderers = PrecisionRenderers::new(session)?;
     let side = effort.side_px();
     let sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
-    let Some(sky) = sky else { return measure_choice("stars", "no night sky", ErrorUnit::PercentOfLight, 1, Vec::new()) };
+    let Some(sky) = sky else {
+        let (rounds, no_candidates) = (1, Vec::new());
+        return measure_choice("stars", "no night sky", ErrorUnit::PercentOfLight, rounds, no_candidates);
+    };
     let request = renderers.with_metered_exposure(sky)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let view =

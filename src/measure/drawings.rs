@@ -27,7 +27,7 @@ const MOON_HALF_IN_UMBRA_JD_TDB: f64 = 2_459_891.907_1;
 const RINGS_OPEN_JD_TDB: f64 = 2_457_890.5;
 /// 2024-06-08: the Earth without an eclipse.
 const EARTH_JD_TDB: f64 = 2_460_469.762;
-/// Latitude bands of the shape model: 20,448 triangles.
+/// Number of latitude bands of the shape model, which then has 20,448 triangles.
 const SHAPE_MODEL_BANDS: u32 = 72;
 /// East longitude where the Sun is low in the west at [`EARTH_JD_TDB`]: at this instant the Sun is in the zenith at 86 degrees east.
 const LONGITUDE_OF_LOW_SUN_DEG: f64 = 165.0;
@@ -117,10 +117,11 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     for model in EclipseModel::CHOICES {
         let request_of_model = with_model(model)?;
         let default_of = qualities_with_draw(&renderers, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
-        let measured =
-            candidate(&renderers, model.name(), renderers.plan_view(&request_of_model, SINGLE_SAMPLE)?, Precision::F32, vec![], |p| {
-                p999_percent_of_pixel_light(p, &reference)
-            })?;
+        let eclipse_image = renderers.plan_view(&request_of_model, SINGLE_SAMPLE)?;
+        let default_set_below = Vec::new();
+        let measured = candidate(&renderers, model.name(), eclipse_image, Precision::F32, default_set_below, |p| {
+            p999_percent_of_pixel_light(p, &reference)
+        })?;
         // The error is that of the sunlight on the ground; the time is that of the final image.
         let final_image = renderers.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..request_of_model }, SINGLE_SAMPLE)?;
         let renderers = &renderers;

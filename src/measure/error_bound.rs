@@ -86,7 +86,7 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
     let (width, height) = (request.width, request.height);
     let (mut hdr, mut display) = (Vec::new(), Vec::new());
     for (k, pixel) in inputs.shown.iter().enumerate() {
-        let difference = neighbour_difference(&inputs.shown, width, k);
+        let from_neighbours = neighbour_difference(&inputs.shown, width, k);
         let bound: [f64; 3] = std::array::from_fn(|c| {
             let light = f64::from(pixel[c]);
             let rounding = 2.0 * f64::from((pixel[c] - inputs.other_precision[k][c]).abs()) + 1e-6 * light.abs();
@@ -99,8 +99,8 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
                 .as_ref()
                 .map_or(0.0, |air| air_error(light, f64::from(air.airless[k][c]), f64::from(air.optical_depth[k][c]), air.max_error));
             let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - inputs.reference_models[k][c]).abs());
-            let left_out = if is_display { VISIBLE_LIGHT / exposure_factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
-            known_or_infinite(rounding + models + eclipse + air + sampling_error(request.quality, difference[c]) + left_out)
+            let left_out_effects = if is_display { VISIBLE_LIGHT / exposure_factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
+            known_or_infinite(rounding + models + eclipse + air + sampling_error(request.quality, from_neighbours[c]) + left_out_effects)
         });
         hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
         // With a tone map that preserves hue each channel depends on the others, so the largest bound applies to all.

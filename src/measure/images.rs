@@ -107,7 +107,8 @@ pub(crate) struct PrecisionRenderers<'a> {
 
 impl<'a> PrecisionRenderers<'a> {
     pub(crate) fn new(session: &'a Session) -> Result<Self, SessionError> {
-        Ok(Self { session, single: session.renderer_in(false)?, double: session.renderer_in(true)? })
+        let renderer_in = |precision: Precision| session.renderer_in(precision == Precision::F64);
+        Ok(Self { session, single: renderer_in(Precision::F32)?, double: renderer_in(Precision::F64)? })
     }
 
     pub(crate) fn renderer(&self, precision: Precision) -> &SoftwareRenderer {

@@ -134,6 +134,7 @@ pub(crate) fn measure_choice(
         interleaved(rounds, &workloads)?
     };
     let repeated_baseline = times.split_off(candidates.len());
+    // If no time of the baseline is above 0, times cannot be compared.
     let equal_time = Quartiles { low: 1.0, median: 1.0, high: 1.0 };
     let measurements: Vec<Measurement> = candidates
         .iter()

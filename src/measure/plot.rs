@@ -47,7 +47,8 @@ pub(crate) fn svg(choices: &[ChoiceMeasure]) -> Result<String, PlotError> {
 /// # Errors
 /// An error of the plotting library.
 pub(crate) fn pixels(choices: &[ChoiceMeasure]) -> Result<Vec<[u8; 4]>, PlotError> {
-    let mut rgb = vec![255; 3 * (SIZE_PX.0 * SIZE_PX.1) as usize];
+    let (width, height) = SIZE_PX;
+    let mut rgb = vec![255; 3 * (width * height) as usize];
     draw(&BitMapBackend::with_buffer(&mut rgb, SIZE_PX).into_drawing_area(), choices)?;
     Ok(rgb.chunks_exact(3).map(|p| [p[0], p[1], p[2], 255]).collect())
 }

@@ -8,7 +8,7 @@ use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
 use crate::ephemeris::apparent::aberrated;
-use crate::ephemeris::{EphemerisError, Source, angle_rad};
+use crate::ephemeris::{BEST_SOURCE, EphemerisError, Source, angle_rad};
 use crate::scene::request::Quality;
 use crate::session::{Session, SessionError};
 use crate::time::Instant;
@@ -43,7 +43,8 @@ fn worst_arcsec(a: &DirectionFn<'_>, b: &DirectionFn<'_>) -> Result<f64, Ephemer
     Ok(worst)
 }
 
-/// The candidates of a choice among methods of computing directions, with their errors against `reference`.
+/// The candidates of a choice among methods of computing directions, with their errors against `reference`. `methods`: for each its name, the method, and the
+/// qualities that use it.
 fn candidates<'a>(
     methods: Vec<(&'static str, DirectionFn<'a>, Vec<Quality>)>,
     reference: &DirectionFn<'_>,
@@ -85,7 +86,7 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
 /// Geometric direction, direction corrected for light time, and apparent direction, corrected for light time and aberration.
 pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
-    let state = move |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state);
+    let state = move |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state);
     let geometric: DirectionFn<'_> = Box::new(move |body, t| Ok(state(body, t)?.pos_km - state(NaifId::EARTH, t)?.pos_km));
     let corrected_for_light_time: DirectionFn<'_> = Box::new(move |body, t| {
         let observer_km = state(NaifId::EARTH, t)?.pos_km;

@@ -339,6 +339,7 @@ mod tests {
 
     const ROUND: ShapeParameters = ShapeParameters { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: DVec2::ONE, two_sided: false };
 
+    /// The `size` numbers of vertex `k` in a flat attribute array.
     fn vertex(values: &[f32], size: usize, k: u32) -> &[f32] {
         &values[k as usize * size..][..size]
     }

@@ -22,7 +22,7 @@ const MAX_ALTITUDE_RAD: f64 = 0.0873;
 const MAX_LEAF_TRIANGLES: usize = 4;
 /// Distance of the nearest hit that counts, per largest side of the mesh's box: far above the rounding of f64, far below a triangle.
 const MIN_HIT_PER_SIZE: f64 = 1e-9;
-/// The Sun's angular radius is clamped to this range, radians. Heights are divided by it, so it must not be 0; the upper bound is the radius seen from about
+/// The Sun's angular radius is clamped to this range, radians. Altitudes are divided by it, so it must not be 0; the upper bound is the radius seen from about
 /// two solar radii away.
 const SUN_RADIUS_RANGE_RAD: [f64; 2] = [1e-6, 0.5];
 /// Vertices per parallel task.
@@ -72,7 +72,8 @@ impl Bvh {
         let mut tree = Self { nodes: Vec::new(), order: Vec::new(), min_hit_km: 0.0 };
         let centroids: Vec<DVec3> = mesh.triangles.iter().map(|t| t.iter().map(|k| mesh.position_km(*k)).sum::<DVec3>() / 3.0).collect();
         let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
-        tree.build_node(mesh, &centroids, &mut order, 0);
+        let first_in_order = 0;
+        tree.build_node(mesh, &centroids, &mut order, first_in_order);
         tree.order = order;
         tree.min_hit_km = tree.nodes.first().map_or(0.0, |n| MIN_HIT_PER_SIZE * (n.high - n.low).max_element());
         tree
@@ -220,6 +221,9 @@ mod tests {
     use super::*;
 
     const SUN_RADIUS_RAD: f64 = 0.005;
+    /// Place and height of the wall that most tests use.
+    const WALL_X_KM: f64 = 1.5;
+    const WALL_HEIGHT_KM: f64 = 0.5;
     /// The middle vertex of a floor of 4 x 4 cells, which has 5 x 5 vertices.
     const MIDDLE_OF_4_CELLS: usize = 12;
 
@@ -243,27 +247,29 @@ mod tests {
         }
         indices.extend([first, first + 1, first + 2, first, first + 2, first + 3]);
         let position_ids: Vec<u32> = (0..vertices.len() as u32).collect();
-        RayCastMesh::new(vertices, &position_ids, &indices, false)
+        let two_sided = false;
+        RayCastMesh::new(vertices, &position_ids, &indices, two_sided)
     }
 
     #[test]
     fn a_wall_hides_the_sun_up_to_its_height_seen_from_each_place() {
-        let (n, wall_x_km, wall_height_km) = (8, 1.5, 0.5);
-        let mesh = floor_and_wall(n, wall_x_km, wall_height_km);
+        let n = 8;
+        let mesh = floor_and_wall(n, WALL_X_KM, WALL_HEIGHT_KM);
         for altitude_deg in [2.0_f64, 10.0, 15.0, 25.0, 60.0] {
-            let altitude = altitude_deg.to_radians();
-            let heights = mesh.sun_altitudes(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD);
+            let plane_altitude_rad = altitude_deg.to_radians();
+            let altitudes = mesh.sun_altitudes(DVec3::new(plane_altitude_rad.cos(), 0.0, plane_altitude_rad.sin()), SUN_RADIUS_RAD);
             let mut shadowed_and_lit = [0, 0];
-            for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
-                let top_of_wall_rad = (wall_height_km / (wall_x_km - mesh.vertices[k].position_km.x)).atan();
-                let height_rad = (altitude - top_of_wall_rad).clamp(-MAX_ALTITUDE_RAD, MAX_ALTITUDE_RAD);
-                let allowed = 0.26 + 0.11 * (height_rad / SUN_RADIUS_RAD).abs();
+            for (k, altitude) in altitudes.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
+                let top_of_wall_rad = (WALL_HEIGHT_KM / (WALL_X_KM - mesh.vertices[k].position_km.x)).atan();
+                let expected_rad = (plane_altitude_rad - top_of_wall_rad).clamp(-MAX_ALTITUDE_RAD, MAX_ALTITUDE_RAD);
+                // The error that the module's comment states, a quarter of the Sun's radius or a tenth of the altitude, with a margin.
+                let allowed = 0.26 + 0.11 * (expected_rad / SUN_RADIUS_RAD).abs();
                 assert!(
-                    (f64::from(*height) - height_rad / SUN_RADIUS_RAD).abs() < allowed,
-                    "{altitude_deg}: {height} against {}",
-                    height_rad / SUN_RADIUS_RAD
+                    (f64::from(*altitude) - expected_rad / SUN_RADIUS_RAD).abs() < allowed,
+                    "{altitude_deg}: {altitude} against {}",
+                    expected_rad / SUN_RADIUS_RAD
                 );
-                shadowed_and_lit[usize::from(height_rad > 0.0)] += 1;
+                shadowed_and_lit[usize::from(expected_rad > 0.0)] += 1;
             }
             assert!(altitude_deg != 15.0 || shadowed_and_lit.iter().all(|n| *n > 8), "both light and shadow: {shadowed_and_lit:?}");
         }
@@ -272,20 +278,22 @@ mod tests {
     #[test]
     fn the_sun_under_an_arch_is_seen() {
         // The wall begins above the ground: the view below its lower edge is free.
-        let mut mesh = floor_and_wall(4, 1.5, 0.5);
+        let mut mesh = floor_and_wall(4, WALL_X_KM, WALL_HEIGHT_KM);
         let first_wall_vertex = mesh.vertices.len() - 4;
-        mesh.vertices[first_wall_vertex].position_km.z = 0.3;
-        mesh.vertices[first_wall_vertex + 1].position_km.z = 0.3;
+        let lower_edge_km = 0.3_f64;
+        mesh.vertices[first_wall_vertex].position_km.z = lower_edge_km;
+        mesh.vertices[first_wall_vertex + 1].position_km.z = lower_edge_km;
         let sun_altitude_at = |altitude: f64| {
             f64::from(mesh.sun_altitudes(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS])
         };
-        let (foot, top) = ((0.3_f64 / 1.5).atan(), (0.5_f64 / 1.5).atan());
+        // Altitudes of the wall's edges, seen from the middle.
+        let (foot, top) = ((lower_edge_km / WALL_X_KM).atan(), (WALL_HEIGHT_KM / WALL_X_KM).atan());
         assert!(sun_altitude_at(0.5 * foot) > 1.0 && sun_altitude_at(0.5 * (foot + top)) < -1.0 && sun_altitude_at(top + 0.1) > 1.0);
     }
 
     #[test]
     fn two_sided_triangles_are_lit_from_both_sides() {
-        let mut mesh = floor_and_wall(4, 1.5, 0.5);
+        let mut mesh = floor_and_wall(4, WALL_X_KM, WALL_HEIGHT_KM);
         let below = DVec3::new(0.6, 0.0, -0.8);
         assert!(mesh.sun_altitudes(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS] < -1.0);
         mesh.two_sided = true;
@@ -294,7 +302,7 @@ mod tests {
 
     #[test]
     fn heights_are_finite_for_any_direction_of_the_sun() {
-        let mesh = floor_and_wall(2, 1.5, 0.5);
+        let mesh = floor_and_wall(2, WALL_X_KM, WALL_HEIGHT_KM);
         for sun in [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_Y] {
             assert!(mesh.sun_altitudes(sun, 0.0).iter().all(|h| h.is_finite()));
         }

@@ -49,7 +49,7 @@ impl BoundProbeModule {
         Self { module, uniform_bytes: Vec::new(), textures: Vec::new(), samplers: Vec::new(), rows }
     }
 
-    /// Results in the order of the queries.
+    /// For each query, in order, its result rows.
     ///
     /// # Errors
     /// One line: the module cannot be compiled, or needs other bindings.

@@ -1,9 +1,9 @@
 //! Queries that the emitted shaders answer, run on the software renderer.
 //!
 //! In: one JSON object with a field `q`, the kind of query. Out: one JSON value, or one line that states what is wrong with the query. Each kind has a source
-//! file in this folder. It lists the fields in a [`QueryKind`], from which messages, help and checks are generated. Its function `answer` parses the fields,
-//! chooses the shader module (a file shaders/entry/probe_*.wesl, specialised for the features of a key) and converts the module's rows of numbers into named
-//! results. Always: the shader computes the result; no formula of a shader is duplicated here.
+//! file in this folder. The file lists the fields in a [`QueryKind`], from which messages, help and checks are generated. Its function `answer` parses the
+//! fields, chooses the shader module (a file shaders/entry/probe_*.wesl, specialised for the features of a key) and converts the module's rows of numbers into
+//! named results. Always: the shader computes the result; no formula of a shader is duplicated here.
 
 pub mod batch;
 mod error;
@@ -56,13 +56,13 @@ impl Prober<'_> {
         })?;
         let Value::Object(mut given) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
         let known: Vec<&str> = QUERIES.iter().map(|k| k.name).collect();
-        let kind = match given.remove("q") {
-            Some(Value::String(kind)) => kind,
+        let kind_name = match given.remove("q") {
+            Some(Value::String(name)) => name,
             Some(_) => return Err("field \"q\" is not a string".into()),
             None => return Err(format!("field \"q\" is missing; one of {}", known.join(", ")).into()),
         };
-        let Some(kind) = QUERIES.iter().find(|k| k.name == kind) else {
-            return Err(format!("q `{}` is not known; {}", echo(&kind), suggestion_or_list(&kind, &known)).into());
+        let Some(kind) = QUERIES.iter().find(|k| k.name == kind_name) else {
+            return Err(format!("q `{}` is not known; {}", echo(&kind_name), suggestion_or_list(&kind_name, &known)).into());
         };
         kind.check(&given)?;
         (kind.answer)(self, Value::Object(given))

@@ -150,7 +150,7 @@ pub(crate) fn inspect_pixel(
     }
     let size = [request.width, request.height];
     // Each draw is evaluated by itself, without the images of earlier passes.
-    let (scene, plan) = prober.session.plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
+    let (scene, plan) = prober.session.plan(&ViewRequest { may_use_coarse_air: false, ..request.clone() }, sampling)?;
     let radiance = linear_pixel(prober, &plan, x, y)?;
     let all_draws = plan.hdr_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
     // The plan keeps the order of the scene's draws.
@@ -159,6 +159,7 @@ pub(crate) fn inspect_pixel(
     // Bodies are drawn from far to near, so that the nearest draw is the last.
     for (plan_draw, scene_draw) in plan_draws.into_iter().zip(&scene.draws).rev() {
         let found = prober.renderer.pixel_values(plan_draw, prober.library(), size, [x, y])?;
+        // A draw with alpha 0 does not count as covering the pixel.
         draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|values| PixelDraw {
             body: scene_draw.body,
             name: prober.catalog().body(scene_draw.body).map_or_else(|| scene_draw.name.clone(), |b| b.name.clone()),

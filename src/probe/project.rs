@@ -69,7 +69,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         .ok_or_else(|| format!("field `projection`: `{}`: {}", echo_within(requested, 40), suggestion_or_list(requested, &names)))?;
     let scene = prober.session.scene(&request).map_err(|e| e.to_string())?;
     let viewer = viewer(prober.catalog(), prober.ephemeris(), &request).map_err(|e| e.to_string())?;
-    let (direction, distance_km, target) = match (&query.body, &query.star, query.ra_deg, query.dec_deg) {
+    let (infinite_km, no_body) = (f64::INFINITY, None);
+    let (direction, distance_km, queried_body) = match (&query.body, &query.star, query.ra_deg, query.dec_deg) {
         (Some(name), None, None, None) => {
             let id = prober.catalog().body_named(name).map_err(|e| format!("field `body`: {e}"))?.id;
             let body = scene.body(id).filter(|b| b.placement.centre_km.is_finite());
@@ -81,17 +82,17 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
             let star = hip_number(name).and_then(|n| stars.star_of_hip(n));
             let star =
                 star.ok_or_else(|| format!("field `star`: no star `{}` in the catalog; write HIP and a number", echo_within(name, 40)))?;
-            (StarPlacer::of(prober.catalog(), &viewer, &request).place(star).direction, f64::INFINITY, None)
+            (StarPlacer::of(prober.catalog(), &viewer, &request).place(star).direction, infinite_km, no_body)
         }
         (None, None, Some(ra_deg), Some(dec_deg)) if ra_deg.is_finite() && (-90.0..=90.0).contains(&dec_deg) => {
             let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra_deg.to_radians().sin_cos(), dec_deg.to_radians().sin_cos());
             let geometric = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
-            (aberrated(geometric, viewer.body_velocity_km_s), f64::INFINITY, None)
+            (aberrated(geometric, viewer.body_velocity_km_s), infinite_km, no_body)
         }
         (None, None, Some(_), Some(_)) => return Err("fields `ra_deg` and `dec_deg`: degrees; declination from -90 to 90".into()),
         _ => return Err("give one of `body`, `star`, or `ra_deg` with `dec_deg`".into()),
     };
-    let hidden = is_hidden(&scene, direction, distance_km, target);
+    let hidden = is_hidden(&scene, direction, distance_km, queried_body);
     if projection != Projection::Perspective {
         let composition = Composition { projection, ..Composition::default() };
         let composed = ViewRequest { composition, ..request };
@@ -109,9 +110,9 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": hidden }))
 }
 
-/// Whether a body other than `target` hides the position at this distance in a direction.
-fn is_hidden(scene: &Scene, direction: DVec3, distance_km: f64, target: Option<NaifId>) -> bool {
-    scene.bodies.iter().filter(|b| Some(b.id) != target).any(|b| hides(&b.placement, direction, distance_km))
+/// Whether a body other than `queried_body` hides the position at this distance in a direction; `None`: any body may hide it.
+fn is_hidden(scene: &Scene, direction: DVec3, distance_km: f64, queried_body: Option<NaifId>) -> bool {
+    scene.bodies.iter().filter(|b| Some(b.id) != queried_body).any(|b| hides(&b.placement, direction, distance_km))
 }
 
 /// Whether a ray enters a body within a distance of the camera. A moon just behind a planet's limb is nearer than the planet's centre, but farther than

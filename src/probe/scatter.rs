@@ -238,6 +238,7 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
             return Err(out_of_range(field, "three numbers from 0 to 1 per metre"));
         }
     }
+    // Numbers of gases, aerosols and absorbing layers, in this order.
     let mut counts = [0; 3];
     for s in &atmosphere.species {
         let kind = match s {

@@ -2,8 +2,8 @@
 //! side) or its rings keep sunlight from the point. Every body of the catalog counts, however little it blocks: in a transit of Mercury 3e-5.
 //!
 //! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
-//! `by`. `fraction` uses one law of limb darkening for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It is the
-//! green channel; with one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the fraction that each
+//! `by`. `fraction` is the green channel; it uses one law of limb darkening for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query
+//! gives others. With one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the fraction that each
 //! body alone blocks, in green. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
 
 use super::batch::{BoundProbeModule, MAP_TAPS, ProbeInputs};
@@ -101,7 +101,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         return Err("fields \"lat\" and \"lon\" are degrees: -90 to 90 and -360 to 360".into());
     }
     check_limb_darkening(query.u1, query.u2)?;
-    let (point_km, _) = ground_point_km(body.radii_km, query.lat, query.lon, 0.0);
+    let height_km = 0.0;
+    let (point_km, _up) = ground_point_km(body.radii_km, query.lat, query.lon, height_km);
     let receiver = Receiver::at(prober.ephemeris(), body, time)?;
     let occluded_sun = OccludedSun::seen_from(prober, &receiver, query.model.model_choice())?;
     let same_law_in_all_channels = Photometry::Emissive { u1: [query.u1; 3], u2: [query.u2; 3] };
@@ -115,7 +116,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         let blocked = 1.0 - fraction(std::slice::from_ref(occluder))?;
         blocked_by.insert(occluder.body.name.to_lowercase(), json!(blocked));
     }
-    Ok(json!({ "fraction": fraction(&occluded_sun.occluders)?, "rgb": sunlight(&occluded_sun.occluders, None)?, "by": blocked_by }))
+    let catalog_law = None;
+    Ok(json!({ "fraction": fraction(&occluded_sun.occluders)?, "rgb": sunlight(&occluded_sun.occluders, catalog_law)?, "by": blocked_by }))
 }
 
 /// The occluders of the Sun for one body at one time, and the sunlight at points on the body's surface.
@@ -135,6 +137,7 @@ impl<'a> OccludedSun<'a> {
     /// One line: the catalog has no Sun.
     pub fn seen_from(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
+        // Every side and every direction counts, at single points instead of pixels.
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel_radii: 0.0 };
         let (min_change, min_blocked) = (None, 0.0);
         let candidates = eclipse::candidates(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, min_blocked);

@@ -18,6 +18,7 @@ use crate::ephemeris::Ephemeris;
 use crate::message::reason;
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::atmosphere::decision::needs_table;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::draw::features::PixelView;
@@ -26,7 +27,6 @@ use crate::scene::error::SceneError;
 use crate::scene::features;
 use crate::scene::features::inputs::{DecisionInputs, FrameContext};
 use crate::scene::finished::Scene;
-use crate::scene::in_view::BodyInView;
 use crate::scene::light::exposure::Exposure;
 use crate::scene::light::lights::Reflector;
 use crate::scene::light::{auto_exposure, corona};
@@ -48,7 +48,7 @@ pub struct SceneBuilder<'a> {
     /// The bodies in catalog order, except those that the ephemeris could not place.
     placed: Vec<PlacedBody<'a>>,
     /// One entry per body of the catalog: `None` if the body was placed, else its report, which gives the reason.
-    unplaced_reports: Vec<Option<BodyInView>>,
+    unplaced_reports: Vec<Option<BodyReport>>,
     /// All placed bodies, as sources of light for each other.
     reflectors: Vec<Reflector<'a>>,
     /// The atmosphere that surrounds the camera; if several bodies' atmospheres do, that of the first body in catalog order.
@@ -215,7 +215,7 @@ impl<'a> SceneBuilder<'a> {
             ground_lines: annotations.ground_lines,
             refracted_limbs: light_around_sun.refracted_limbs,
             glare: light_around_sun.glare,
-            bloom: request.layers.bloom && request.pixel_view == PixelView::Final,
+            has_bloom: request.layers.bloom && request.pixel_view == PixelView::Final,
             labels: annotations.labels,
             line_texts: annotations.line_texts,
             purpose: request.purpose,

@@ -28,7 +28,7 @@ pub const RING_SHINE_COLUMNS: usize = 33;
 /// shaders/lib/air/column_density.wesl has the polynomial, which was fitted for this slope.
 pub(crate) const ERFCX_SLOPE: f64 = 0.46;
 /// Terms of the polynomial that approximates the optical depth of the air above the ground along a line.
-pub const GROUND_DEPTH_TERMS: usize = 8;
+pub const OPTICAL_DEPTH_TERMS: usize = 8;
 
 /// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top of the air. One more row contains the irradiance of level
 /// ground.

@@ -60,11 +60,11 @@ impl<'a> DecisionLog<'a> {
         }
     }
 
-    /// Records the decision on an effect and returns whether it is drawn: `by_threshold`, unless the user has switched the effect on or off.
-    pub(crate) fn record_effect(&mut self, effect: Effect, by_threshold: bool, reason: Reason) -> bool {
+    /// Records the decision on an effect and returns whether it is drawn: if it exceeds its threshold, unless the user has switched it on or off.
+    pub(crate) fn record_effect(&mut self, effect: Effect, exceeds_threshold: bool, reason: Reason) -> bool {
         match self.overrides.override_of(effect) {
             Some(on) => self.record(effect.name(), on, reason!("set-by-you")),
-            None => self.record(effect.name(), by_threshold, reason),
+            None => self.record(effect.name(), exceeds_threshold, reason),
         }
     }
 
@@ -86,14 +86,14 @@ impl<'a> DecisionLog<'a> {
             Some(m) if self.resources.is_unreadable(&m.file) => self.record(effect.name(), false, reason!("unreadable", file = &m.file)),
             Some(m) => {
                 let (on, reason) = by_threshold();
-                self.record_effect(effect, on, with_invented(reason, m.invented.as_deref(), |how| reason!("map-invented", how = how)))
+                self.record_effect(effect, on, with_invented_note(reason, m.invented.as_deref(), |how| reason!("map-invented", how = how)))
             }
         }
     }
 }
 
 /// Appends a note to the reason if a map or shape was invented. `invented`: the catalog's text that says how; `note`: makes the note from this text.
-pub(crate) fn with_invented(reason: Reason, invented: Option<&str>, note: impl FnOnce(Argument) -> Reason) -> Reason {
+pub(crate) fn with_invented_note(reason: Reason, invented: Option<&str>, note: impl FnOnce(Argument) -> Reason) -> Reason {
     match invented {
         Some(how) => reason.and(note(invented_text(how))),
         None => reason,

@@ -6,12 +6,12 @@ use crate::catalog::NaifId;
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::text::{LabelMetrics, Rect};
 use crate::scene::annotation::{labels, line_texts, orbit_arcs};
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::Camera;
 use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::decision::Decision;
 use crate::scene::draw::{Draw, PixelView, Point, StarSprite};
 use crate::scene::eclipse::refracted_limb;
-use crate::scene::in_view::BodyInView;
 use crate::scene::light::exposure::Exposure;
 use crate::scene::light::{corona, glare};
 use crate::scene::purpose::Purpose;
@@ -38,14 +38,14 @@ pub struct Scene {
     /// How radiance above white is mapped to display values.
     pub tone_map: ToneMap,
     /// Every body of the catalog, also those that the image does not show, in catalog order.
-    pub bodies: Vec<BodyInView>,
-    /// Diffuse light of the sky, behind everything else.
+    pub bodies: Vec<BodyReport>,
+    /// Diffuse light of the sky, behind everything else; `None` if it is not drawn.
     pub background: Option<SkyBackground>,
     /// The user's sky images, drawn over the background.
     pub sky_images: Vec<SkyImageDraw>,
     /// Stars, drawn behind all bodies.
     pub stars: Vec<StarSprite>,
-    /// Minor planets, from lists of orbital elements; nearer bodies hide them.
+    /// Minor planets, from lists of orbital elements; nearer bodies hide them. `None` if they are not drawn.
     pub minor_planets: Option<MinorPlanets>,
     /// Comets, with their tails and orbits.
     pub comets: Comets,
@@ -64,16 +64,16 @@ pub struct Scene {
     pub lines_in_space: Vec<LineSegment>,
     /// For each body with lines on its ground: the segments on the side that faces the camera.
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
-    /// The solar corona, drawn after the Sun and the draws behind it.
+    /// The solar corona, drawn after the Sun and the draws behind it; `None` if it is not drawn.
     pub corona: Option<corona::Corona>,
     /// The refracted limbs of bodies in front of the Sun.
     pub refracted_limbs: Vec<refracted_limb::RefractedLimb>,
-    /// The Sun's glare, drawn over everything.
+    /// The Sun's glare, drawn over everything; `None` if it is not drawn.
     pub glare: Option<glare::Glare>,
     /// The draw of the selected body's shape alone, in black, from which its outline is computed; `None` if no outline is drawn.
     pub outlined_shape: Option<Draw>,
     /// Whether bloom spreads light brighter than white.
-    pub bloom: bool,
+    pub has_bloom: bool,
     /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of the user's data; `None` if all
     /// are off.
     pub labels: Option<labels::LabelLayer>,
@@ -86,7 +86,7 @@ pub struct Scene {
 
 impl Scene {
     /// A body of the catalog by its code.
-    pub fn body(&self, id: NaifId) -> Option<&BodyInView> {
+    pub fn body(&self, id: NaifId) -> Option<&BodyReport> {
         self.bodies.iter().find(|b| b.id == id)
     }
 
@@ -97,8 +97,8 @@ impl Scene {
         let label_rects = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.glyph_px)).collect::<Vec<_>>();
         let line_text_rects = |layer: &line_texts::TextLayer| {
             let metrics = LabelMetrics::of_size(layer.glyph_px);
-            // `left_px`: the left end of a text's centre line.
-            layer.texts.iter().map(|text| metrics.rect(&text.text, text.left_px)).collect::<Vec<_>>()
+            // `left_end_px`: the left end of a text's centre line.
+            layer.texts.iter().map(|text| metrics.rect(&text.text, text.left_end_px)).collect::<Vec<_>>()
         };
         self.labels.iter().flat_map(label_rects).chain(self.line_texts.iter().flat_map(line_text_rects)).collect()
     }

@@ -7,12 +7,13 @@
 //! `build` calls the submodules in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light::meter`
 //! (exposure), `features` with the modules of each effect (`surface`, `eclipse`, `rings`, `atmosphere`), light around the Sun (`light::corona`,
 //! `light::glare`), `visibility` (what is hidden), `sky`, `visibility::order` (order of draws), `annotation`. `draw` defines the plain values that these
-//! modules create for the renderer; `composite` combines several frames into one image, and `seen_from` reports all bodies without one.
+//! modules create for the renderer; `composite` combines several frames into one image, and `seen_from` reports all bodies without an image.
 
 #[doc(hidden)]
 pub mod annotation;
 #[doc(hidden)]
 pub mod atmosphere;
+mod body_report;
 mod build;
 #[doc(hidden)]
 pub mod camera;
@@ -29,7 +30,6 @@ mod error;
 #[doc(hidden)]
 mod features;
 mod finished;
-mod in_view;
 #[doc(hidden)]
 pub mod light;
 mod numeric;
@@ -53,11 +53,12 @@ mod visibility;
 
 #[doc(hidden)]
 pub use annotation::{grids, legend, line_texts, orbit_arcs, orbits, sky_lines, traces};
-pub(crate) use atmosphere::ground_depth;
+pub(crate) use atmosphere::optical_depth_above_ground;
 #[doc(hidden)]
 pub use atmosphere::uniform_rows::uniform_value;
 #[doc(hidden)]
 pub use atmosphere::{multi_scatter_in_shadow, multi_scatter_table, quadrature_nodes};
+pub use body_report::{Appearance, BodyReport, SubPoint};
 #[doc(hidden)]
 pub use build::SceneBuilder;
 #[doc(hidden)]
@@ -66,7 +67,6 @@ pub use camera::{silhouette, viewpoint};
 pub use eclipse::refracted_limb;
 pub use error::SceneError;
 pub use finished::Scene;
-pub use in_view::{Appearance, BodyInView, SubPoint};
 pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CD_M2_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
 #[doc(hidden)]
 pub use light::meter::metered_twilight;
@@ -74,8 +74,8 @@ pub use light::meter::metered_twilight;
 pub use light::{corona, disc_light, glare, night_lights, photometry};
 #[doc(hidden)]
 pub use point::{
-    CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_glare_spread,
-    disc_share, point_peak, point_spread,
+    CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_fraction,
+    disc_glare_spread, point_peak, point_spread,
 };
 #[doc(hidden)]
 pub use resources::{Caches, Requirements, Resources};

@@ -88,17 +88,17 @@ pub(crate) fn place<'a>(
     caches: &Caches,
 ) -> Result<PlacedBody<'a>, SceneError> {
     let camera = &viewer.camera;
-    let ground_position = viewer.stands_on.filter(|ground| ground.id == body.id);
-    let (position_km, emitted_at) = match ground_position {
+    let body_under_camera = viewer.stands_on.filter(|under| under.id == body.id);
+    let (position_km, emitted_at) = match body_under_camera {
         _ if viewer.at_centre_of == Some(body.id) => (camera.position_km, request.time),
-        Some(ground) => (ground.centre_km, request.time),
+        Some(under) => (under.centre_km, request.time),
         None => ephemeris.light_time_position(body.id, camera.position_km, request.time)?,
     };
     let astrometric_km = position_km - camera.position_km;
     let distance_km = astrometric_km.length();
     let body_from_icrf = ephemeris.body_from_icrf(body.id, emitted_at)?;
     let mut placement = Placement { centre_km: astrometric_km, body_from_icrf, radii_km: body.radii_km };
-    if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 && ground_position.is_none() {
+    if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 && body_under_camera.is_none() {
         let direction = astrometric_km / distance_km;
         let apparent = aberrated(direction, viewer.velocity_km_s);
         // Aberration moves the body's image on the sky but shows no other side of the body. So the orientation is rotated together with the direction.

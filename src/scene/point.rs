@@ -8,8 +8,8 @@
 //! the Sun (`light::glare`). It widens with brightness and contains at most 30 % of the light. shaders/entry/point.wesl draws the spread with the
 //! constants of this module. The glare's profile is chosen to look like stars on photographs; it is not measured.
 //!
-//! Glare belongs to eye and lens, not to points: a disc brighter than white has it, too, while the disc is small enough to be seen as a light rather than as a
-//! surface. It shrinks while the disc grows, and is gone at [`NO_GLARE_FROM_PX`]. Which discs have glare: `light::disc_glare`.
+//! Glare belongs to eye and lens, not to points: a disc brighter than white has glare, too, while the disc is small enough to be seen as a light rather than
+//! as a surface. This glare shrinks while the disc grows, and is gone at [`NO_GLARE_FROM_PX`]. Which discs have glare: `light::disc_glare`.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{self, Camera};
@@ -26,7 +26,7 @@ pub const CORE_SIGMA_PX: f64 = POINT_RADIUS_PX / 3.0;
 /// Scale radius of the glare, whose profile is (1 + r^2 / a^2)^-1.5 (Moffat's with exponent 1.5): 35 % of its peak at this radius, r^-3 far beyond it.
 pub const GLARE_SCALE_RADIUS_PX: f64 = 2.0;
 /// Upper limit of the fraction of the light that is in the glare; the brightest points approach it.
-pub const GLARE_FRACTION: f64 = 0.3;
+pub const MAX_GLARE_FRACTION: f64 = 0.3;
 /// Exponent with which the sprite's radius grows with brightness relative to white: a star of first magnitude reaches 1.5 times as far as a star of second
 /// magnitude.
 pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
@@ -43,13 +43,13 @@ pub(crate) const DISC_ONLY_FROM_PX: f64 = 4.0;
 pub(crate) const NO_GLARE_FROM_PX: f64 = 16.0;
 
 /// Fraction of a body's light that is drawn as a disc, by the disc's diameter; the point has the rest.
-pub fn disc_share(diameter_px: f64) -> f64 {
+pub fn disc_fraction(diameter_px: f64) -> f64 {
     smooth_rise((POINT_ONLY_BELOW_PX, DISC_ONLY_FROM_PX), diameter_px)
 }
 
-/// As [`disc_share`], but 1 if the user has switched points off. `points`: the user's choice for the effect `points`.
-pub(crate) fn drawn_disc_share(points: Option<bool>, diameter_px: f64) -> f64 {
-    if points == Some(false) { 1.0 } else { disc_share(diameter_px) }
+/// As [`disc_fraction`], but 1 if the user has switched points off. `points`: the user's choice for the effect `points`.
+pub(crate) fn drawn_disc_fraction(points: Option<bool>, diameter_px: f64) -> f64 {
+    if points == Some(false) { 1.0 } else { disc_fraction(diameter_px) }
 }
 
 /// For a core of amplitude 1: the Gaussian's value at the sprite's rim, and the integral over the sprite's circle of the Gaussian less this value.
@@ -72,7 +72,7 @@ pub(crate) fn point_radius_px(peak: f64) -> f64 {
 
 /// Fraction of a point's light that is in the glare of a sprite of this radius.
 fn glare_fraction(radius_px: f64) -> f64 {
-    GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0)
+    MAX_GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0)
 }
 
 /// Integral of the glare's profile over the circle of a sprite: its light for an amplitude of 1.
@@ -110,7 +110,8 @@ pub(crate) fn disc_glare(brightness: f64, diameter_px: f64) -> (f64, f64) {
 /// Scale radius of the glare of a disc in pixels, and its amplitude for a glare of flux 1.
 pub fn disc_glare_spread(radius_px: f64, disc_radius_px: f64) -> [f64; 2] {
     // Each point of the disc has the glare of a point. Convolved with each other, profiles (1 + r^2 / a^2)^-1.5 give such a profile, and their scale radii add.
-    // The disc counts as the profile that has half of its light within the same radius: sqrt(1/2) of the disc's, sqrt(3) times the scale radius.
+    // The disc counts as such a profile with half of its light within the same radius: sqrt(1/2) of the disc's radius, sqrt(3) times the scale radius of the
+    // profile.
     let scale_radius_px = GLARE_SCALE_RADIUS_PX + disc_radius_px / 6_f64.sqrt();
     [scale_radius_px, 1.0 / glare_integral(radius_px, scale_radius_px)]
 }
@@ -143,14 +144,14 @@ fn radius_for_part_of_glare_px(radius_px: f64, part: f64) -> f64 {
 }
 
 /// Radius of the sprite of a point of this flux: wide enough for the glare of a point that is brighter than white, else the smallest.
-/// `white`: the radiance shown as white. `glare_fraction`: fraction of the glare's light that is drawn.
-pub(crate) fn sprite_radius_px(flux: f64, white: f64, glare_fraction: f64) -> f64 {
-    radius_for_part_of_glare_px(point_radius_px(flux * point_peak() / white), glare_fraction)
+/// `white`: the radiance shown as white. `drawn_part_of_glare`: fraction of the glare's light that is drawn.
+pub(crate) fn sprite_radius_px(flux: f64, white: f64, drawn_part_of_glare: f64) -> f64 {
+    radius_for_part_of_glare_px(point_radius_px(flux * point_peak() / white), drawn_part_of_glare)
 }
 
 /// Sets the radius of a point's sprite (see [`sprite_radius_px`]).
-pub(crate) fn set_sprite_radius(point: &mut Point, white: f64, glare_fraction: f64) {
-    point.radius_px = camera::narrow_scalar(sprite_radius_px(point.flux.max_element().into(), white, glare_fraction));
+pub(crate) fn set_sprite_radius(point: &mut Point, white: f64, drawn_part_of_glare: f64) {
+    point.radius_px = camera::narrow_scalar(sprite_radius_px(point.flux.max_element().into(), white, drawn_part_of_glare));
 }
 
 /// The glare's profile at a distance from the centre of a sprite of this radius, relative to its amplitude in [`point_spread`]; as in
@@ -212,7 +213,7 @@ mod tests {
         for (brightness, diameter_px) in [(1.5, 2.1), (1.5, 12.0), (30.0, 4.0), (30.0, 8.0), (3e4, 3.0), (3e4, 15.9)] {
             let (fraction, radius_px) = disc_glare(brightness, diameter_px);
             let disc_radius_px = 0.5 * diameter_px;
-            assert!(fraction > 0.0 && fraction <= GLARE_FRACTION && radius_px > disc_radius_px && radius_px <= MAX_RADIUS_PX);
+            assert!(fraction > 0.0 && fraction <= MAX_GLARE_FRACTION && radius_px > disc_radius_px && radius_px <= MAX_RADIUS_PX);
             let [scale_px, amplitude] = disc_glare_spread(radius_px, disc_radius_px);
             let step = radius_px / 4000.0;
             let light = |scale_px: f64| {
@@ -233,7 +234,7 @@ mod tests {
         for brightness in [0.5, 1.0, 2.0, 3e4] {
             assert!(disc_glare(brightness, NO_GLARE_FROM_PX).0 <= 0.0 && (brightness > 1.0) == (disc_glare(brightness, 4.0).0 > 0.0));
         }
-        // A zoom in steps of 1 %.
+        // A zoom in steps of 1 %. For each step: the fraction of the light in the glare, and the radius of its sprite.
         let glare: Vec<_> = (0..=209).map(|k| disc_glare(3e4, 2.0 * 1.01_f64.powi(k))).collect();
         for [before, after] in glare.array_windows::<2>() {
             assert!(after.0 <= before.0 && before.0 - after.0 < 0.03 && (after.1 - before.1).abs() < 0.8, "{before:?} {after:?}");

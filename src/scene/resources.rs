@@ -24,7 +24,7 @@ use std::sync::{Arc, OnceLock};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshRequirement {
     pub body: NaifId,
-    /// Unit vector towards the Sun in body axes, and the Sun's angular radius in radians, if the mesh casts shadows on itself.
+    /// Unit vector towards the Sun in body axes, and the Sun's angular radius in radians; `None` if the mesh casts no shadows on itself.
     pub self_shadow_sun: Option<(DVec3, f64)>,
 }
 

@@ -1,13 +1,13 @@
 //! All bodies as seen from one place: distance, magnitude, phase, sub-points, without an image.
 //!
-//! In: the catalog, the ephemeris, the viewer's position and a time. Out: one [`BodyInView`] per body of the catalog. They are the reports of the scene of a
+//! In: the catalog, the ephemeris, the viewer's position and a time. Out: one [`BodyReport`] per body of the catalog. They are the reports of the scene of a
 //! tiny image, so that light time, aberration, light of rings, light curves and eclipses are those of images.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
+use crate::scene::body_report::BodyReport;
 use crate::scene::error::SceneError;
 use crate::scene::finished::Scene;
-use crate::scene::in_view::BodyInView;
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use crate::scene::request::layers::Layers;
 use crate::scene::request::view_request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
@@ -20,8 +20,8 @@ const IMAGE_PX: u32 = 16;
 /// Every body of the catalog, in catalog order, as a viewer at `position` sees it at `time`; the position needs no target, so it is not
 /// [`Position::AboveTarget`]. Distances and directions have light time, magnitudes include rings, light curves and eclipses.
 ///
-/// A body at whose centre the viewer is has the distance 0 and no magnitude, and its phase angle, sub-observer point and angular diameter mean nothing; a body
-/// that the ephemeris cannot place has the distance NaN and no magnitude ([`BodyInView::is_seen_from_outside`]).
+/// If the viewer is at a body's centre, this body has the distance 0 and no magnitude, and its phase angle, sub-observer point and angular diameter mean
+/// nothing. A body that the ephemeris cannot place has the distance NaN and no magnitude ([`BodyReport::is_seen_from_outside`]).
 /// Any other body without a magnitude is one that no sunlight reaches. The fields about an image are of no use: `appearance`, `diameter_px`, `decisions`,
 /// `features` and `invented`.
 ///
@@ -32,7 +32,7 @@ pub fn bodies_seen_from(
     ephemeris: &Ephemeris,
     position: Position,
     time: Instant,
-) -> Result<Vec<BodyInView>, SceneError> {
+) -> Result<Vec<BodyReport>, SceneError> {
     let mut effects = EffectOverrides::default();
     // No magnitude depends on ring-shine, which would need a new table for each date.
     effects.set(Effect::RingShine, false);

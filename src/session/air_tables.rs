@@ -64,7 +64,7 @@ fn from_bytes(bytes: &[u8]) -> Vec<Vec4> {
 }
 
 impl AirTables {
-    /// `cache`: the folder that contains `orrery/`.
+    /// `cache`: the folder that contains `orrery/`; `None`: tables are kept in memory only.
     pub fn open(cache: Option<PathBuf>) -> Self {
         Self { folder: cache.map(|c| c.join("orrery").join("air")), tables: Memo::with_capacity(MAX_TABLES) }
     }

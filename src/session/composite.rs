@@ -27,7 +27,8 @@ impl Session {
             let (composite, screen_px) = self.composite_of(request)?;
             let warp_mesh_and_screen = request.composition.warp.as_deref().zip(screen_px);
             let modules = plan::composite_modules(&composite, warp_mesh_and_screen.is_some());
-            self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
+            let report_no_progress = || {};
+            self.timed(Stage::Shaders, || self.library.warm(&modules, report_no_progress));
             match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, warp_mesh_and_screen)) {
                 Ok(plan) => return Ok((with_warped_geometry(composite.whole_image, request), plan)),
                 // The scenes are built again without the map.

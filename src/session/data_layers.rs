@@ -50,7 +50,7 @@ impl Session {
         if !is_layer_file(&file) {
             return Err(file_error(path, format!("not a data layer: its name does not end in any of {}", layer_extensions())));
         }
-        // The file's name is also the layer's name.
+        // The file's name is also the layer's name. `body`: `None` in the sky.
         let layer = |body| DataLayer { body, ..DataLayer::new(file.clone(), file.clone()) };
         let body = body.and_then(|id| self.catalog.body(id));
         // If the file is valid neither on the body nor in the sky, the error for the body is returned.

@@ -26,6 +26,7 @@ pub struct Devices {
     pub software: SoftwareRenderer,
     /// A second software renderer with its own threads, created when first needed; `None` inside if no threads could be started.
     background_renderer: OnceLock<Option<SoftwareRenderer>>,
+    /// Receives the messages for the user.
     notify: Arc<dyn Fn(&str) + Send + Sync>,
     #[cfg(feature = "gpu")]
     gpu: gpu::Gpu,
@@ -56,14 +57,14 @@ impl ModuleProvider for PlanModules<'_> {
 }
 
 impl Devices {
-    /// `double_precision`: frames are computed in f64, which only the software renderer can do.
+    /// `uses_f64`: frames are computed in f64, which only the software renderer can do.
     pub fn new(
         software: SoftwareRenderer,
         preference: RendererPreference,
-        double_precision: bool,
+        uses_f64: bool,
         notify: Arc<dyn Fn(&str) + Send + Sync>,
     ) -> Self {
-        let preference = if double_precision && preference != RendererPreference::Software {
+        let preference = if uses_f64 && preference != RendererPreference::Software {
             if preference == RendererPreference::Gpu {
                 notify("the GPU does not compute in f64, which --quality reference asks for; drawing in software");
             }

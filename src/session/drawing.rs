@@ -25,7 +25,8 @@ impl Session {
         loop {
             let scene = self.scene_with(request, |required| self.timed(Stage::Maps, || self.read_maps(required)))?;
             let modules = plan::modules(&scene);
-            self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
+            let report_no_progress = || {};
+            self.timed(Stage::Shaders, || self.library.warm(&modules, report_no_progress));
             match self.timed(Stage::Plan, || plan::plan(&scene, self, sampling)) {
                 Ok(plan) => return Ok((scene, plan)),
                 // A map that the requirements did not list is unreadable: the scene is built again without it.

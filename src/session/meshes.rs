@@ -110,8 +110,10 @@ mod tests {
     #[test]
     fn heights_are_reused_until_the_sun_has_moved() {
         let (meshes, model) = (Meshes::new([]), model());
-        let altitudes_for_angle =
-            |model: &Arc<Mesh>, turned_rad: f64| meshes.sun_altitudes(model, DVec3::new(turned_rad.cos(), turned_rad.sin(), 0.0), 0.005);
+        let sun_radius_rad = 0.005;
+        let altitudes_for_angle = |model: &Arc<Mesh>, turned_rad: f64| {
+            meshes.sun_altitudes(model, DVec3::new(turned_rad.cos(), turned_rad.sin(), 0.0), sun_radius_rad)
+        };
         let first = altitudes_for_angle(&model, 0.0);
         assert!(Arc::ptr_eq(&first, &altitudes_for_angle(&model, 0.8 * SUN_DIRECTION_TOLERANCE_RAD)));
         assert!(!Arc::ptr_eq(&first, &altitudes_for_angle(&model, 1.2 * SUN_DIRECTION_TOLERANCE_RAD)));

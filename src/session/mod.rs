@@ -206,8 +206,8 @@ impl Session {
         if let Some(folder) = sources.textures.as_ref().filter(|folder| !folder.is_dir()) {
             return Err(no_folder(folder, "--textures takes a folder of maps"));
         }
-        let renderer = software_renderers::renderer(sources.threads, sources.double_precision)?;
-        let devices = Devices::new(renderer, sources.renderer, sources.double_precision, notify.clone());
+        let renderer = software_renderers::renderer(sources.threads, sources.uses_f64)?;
+        let devices = Devices::new(renderer, sources.renderer, sources.uses_f64, notify.clone());
         if sources.will_draw {
             devices.start_opening_gpu();
         }
@@ -317,8 +317,8 @@ impl Session {
     ///
     /// # Errors
     /// The threads cannot be started.
-    pub fn renderer_in(&self, double_precision: bool) -> Result<SoftwareRenderer, RenderError> {
-        software_renderers::renderer(Some(self.renderer().threads()), double_precision)
+    pub fn renderer_in(&self, uses_f64: bool) -> Result<SoftwareRenderer, RenderError> {
+        software_renderers::renderer(Some(self.renderer().threads()), uses_f64)
     }
 
     /// As [`Self::renderer_in`] in f64, but vertices snap to the subpixel grid of GPUs, so that edges cover the same pixels as a GPU's.

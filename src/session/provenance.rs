@@ -130,7 +130,7 @@ impl Provenance {
             pixel_view,
             purpose,
             language,
-            coarse_air,
+            may_use_coarse_air,
         } = request;
         // For a value that the request leaves to the program.
         let default_text = || "as usual".to_owned();
@@ -183,7 +183,7 @@ impl Provenance {
             entry("pixels", pixel_view.name().into()),
             entry("purpose", format!("{purpose:?}").to_lowercase()),
             entry("language", language.code().into()),
-            entry("coarse air", coarse_air.to_string()),
+            entry("coarse air", may_use_coarse_air.to_string()),
         ]);
         Self(values)
     }
@@ -236,7 +236,7 @@ impl Provenance {
         listed.chain((more > 0).then(|| format!("and {more} more"))).collect::<Vec<_>>().join("; ")
     }
 
-    /// Examines the file at the path to which this image of the given size is to be written.
+    /// Examines the file at the path to which this image is to be written. `size`: the image's width and height, pixels.
     pub fn examine_existing_image(&self, path: &Path, size: (u32, u32)) -> ExistingImage {
         let metadata = match path.metadata() {
             // A missing or invalid folder is reported when the image is written.
@@ -297,7 +297,7 @@ impl Session {
             digests.insert("data".into(), hex_digest(layers.iter().map(|l| layer_text(l).into_bytes())));
         }
         digests.insert("shaders".into(), self.library.generator_digest().to_string());
-        let precision = if self.sources.double_precision { " in f64" } else { "" };
+        let precision = if self.sources.uses_f64 { " in f64" } else { "" };
         digests.insert("renderer".into(), format!("{}{precision}", self.devices.preference().name()));
         Provenance::new(&self.catalog, request, &digests)
     }
@@ -313,11 +313,11 @@ mod tests {
     #[test]
     fn the_provenance_contains_the_precision() {
         let request = ViewRequest::of(NaifId::MOON, Instant::parse("2024-04-08T18:17:16Z").expect("a time"));
-        let [single, double] = [false, true].map(|double_precision| {
+        let [single, double] = [false, true].map(|uses_f64| {
             let cache = tempfile::tempdir().expect("a folder");
             let sources = Sources {
                 renderer: RendererPreference::Software,
-                double_precision,
+                uses_f64,
                 cache: Some(cache.path().to_owned()),
                 threads: Some(1),
                 ..Sources::default()

@@ -23,7 +23,8 @@ impl Session {
     /// # Errors
     /// See [`SceneBuilder::new`].
     pub fn scene(&self, request: &ViewRequest) -> Result<Scene, SessionError> {
-        self.scene_with(request, |_| {})
+        let ignore_requirements = |_: &Requirements| {};
+        self.scene_with(request, ignore_requirements)
     }
 
     /// As [`Self::scene`]. `on_requirements` is called with the scene's requirements, before shape models and tables are read or computed.
@@ -91,7 +92,7 @@ impl Session {
             match self.timed(Stage::Maps, || self.meshes.model(body)) {
                 Ok(model) => {
                     if let Some((towards_sun, sun_radius_rad)) = mesh.self_shadow_sun {
-                        // Heights of the Sun above the horizon that the shape itself forms, one for each vertex.
+                        // Altitudes of the Sun above the horizon that the shape itself forms, one for each vertex.
                         let altitudes = self.timed(Stage::Scene, || self.meshes.sun_altitudes(&model, towards_sun, sun_radius_rad));
                         resources.sun_altitudes.insert(body.id, altitudes);
                     }

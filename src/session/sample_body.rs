@@ -19,9 +19,9 @@ use crate::scene::draw::{
     RingTable, RingUniforms, Shape, Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
-use crate::scene::ground_depth;
 use crate::scene::multi_scatter_in_shadow::{COLUMN_RANGES_START, COLUMNS as IN_SHADOW_COLUMNS, VECTORS as IN_SHADOW_VECTORS};
 use crate::scene::multi_scatter_table::{COLUMNS as MULTI_SCATTER_COLUMNS, NODES};
+use crate::scene::optical_depth_above_ground;
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_disc_parts};
 use crate::scene::rings::RingConditions;
 use crate::shader::key::ShaderKey;
@@ -178,12 +178,12 @@ fn air_uniforms() -> AtmosphereUniforms {
         skylight_fraction: Vec3::splat(0.4),
         mie_scale_height: 0.01,
         // Henyey-Greenstein's function (w = 0), whatever that of catalogs is: this body is invented, and its images stay.
-        mie_phase: Vec4::new(0.7, 0.7, 0.7, 0.0),
+        mie_phase_parameters: Vec4::new(0.7, 0.7, 0.7, 0.0),
         mie_scattering: Vec3::splat(8.0),
         mie_extinction: Vec3::new(9.0, 9.5, 10.0),
         absorption_layer: Vec3::new(radius_sq_minus_1(0.03), radius_sq_minus_1(0.06), radius_sq_minus_1(0.09)),
         absorption_extinction: Vec3::new(0.8, 2.0, 0.2),
-        ground_depth: Default::default(),
+        optical_depth_above_ground: Default::default(),
         blend_mode: 0.0,
         map_weight: 0.0,
         night_radiance: 1e-3,
@@ -194,7 +194,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         multi_scatter_heights: Vec2::new(0.0, 5.0),
         multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % MULTI_SCATTER_COLUMNS) as f32)).collect()),
     };
-    AtmosphereUniforms { ground_depth: ground_depth::terms(&air), ..air }
+    AtmosphereUniforms { optical_depth_above_ground: optical_depth_above_ground::terms(&air), ..air }
 }
 
 /// The uniforms of the sample body. `half_side`: half the image's side in body radii.
@@ -252,7 +252,7 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
             albedo: 0.7,
             reflectance: 0.7,
             // Half of the air is above the clouds.
-            optical_depth_above: air_uniforms().ground_depth.map(|row| (0.5 * row.truncate()).extend(row.w)),
+            optical_depth_above: air_uniforms().optical_depth_above_ground.map(|row| (0.5 * row.truncate()).extend(row.w)),
             coarse_first_row: 0.0,
         },
         camera_in_unit_sphere: forward * -1.0e3,

@@ -15,8 +15,8 @@ pub fn lowering() -> Lowering {
 }
 
 /// A software renderer. `threads`: `None` for one per core.
-pub fn renderer(threads: Option<usize>, double_precision: bool) -> Result<SoftwareRenderer, RenderError> {
-    let precision = if double_precision { Precision::F64 } else { Precision::F32 };
+pub fn renderer(threads: Option<usize>, uses_f64: bool) -> Result<SoftwareRenderer, RenderError> {
+    let precision = if uses_f64 { Precision::F64 } else { Precision::F32 };
     SoftwareRenderer::new(Options { threads: threads.unwrap_or(0), precision, ..Options::default() })
 }
 

@@ -43,7 +43,7 @@ pub struct Sources {
     /// Worker threads; `None`: one per core.
     pub threads: Option<usize>,
     /// Whether the software renderer computes shaders in f64.
-    pub double_precision: bool,
+    pub uses_f64: bool,
     /// The requested renderer.
     pub renderer: RendererPreference,
     /// Whether frames will be drawn; if so, the GPU is opened while the catalogs are read.

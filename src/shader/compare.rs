@@ -19,6 +19,7 @@ pub struct FeatureDiff {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct DiffLine {
     pub fragment: String,
+    /// Line in the fragment, from 1.
     pub line: u32,
     pub text: String,
 }

@@ -72,10 +72,10 @@ fn air_fragment() -> String {
                 Value::F32(shared::ERFCX_SLOPE),
             ),
             constant(
-                "Terms of the polynomial that approximates the optical depth of the air above the ground (lib/air/ground_depth.wesl).",
+                "Terms of the polynomial that approximates the optical depth of all air above a point (lib/air/optical_depth_above.wesl).",
                 "",
-                "GROUND_DEPTH_TERMS",
-                Value::U32(shared::GROUND_DEPTH_TERMS),
+                "OPTICAL_DEPTH_TERMS",
+                Value::U32(shared::OPTICAL_DEPTH_TERMS),
             ),
             constant(
                 "Table of light scattered more than once: its rows for heights. One more row holds the irradiance of level ground.",

@@ -120,7 +120,7 @@ impl ShaderModule {
     pub fn from_emitted(id: &ModuleId, emitted: Emitted, lowering: &Lowering) -> Result<Self, ShaderError> {
         let Emitted { wgsl, source_map } = emitted;
         let name = || id.to_string();
-        // Before the reason, so that a message which is cut loses the end of the reason, not the place.
+        // The place in the text, which comes before the reason, so that a message that is cut loses the end of the reason and not the place.
         let place_text = |line: Option<u32>| match line.and_then(|l| source_map.origin_of(l as usize)) {
             Some((fragment, line)) => format!("shaders/{fragment}:{line}: "),
             None => String::new(),

@@ -122,11 +122,11 @@ impl DigestRecord {
         Ok(record)
     }
 
-    /// This record, limited to the modules in `ids`; their flags (see [`recorded_modules`]) are ignored.
+    /// This record, limited to these modules.
     #[must_use]
-    pub fn only(&self, ids: &[(ModuleId, bool)]) -> Self {
-        let found = |(id, _): &(ModuleId, bool)| self.modules.get_key_value(&id.to_string()).map(|(name, d)| (name.clone(), d.clone()));
-        Self { modules: ids.iter().filter_map(found).collect(), ..self.clone() }
+    pub fn only(&self, modules: &[RecordedModule]) -> Self {
+        let found = |m: &RecordedModule| self.modules.get_key_value(&m.id.to_string()).map(|(name, d)| (name.clone(), d.clone()));
+        Self { modules: modules.iter().filter_map(found).collect(), ..self.clone() }
     }
 
     /// What changed from this record to that of the modules just built, with reasons.
@@ -167,13 +167,21 @@ impl DigestRecord {
     }
 }
 
-/// The modules to record: simple shaders, probes, the covering sets and the reachable keys (those of the catalog's bodies). The flag of a module says whether
-/// its translations are recorded, too.
-pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)> {
+/// A module to record.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordedModule {
+    pub id: ModuleId,
+    /// Whether its translations are recorded, too.
+    pub is_translated: bool,
+}
+
+/// The modules to record: simple shaders, probes, the covering sets and the reachable keys (those of the catalog's bodies).
+pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<RecordedModule> {
+    let recorded = |id: ModuleId, is_translated: bool| RecordedModule { id, is_translated };
     let covered: BTreeSet<_> = covering_keys(2).into_iter().chain(covering_keys(3)).collect();
-    let not_covered: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Keyed(*k), false)).collect();
+    let not_covered: Vec<_> = reachable.difference(&covered).map(|k| recorded(ModuleId::Keyed(*k), false)).collect();
     let simple_and_probes = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples());
-    simple_and_probes.chain(covered.into_iter().map(ModuleId::Keyed)).map(|id| (id, true)).chain(not_covered).collect()
+    simple_and_probes.chain(covered.into_iter().map(ModuleId::Keyed)).map(|id| recorded(id, true)).chain(not_covered).collect()
 }
 
 /// The record of modules that this program has just built without a failure, and the paths of the fragments of each.
@@ -184,31 +192,30 @@ pub struct BuiltRecord {
 }
 
 impl BuiltRecord {
-    /// Builds the modules on all cores and translates those whose flag is true (see [`recorded_modules`]); `done` is called after each module. The error lists
-    /// all failures.
-    pub fn of(ids: &[(ModuleId, bool)], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Self, Vec<String>> {
-        Self::of_fragments(&Fragments::default(), ids, lowering, done)
+    /// Builds the modules on all cores, and translates those whose translations are recorded; `done` is called after each module. The error lists all failures.
+    pub fn of(modules: &[RecordedModule], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Self, Vec<String>> {
+        Self::of_fragments(&Fragments::default(), modules, lowering, done)
     }
 
     /// As [`BuiltRecord::of`], with the given fragments.
     pub fn of_fragments(
         fragments: &Fragments,
-        ids: &[(ModuleId, bool)],
+        modules: &[RecordedModule],
         lowering: &Lowering,
         done: impl Fn() + Sync,
     ) -> Result<Self, Vec<String>> {
-        let build = |(id, translated): &(ModuleId, bool)| {
+        let build = |RecordedModule { id, is_translated }: &RecordedModule| {
             let result = ShaderModule::build_with(fragments, id, lowering).map_err(|e| e.to_string()).and_then(|m| {
-                let languages = Language::ALL.into_iter().filter(|l| *translated && l.is_recorded());
+                let languages = Language::ALL.into_iter().filter(|l| *is_translated && l.is_recorded());
                 let texts = languages.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-                let translations = translated.then(|| digest_of(&texts));
+                let translations = is_translated.then(|| digest_of(&texts));
                 Ok((m.id.to_string(), Digests { wgsl: digest_of(&[&m.wgsl]), translations }, m.source_map.fragments))
             });
             done();
             result
         };
-        let results: Vec<_> = ids.par_iter().map(build).collect();
+        let results: Vec<_> = modules.par_iter().map(build).collect();
         let mut built = Self { record: DigestRecord::new(), fragments_of: BTreeMap::new() };
         let mut failures = Vec::new();
         for result in results {

@@ -1,4 +1,6 @@
 //! Two sweeps of complete images: `depth` draws bodies with clouds, air or rings from near to far, `scale` compares images of two sizes.
+//!
+//! In: a sweep's setup. Out: the greatest difference of two images in display levels: of the worst pixel for `depth`, the mean over the pixels for `scale`.
 
 use super::difference::worst_pixel;
 use super::views::{SATURN, sunward, view_from_offset};

@@ -6,7 +6,7 @@
 use super::views::{JUPITER, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, retain_draws};
 use crate::catalog::{Body, NaifId};
-use crate::ephemeris::angle_rad;
+use crate::ephemeris::{BEST_SOURCE, angle_rad};
 use crate::measure::larger_or_nan;
 use crate::probe::Prober;
 use crate::probe::sunlight::OccludedSun;
@@ -57,19 +57,19 @@ fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Opti
 /// geometrically from a millionth of the equatorial radius to that radius. Points are in body axes, in equatorial radii. `sunward`: unit vector to the Sun;
 /// `occluder_km`: position of the occluder relative to the body; both in body axes.
 fn points_around(body: &Body, sunward: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
-    let shape = body.radii_km / body.radii_km.x;
+    let axis_ratios = body.radii_km / body.radii_km.x;
     let occluder = occluder_km / body.radii_km.x;
     // Where the line from the Sun through the occluder hits the sphere; if it misses, the direction of its closest approach to the centre.
     let antisunward = -sunward;
     let nearest = occluder - antisunward * occluder.dot(antisunward);
     let shadow_centre = (nearest - antisunward * (1.0 - nearest.length_squared()).max(0.0).sqrt()).normalize();
     let (x, y) = shadow_centre.any_orthonormal_pair();
-    let mut points = vec![shadow_centre * shape];
-    for turn in 0..8 {
-        let (sin, cos) = (f64::from(turn) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
+    let mut points = vec![shadow_centre * axis_ratios];
+    for octant in 0..8 {
+        let (sin, cos) = (f64::from(octant) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
         for k in 0..steps {
             let distance_radii = 1e-6 * 1e6_f64.powf(f64::from(k) / f64::from(steps - 1));
-            points.push((shadow_centre + (x * cos + y * sin) * distance_radii).normalize() * shape);
+            points.push((shadow_centre + (x * cos + y * sin) * distance_radii).normalize() * axis_ratios);
         }
     }
     points
@@ -96,7 +96,8 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
                 let prober = Prober { session, renderer: setup.renderers.renderer(precision) };
                 let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(model)).ok()?;
                 let one_occluder: Vec<_> = occluded_sun.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
-                occluded_sun.sunlight(&one_occluder, &points, None).ok()
+                let limb_darkening_of_catalog = None;
+                occluded_sun.sunlight(&one_occluder, &points, limb_darkening_of_catalog).ok()
             };
             let (Some(single), Some(double)) = (sunlight_in(Precision::F32), sunlight_in(Precision::F64)) else {
                 found.add(f64::INFINITY, || {
@@ -141,8 +142,8 @@ fn deepest_in_shadow(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, start:
     const STEP_S: f64 = 120.0;
     for k in 0..(SEARCH_DURATION_S / STEP_S) as u32 {
         let time = start.plus_seconds(STEP_S * f64::from(k));
-        let moon_km = ephemeris.state(moon, planet.id, time, None)?.state.pos_km;
-        let antisunward = -ephemeris.state(NaifId::SUN, planet.id, time, None)?.state.pos_km.normalize();
+        let moon_km = ephemeris.state(moon, planet.id, time, BEST_SOURCE)?.state.pos_km;
+        let antisunward = -ephemeris.state(NaifId::SUN, planet.id, time, BEST_SOURCE)?.state.pos_km.normalize();
         let axis_distance_radii = moon_km.cross(antisunward).length() / planet.radii_km.x;
         if moon_km.dot(antisunward) > 0.0 && axis_distance_radii < best.1 {
             best = (time, axis_distance_radii);
@@ -182,7 +183,7 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
         }
         let Some((name, radius_km)) = session.catalog().body(moon).map(|b| (b.name.as_str(), b.radii_km.x)) else { continue };
         // The camera is on the Sun's side of the moon and looks along the axis of the shadow.
-        let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
+        let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, BEST_SOURCE)?.state.pos_km.normalize();
         let distance_km = 20.0 * radius_km;
         // The moon fills the frame: at this distance its disc has a diameter of 5.7 degrees.
         const FOV_DEG: f64 = 4.0;

@@ -4,7 +4,7 @@
 
 use super::{SweepResult, SweepSetup, if_possible};
 use crate::catalog::NaifId;
-use crate::ephemeris::angle_rad;
+use crate::ephemeris::{BEST_SOURCE, angle_rad};
 use crate::scene::request::{Position, ViewRequest};
 use crate::session::{Session, SessionError};
 use crate::time::Instant;
@@ -21,7 +21,7 @@ fn direction_in_scene(session: &Session, body: NaifId, time: Instant) -> Result<
 /// The apparent direction of a body from the Earth's centre, ICRF: light time by bisection, then relativistic aberration.
 fn direction_by_bisection(session: &Session, body: NaifId, time: Instant) -> Result<DVec3, SessionError> {
     let ephemeris = session.ephemeris();
-    let state = |body, time| ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).map(|s| s.state);
+    let state = |body, time| ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, time, BEST_SOURCE).map(|s| s.state);
     let observer = state(NaifId::EARTH, time)?;
     // Light travels 80 au in 40 000 s. All bodies of the shipped catalogs are nearer.
     let (mut low_s, mut high_s) = (0.0, 40_000.0);

@@ -153,7 +153,7 @@ impl<'a> SweepSetup<'a> {
     /// Plans a view and applies the injected fault.
     fn plan_view(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
         // Without the coarse image of the air, each draw can be drawn by itself, which is needed to find the one at fault.
-        let (scene, plan) = self.session().plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
+        let (scene, plan) = self.session().plan(&ViewRequest { may_use_coarse_air: false, ..request.clone() }, sampling)?;
         let mut view = PlannedView { scene, plan };
         if let Some(change) = self.injected_faults.change_plan {
             change(&mut view.plan);

@@ -121,6 +121,7 @@ pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
         })?;
     }
     // Io and its shadow move onto Jupiter; the Moon enters the Earth's shadow.
+    // Name, target, start (UTC), step in seconds, field of view in degrees (`None`: fitted to the target).
     for (name, body, start, step_s, fov_deg) in [
         ("Io's shadow on Jupiter", JUPITER, "2015-01-24T04:25:00Z", 30.0, None),
         ("the Moon into the penumbra", NaifId::MOON, "2022-11-08T08:00:00Z", 60.0, None),
@@ -154,7 +155,7 @@ pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
     let step_factor = setup.by_effort(4.0, 1.0);
     let from_earth = Position::Centre(NaifId::EARTH);
     let from_sunward_side = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: None };
-    // Name, target, camera position, start (UTC), duration and step in seconds, field of view in degrees.
+    // Name, target, camera position, start (UTC), duration and step in seconds, field of view in degrees (`None`: the default).
     let sequences = [
         // The edge of the Moon that leaves the umbra brightens by 1.3 stops in a minute.
         ("the Moon, 2022-11-08", NaifId::MOON, from_earth, "2022-11-08T08:00:00Z", 6.0 * 3600.0, 20.0, None),

@@ -137,14 +137,14 @@ type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, Sessio
 
 /// A pixel as JSON: its coordinates, and its radiance and display level per channel in both frames and in the true frame.
 fn values_at(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
-    let both = frame_pair(setup, request, purpose, &Effect::ALL)?;
+    let frames = frame_pair(setup, request, purpose, &Effect::ALL)?;
     let radiance_at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
     let levels_at = |image: &LinearImage| radiance_at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
     let exposed = setup.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
     let true_view = frame_pair(setup, &finer, purpose, &Effect::ALL)?.with_effects;
     let truth = setup.draw_linear(&true_view, Precision::F64)?.downsampled(TRUTH_SCALE);
-    let [chosen, all] = [setup.draw_linear(&both.chosen, Precision::F32)?, setup.draw_linear(&both.with_effects, Precision::F32)?];
+    let [chosen, all] = [setup.draw_linear(&frames.chosen, Precision::F32)?, setup.draw_linear(&frames.with_effects, Precision::F32)?];
     Ok(json!({
         "pixel": [pixel as u32 % request.width, pixel as u32 / request.width],
         "levels": { "chosen": levels_at(&chosen), "all": levels_at(&all), "true": levels_at(&truth) },
@@ -162,9 +162,9 @@ fn worst_omission(
 ) -> Result<(f64, &'static str), SessionError> {
     let mut worst = (0.0, "several together");
     for effect in Effect::ALL.into_iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
-        let alone = difference(&frame_pair(setup, request, purpose, &[effect])?)?.difference;
-        if alone > worst.0 {
-            worst = (alone, effect.name());
+        let difference_alone = difference(&frame_pair(setup, request, purpose, &[effect])?)?.difference;
+        if difference_alone > worst.0 {
+            worst = (difference_alone, effect.name());
         }
     }
     Ok(worst)
@@ -198,7 +198,7 @@ fn sweep_views(
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     let mut explained = Vec::new();
     for (worst, request, case) in results.iter().take_while(|(worst, ..)| worst.difference > bound).take(MAX_EXPLAINED) {
-        let (alone, effect) = worst_omission(setup, request, purpose, difference)?;
+        let (difference_alone, effect) = worst_omission(setup, request, purpose, difference)?;
         let mut case = case.clone();
         case["apart"] = json!(worst.difference);
         case["lacks"] = json!(effect);
@@ -206,7 +206,7 @@ fn sweep_views(
         explained.push(case);
         let (view_count, max_difference) = omitted.entry(effect).or_default();
         *view_count += 1;
-        *max_difference = max_difference.max(alone);
+        *max_difference = max_difference.max(difference_alone);
     }
     if !explained.is_empty() {
         found.worst_case = Value::Array(explained);

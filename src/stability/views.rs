@@ -5,6 +5,7 @@
 use super::difference::{compare, least_differences, worst_of};
 use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, if_possible};
 use crate::catalog::{Body, NaifId};
+use crate::ephemeris::BEST_SOURCE;
 use crate::ephemeris::topocentric::place_of_normal_deg;
 use crate::events;
 use crate::random::Random;
@@ -50,7 +51,7 @@ fn bodies_named(setup: &SweepSetup<'_>, names: &[&str]) -> Vec<Body> {
 
 /// Unit vector from the body to the Sun, ICRF; the x axis if the direction is unknown or the body is the Sun.
 pub(super) fn sunward(setup: &SweepSetup<'_>, body: NaifId, time: Instant) -> DVec3 {
-    let state = setup.session().ephemeris().state(NaifId::SUN, body, time, None);
+    let state = setup.session().ephemeris().state(NaifId::SUN, body, time, BEST_SOURCE);
     state.map_or(DVec3::X, |s| s.state.pos_km.try_normalize().unwrap_or(DVec3::X))
 }
 
@@ -257,8 +258,8 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
 pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (setup.session().catalog(), setup.session().ephemeris());
     // 2023-01-01 to 2024-05-15, or 2010 to 2031: partial, annular, total and hybrid eclipses.
-    let span_jd_tdb = setup.by_effort((2_459_945.5, 2_460_445.5), (2_455_197.5, 2_463_232.5));
-    let (from, to) = (Instant::from_jd_tdb(span_jd_tdb.0), Instant::from_jd_tdb(span_jd_tdb.1));
+    let span_jd_tdb = setup.by_effort([2_459_945.5, 2_460_445.5], [2_455_197.5, 2_463_232.5]);
+    let [from, to] = span_jd_tdb.map(Instant::from_jd_tdb);
     let mut views = Vec::new();
     let side = 24;
     for eclipse in events::solar_eclipses(catalog, ephemeris, from, to)? {

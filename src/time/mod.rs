@@ -18,7 +18,7 @@ mod text;
 use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000, SECONDS_PER_DAY};
 use hifitime::leap_seconds::{LatestLeapSeconds, LeapSecond};
 
-/// Times are printed to the second. If the standard error of Delta T is at least this, it is printed, too.
+/// Smallest standard error of Delta T that is printed beside a time: half of the second to which times are printed.
 pub(crate) const MIN_SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
 
 /// TT - TAI in seconds, exact (IAU 1991).
@@ -136,7 +136,10 @@ impl Instant {
                 let uncounted_s = if s > 0.0 { 1.0 } else { 0.0 };
                 Self::from_utc_seconds(midnight_s + into_leap_s + s - uncounted_s)
             }
-            _ => Self::from_utc_seconds(self.utc_seconds().0 + s),
+            _ => {
+                let (utc_s, _) = self.utc_seconds();
+                Self::from_utc_seconds(utc_s + s)
+            }
         }
     }
 

@@ -106,7 +106,9 @@ pub(super) fn format_utc(t: Instant) -> String {
 /// The text that [`Instant::to_tt_iso`] documents.
 pub(super) fn format_tt(t: Instant) -> String {
     let tt_s = t.tt_seconds_past_j2000();
-    if tt_s.abs() <= MAX_CALENDAR_S { calendar_text(tt_s, None) } else { format_utc(t) }
+    // TT has no leap seconds.
+    let leap_s = None;
+    if tt_s.abs() <= MAX_CALENDAR_S { calendar_text(tt_s, leap_s) } else { format_utc(t) }
 }
 
 /// A million years in seconds, far below the overflow of the integers in [`calendar_date`].

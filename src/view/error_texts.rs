@@ -78,6 +78,8 @@ fn scene_error_message(error: &SceneError) -> Message {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::{Catalog, NaifId};
+    use crate::ephemeris::{BEST_SOURCE, Ephemeris};
     use crate::scene::SceneError;
     use crate::time::Instant;
     use crate::view::language::{Language, set};
@@ -86,10 +88,10 @@ mod tests {
     #[test]
     fn errors_are_translated_to_german_and_unchanged_in_english() {
         let boxed = |e: SessionError| Box::new(e) as Box<dyn Error>;
-        let catalog = crate::catalog::Catalog::embedded();
-        let ephemeris = crate::ephemeris::Ephemeris::embedded(&catalog).expect("an ephemeris");
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
         let late = Instant::parse("9999-12-31T00:00:00Z").expect("a time");
-        let outside = || ephemeris.state(crate::catalog::NaifId::MOON, crate::catalog::NaifId::EARTH, late, None).expect_err("too late");
+        let outside = || ephemeris.state(NaifId::MOON, NaifId::EARTH, late, BEST_SOURCE).expect_err("too late");
         let denied = || "Permission denied (os error 13)".to_owned();
         let errors: [(Box<dyn Error>, &str); 8] = [
             (boxed(SessionError::Ephemeris(outside())), "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis "),

@@ -89,7 +89,7 @@ pub(super) fn difference(a: &LevelsAndLight, b: &LevelsAndLight, white: f64) -> 
 
 /// The image drawn without a coarse image: every pixel evaluates its own air.
 fn image_by_pixel(request: &ViewRequest) -> LevelsAndLight {
-    image(&SESSION.scene(&ViewRequest { coarse_air: false, ..request.clone() }).expect("a scene"))
+    image(&SESSION.scene(&ViewRequest { may_use_coarse_air: false, ..request.clone() }).expect("a scene"))
 }
 
 /// The image drawn with the bounds of the interpolation multiplied by these factors. With a bound of 0, only constant light is
@@ -208,7 +208,7 @@ fn views_without_a_coarse_image_state_the_reason() {
         ("reference quality", ViewRequest { quality: Quality::Reference, ..day.clone() }),
         ("px wide", ViewRequest { width: 64, height: 64, ..day.clone() }),
         ("too few samples", ViewRequest { effects: EffectOverrides::parse("+atmosphere=vertex").expect("effects"), ..day.clone() }),
-        ("by itself", ViewRequest { coarse_air: false, ..day.clone() }),
+        ("by itself", ViewRequest { may_use_coarse_air: false, ..day.clone() }),
         ("shows no light of the air", ViewRequest { pixel_view: PixelView::Normal, ..day.clone() }),
     ];
     for (why, request) in cases {

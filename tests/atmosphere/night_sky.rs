@@ -123,8 +123,8 @@ fn the_air_in_front_of_the_ground_is_moonlit() {
     let white = f64::exp2(-17.0);
     let interpolated = scene(&below);
     assert!(interpolated.draws.iter().any(|d| d.features.air_pass == AirPass::Read && d.features.lights > 1));
-    let per_pixel = scene(&ViewRequest { coarse_air: false, ..below.clone() });
-    let mut unlit_air = scene(&ViewRequest { coarse_air: false, ..below });
+    let per_pixel = scene(&ViewRequest { may_use_coarse_air: false, ..below.clone() });
+    let mut unlit_air = scene(&ViewRequest { may_use_coarse_air: false, ..below });
     for draw in &mut unlit_air.draws {
         draw.uniforms.air.second_light = Vec3::ZERO;
     }

@@ -189,7 +189,7 @@ fn an_empty_atmosphere_changes_nothing() {
         empty_air.scene(&with).expect("a scene").draws.iter().filter(|d| d.features.air.model != AtmosphereModel::None).count();
     assert!(draws_with_air >= 3, "ground, clouds and sky are drawn with the empty air: {draws_with_air}");
     let airless = empty_air.draw(&without, SAMPLING, FrameImages::DisplayAndHdr).expect("draws").frame.hdr;
-    let by_pixel = ViewRequest { coarse_air: false, ..with.clone() };
+    let by_pixel = ViewRequest { may_use_coarse_air: false, ..with.clone() };
     assert!(empty_air.draw(&by_pixel, SAMPLING, FrameImages::DisplayAndHdr).expect("draws").frame.hdr == airless, "the pixels differ");
     // With the coarse image the ground's draw shades the clouds, and rounds differently.
     let coarse = empty_air.draw(&with, SAMPLING, FrameImages::DisplayAndHdr).expect("draws").frame.hdr;

@@ -68,7 +68,7 @@ fn light(session: &Session, request: &ViewRequest, samples: u8) -> ([f64; 3], Ve
 fn apparent_geometry(request: &ViewRequest, body: i32) -> (f64, f64) {
     let scene = SESSION.scene(request).expect("a scene");
     let [sun, occluder] = [NaifId::SUN, NaifId(body)].map(|id| scene.body(id).expect("a body"));
-    let angular_radius = |b: &orrery::scene::BodyInView| (b.placement.radii_km.x / b.distance_km).asin();
+    let angular_radius = |b: &orrery::scene::BodyReport| (b.placement.radii_km.x / b.distance_km).asin();
     let separation = occluder.placement.centre_km.normalize().cross(sun.placement.centre_km.normalize()).length().asin();
     (angular_radius(occluder) / angular_radius(sun), separation / angular_radius(sun))
 }

@@ -382,7 +382,7 @@ fn flux_without_air(time: Instant) -> f64 {
 /// f32 and f64 give the same image of corona, sky and ground, within half an 8-bit level for 98 % of the pixels.
 #[test]
 fn single_precision_is_enough_for_totality() {
-    let double = Session::open(&Sources { double_precision: true, ..Sources::default() }, |_| {}).expect("opens");
+    let double = Session::open(&Sources { uses_f64: true, ..Sources::default() }, |_| {}).expect("opens");
     for (fov_deg, stops, target) in [(3.0, 5.0, NaifId::SUN), (90.0, 11.0, NaifId::SUN), (100.0, 11.0, NaifId::EARTH)] {
         let view = ViewRequest {
             position: on_ground(NaifId::EARTH, DALLAS),

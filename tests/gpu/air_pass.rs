@@ -35,7 +35,7 @@ fn both_renderers_interpolate_the_same_air() {
         println!("{time}: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
         assert!(difference.mean < 0.3 && difference.p999 <= 3, "{time}: mean {:.3}, 99.9 % {}", difference.mean, difference.p999);
         // Against the air evaluated in each pixel on the GPU: only the interpolation differs.
-        let request = ViewRequest { coarse_air: false, ..request };
+        let request = ViewRequest { may_use_coarse_air: false, ..request };
         let (_, exact_plan) = session.plan(&request, SamplingQuality::of(quality)).expect("a plan");
         let (exact, _) = gpu.render(&exact_plan, session.library(), FrameImages::Display).expect("drawn");
         let difference = image(exact).difference(&image(on_gpu)).expect("one size");

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3, Vec4};
 use orrery::FrameImages;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::render::plan::{ColourFormat, Plan, SamplingQuality, uniform_bytes};
-use orrery::scene::constants::GROUND_DEPTH_TERMS;
+use orrery::scene::constants::OPTICAL_DEPTH_TERMS;
 use orrery::scene::draw::{AtmosphereUniforms, CloudUniforms, DrawFeatures, DrawUniforms, EclipseUniforms, Light, RingUniforms};
 use orrery::scene::effects::{EffectOverrides, possible_features};
 use orrery::scene::multi_scatter_in_shadow;
@@ -66,7 +66,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
             radius: 29.0,
             albedo: 30.0,
             reflectance: 50.0,
-            optical_depth_above: [Vec4::splat(51.0); GROUND_DEPTH_TERMS],
+            optical_depth_above: [Vec4::splat(51.0); OPTICAL_DEPTH_TERMS],
             coarse_first_row: 4.0,
         },
         eclipse: Default::default(),
@@ -81,12 +81,12 @@ fn uniforms(lights: u8) -> DrawUniforms {
             rayleigh_extinction: Vec3::splat(35.0),
             skylight_fraction: Vec3::splat(36.0),
             mie_scale_height: 37.0,
-            mie_phase: Vec4::splat(38.0),
+            mie_phase_parameters: Vec4::splat(38.0),
             mie_scattering: Vec3::splat(39.0),
             mie_extinction: Vec3::splat(40.0),
             absorption_layer: Vec3::splat(41.0),
             absorption_extinction: Vec3::splat(42.0),
-            ground_depth: [Vec4::splat(52.0); GROUND_DEPTH_TERMS],
+            optical_depth_above_ground: [Vec4::splat(52.0); OPTICAL_DEPTH_TERMS],
             blend_mode: 45.0,
             map_weight: 53.0,
             night_radiance: 47.0,
@@ -200,7 +200,7 @@ fn the_hdr_pass_is_found_by_its_name() {
         fov_deg: Some(45.0),
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-08T18:17:16Z").expect("a time"))
     };
-    let by_pixel = ViewRequest { coarse_air: false, ..with_coarse_air.clone() };
+    let by_pixel = ViewRequest { may_use_coarse_air: false, ..with_coarse_air.clone() };
     for (request, is_first) in [(with_coarse_air, false), (by_pixel, true)] {
         let (_, plan) = SESSION.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
         let hdr = plan.hdr_pass().expect("an HDR pass");

@@ -73,17 +73,18 @@ fn names_are_beside_their_stars_and_on_their_constellations() {
             let Some(star_px) = image.pixel(image.in_axes(direction)) else { continue };
             let is_beside = |star_px: DVec2| {
                 // A name may be right of the left edge of the image, and its star left of the right edge.
-                let right_px = |left_px: DVec2| (left_px.x - star_px.x).rem_euclid(f64::from(image.width));
-                let is_right_of_it = |left_px: DVec2| (left_px.y - star_px.y).abs() < 0.5 && right_px(left_px) < MAX_GAP_PX;
-                layer.texts.iter().any(|t| t.text == name && is_right_of_it(t.left_px))
+                let right_px = |left_end_px: DVec2| (left_end_px.x - star_px.x).rem_euclid(f64::from(image.width));
+                let is_right_of_it = |left_end_px: DVec2| (left_end_px.y - star_px.y).abs() < 0.5 && right_px(left_end_px) < MAX_GAP_PX;
+                layer.texts.iter().any(|t| t.text == name && is_right_of_it(t.left_end_px))
             };
             *beside += usize::from(is_beside(star_px));
             *displaced += usize::from(is_beside(star_px + DVec2::new(0.0, 1.5)));
         }
         for constellation in &Constellations::embedded().all {
             let Some(place_px) = image.pixel(image.in_axes(constellation.label_direction)) else { continue };
-            let left_px = place_px - DVec2::new(0.5 * metrics.width_px(&constellation.name), 0.0);
-            *constellations += usize::from(layer.texts.iter().any(|t| t.text == constellation.name && t.left_px.distance(left_px) < 0.5));
+            let left_end_px = place_px - DVec2::new(0.5 * metrics.width_px(&constellation.name), 0.0);
+            let is_there = layer.texts.iter().any(|t| t.text == constellation.name && t.left_end_px.distance(left_end_px) < 0.5);
+            *constellations += usize::from(is_there);
         }
         println!("{projection:?}: {numbers:?} of {} texts", layer.texts.len());
         let [beside, displaced, constellations] = numbers;

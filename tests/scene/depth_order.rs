@@ -51,7 +51,7 @@ fn relative_difference(body: NaifId, (scene, a): &(Scene, Vec<[f32; 4]>), (other
     let brightest = a.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, larger);
     assert!(brightest.is_finite(), "{body:?}");
     let is_near_other_body = |scene: &Scene, at: DVec2| {
-        let near = |c: &orrery::scene::BodyInView| {
+        let near = |c: &orrery::scene::BodyReport| {
             let middle = scene.camera.clip(c.placement.centre_km).map(|clip| scene.camera.pixel_from_clip(clip));
             c.id != body && middle.is_some_and(|m| m.distance(at) < 3.0 + c.diameter_px)
         };

@@ -36,7 +36,7 @@ fn rects(layer: &LabelLayer) -> Vec<Rect> {
 fn middle(layer: &LabelLayer, name: &str) -> Option<DVec2> {
     let metrics = LabelMetrics::of_size(layer.glyph_px);
     let text = layer.margin.texts.iter().find(|t| t.text == name)?;
-    Some(text.left_px + DVec2::new(0.5 * metrics.width_px(name), 0.0))
+    Some(text.left_end_px + DVec2::new(0.5 * metrics.width_px(name), 0.0))
 }
 
 /// The unit-sphere point of a planetographic position, computed from the ellipsoid's normal: a method independent of the program's.

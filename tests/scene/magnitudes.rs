@@ -6,7 +6,7 @@ use orrery::ephemeris::Ephemeris;
 use orrery::scene::disc_light::{ground_and_air_irradiance, phase_correction};
 use orrery::scene::photometry::{magnitude, measured_side_curve, model_phase};
 use orrery::scene::request::Position;
-use orrery::scene::{BodyInView, bodies_seen_from};
+use orrery::scene::{BodyReport, bodies_seen_from};
 use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, luminance};
 
@@ -110,15 +110,15 @@ fn the_phase_correction_does_not_end_before_180_degrees() {
 
 #[test]
 fn light_is_shared_between_disc_and_point_without_a_jump() {
-    use orrery::scene::disc_share;
+    use orrery::scene::disc_fraction;
     // For diameters from 0 to 5 pixels.
-    let shares: Vec<f64> = (0..=5000).map(|k| disc_share(f64::from(k) * 1e-3)).collect();
+    let shares: Vec<f64> = (0..=5000).map(|k| disc_fraction(f64::from(k) * 1e-3)).collect();
     assert_eq!((shares[0], shares[2000], shares[4000], shares[5000]), (0.0, 0.0, 1.0, 1.0));
     assert!(shares.windows(2).all(|w| w[1] >= w[0] && w[1] - w[0] < 2e-3));
 }
 
 /// A body as seen from the Earth's centre.
-fn from_earth(catalog: &Catalog, ephemeris: &Ephemeris, id: i32, time: Instant) -> BodyInView {
+fn from_earth(catalog: &Catalog, ephemeris: &Ephemeris, id: i32, time: Instant) -> BodyReport {
     let bodies = bodies_seen_from(catalog, ephemeris, Position::Centre(NaifId::EARTH), time).expect("placed");
     bodies.into_iter().find(|body| body.id == NaifId(id)).expect("in the catalog")
 }

@@ -303,7 +303,7 @@ fn the_requirements_of_a_view_cover_everything_it_draws() {
         let drawn_files: BTreeSet<&str> = scene.draws.iter().flat_map(|d| d.map_files.by_role().map(|(_, file)| file)).collect();
         assert!(drawn_files.is_subset(&required_files), "{drawn_files:?} of {required_files:?}");
         // No table is loaded: each effect that lacks its table reports that.
-        let lacks_table = |b: &&orrery::scene::BodyInView| b.decisions.iter().any(|d| d.reason.to_string().ends_with("is not available"));
+        let lacks_table = |b: &&orrery::scene::BodyReport| b.decisions.iter().any(|d| d.reason.to_string().ends_with("is not available"));
         let lacking: Vec<NaifId> = scene.bodies.iter().filter(lacks_table).map(|b| b.id).collect();
         assert!(lacking.iter().all(|id| required.scattering_tables.contains(id)), "{lacking:?} of {:?}", required.scattering_tables);
         (maps, tables) = (maps + drawn_files.len(), tables + lacking.len());

@@ -23,7 +23,7 @@ const FIELDS_DEG: [f64; 7] = [1.0 / 60.0, 0.2, 2.0, 20.0, 60.0, 120.0, 170.0];
 
 fn only(layer: &str) -> Layers {
     let mut layers = Layers::NONE;
-    *layers.by_name(layer).expect("a layer") = true;
+    *layers.switch_by_name(layer).expect("a layer") = true;
     layers
 }
 
@@ -375,7 +375,7 @@ fn visible_stars_have_names() {
         let text = texts.texts.iter().find(|t| t.text == name).unwrap_or_else(|| panic!("{name} has no label"));
         let star = SESSION.catalog().stars().index_of_hip(hip).expect("in the catalog");
         let at = orrery::scene::labels::star_px(&built, star).expect("drawn");
-        let offset = text.left_px - at;
+        let offset = text.left_end_px - at;
         assert!((0.0..2.0 * texts.glyph_px).contains(&offset.x) && offset.y.abs() < texts.glyph_px, "{name}: {offset}");
         // A click near the star selects it; a click far from it does not.
         assert_eq!(orrery::scene::labels::star_at(&built, at + DVec2::splat(2.0)), Some(star), "{name}");

@@ -218,7 +218,7 @@ fn air_of_zero_density_equals_no_air() {
         ] {
             *coefficient = glam::Vec3::ZERO;
         }
-        a.ground_depth = Default::default();
+        a.optical_depth_above_ground = Default::default();
         a.multi_scatter = Arc::new(a.multi_scatter.iter().map(|_| glam::Vec4::ZERO).collect());
     }
     none.draws.retain(|d| d.part != BodyPart::Sky);

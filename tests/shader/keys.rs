@@ -10,7 +10,7 @@ use orrery::shader::emit::{emit_fragment, emit_module};
 use orrery::shader::fragments::FRAGMENTS;
 use orrery::shader::id::{SIMPLE_MODULES, probe_samples};
 use orrery::shader::key::{ShaderKey, covering_keys, feature_names, keys_of, random_keys};
-use orrery::shader::record::{BuiltRecord, DigestRecord, changes_text, recorded_modules};
+use orrery::shader::record::{BuiltRecord, DigestRecord, RecordedModule, changes_text, recorded_modules};
 use orrery::shader::translate::{Language, translate};
 use orrery::shader::{Lowering, ModuleId, ShaderModule, emit, generator};
 use std::collections::BTreeSet;
@@ -24,10 +24,11 @@ fn reachable() -> BTreeSet<ShaderKey> {
     keys_of(possible_features(&Catalog::embedded()))
 }
 
-/// Builds the modules and translates those whose flag is true; panics with the first failures.
-fn build_all(ids: &[(ModuleId, bool)]) -> BuiltRecord {
-    BuiltRecord::of(ids, &lowering(), || {})
-        .unwrap_or_else(|e| panic!("{} of {} modules failed; the first of them:\n{}", e.len(), ids.len(), e[..e.len().min(20)].join("\n")))
+/// Builds the modules, and translates those whose translations are recorded; panics with the first failures.
+fn build_all(modules: &[RecordedModule]) -> BuiltRecord {
+    BuiltRecord::of(modules, &lowering(), || {}).unwrap_or_else(|e| {
+        panic!("{} of {} modules failed; the first of them:\n{}", e.len(), modules.len(), e[..e.len().min(20)].join("\n"))
+    })
 }
 
 #[test]
@@ -48,28 +49,28 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
     assert!(grounds.len() == photometric_models.len() || grounds.len() == photometric_models.len() + 1, "{grounds:?}");
     assert_eq!(other_surfaces.len(), 3, "{other_surfaces:?}");
     assert!(covering_keys(3).len() > covering_keys(2).len() && covering_keys(2).len() >= 10 * 8, "`view` has 10 values and `surface` 8");
-    let ids = recorded_modules(&reachable);
+    let modules = recorded_modules(&reachable);
     let text = include_str!("../shader_digests.txt");
     let record = DigestRecord::parse(text).expect("the record reads");
     // All modules take five minutes on two cores, so only a full run (ORRERY_FULL_SWEEPS=1, as in .ci/run) builds them all and stores the record as
     // proof. Any other run builds a part, chosen by its process id, or none if there is a proof with the same record, generator, lowering and keys.
-    let proof_path = proof_file(&ids);
+    let proof_path = proof_file(&modules);
     if !sweep::in_full() {
         assert_eq!(
-            (record.len(), record.only(&ids).len()),
-            (ids.len(), ids.len()),
+            (record.len(), record.only(&modules).len()),
+            (modules.len(), modules.len()),
             "`orrery shader verify --update` records these modules"
         );
         if std::fs::read_to_string(&proof_path).is_ok_and(|earlier| earlier == text) {
-            println!("{} modules were proven by an earlier run: {}", ids.len(), proof_path.display());
+            println!("{} modules were proven by an earlier run: {}", modules.len(), proof_path.display());
             return;
         }
         let first = std::process::id() as usize % PARTS;
-        println!("modules {first}, {}, {} and so on of {}", first + PARTS, first + 2 * PARTS, ids.len());
-        let part: Vec<_> = ids.into_iter().skip(first).step_by(PARTS).collect();
+        println!("modules {first}, {}, {} and so on of {}", first + PARTS, first + 2 * PARTS, modules.len());
+        let part: Vec<_> = modules.into_iter().skip(first).step_by(PARTS).collect();
         return compare_with(&record.only(&part), &part);
     }
-    compare_with(&record, &ids);
+    compare_with(&record, &modules);
     std::fs::write(&proof_path, text).expect("target/tmp can be written");
 }
 
@@ -77,19 +78,19 @@ fn reachable_and_covering_modules_are_valid_and_as_recorded() {
 const PARTS: usize = 64;
 
 /// Builds the modules and checks that their digests equal those of the record.
-fn compare_with(record: &DigestRecord, ids: &[(ModuleId, bool)]) {
-    let now = build_all(ids);
-    assert_eq!(now.record.len(), ids.len());
+fn compare_with(record: &DigestRecord, modules: &[RecordedModule]) {
+    let now = build_all(modules);
+    assert_eq!(now.record.len(), modules.len());
     let changes = record.changes(&now);
     assert!(changes.is_empty(), "`orrery shader verify --update` records these:\n{}", changes_text(&changes));
 }
 
 /// The file in which a full run stores the record that it found correct. Its name depends on everything that determines the WGSL and the tapes, and
 /// on the list of modules.
-fn proof_file(ids: &[(ModuleId, bool)]) -> std::path::PathBuf {
+fn proof_file(modules: &[RecordedModule]) -> std::path::PathBuf {
     let mut hash = std::hash::DefaultHasher::new();
-    for (id, translated) in ids {
-        (id.to_string(), translated).hash(&mut hash);
+    for RecordedModule { id, is_translated } in modules {
+        (id.to_string(), is_translated).hash(&mut hash);
     }
     // These files decide what is recorded, but not what a module is, so that the digest below does not cover them.
     [include_str!("../../src/shader/translate.rs"), include_str!("../../src/shader/record.rs")].hash(&mut hash);
@@ -101,8 +102,8 @@ fn proof_file(ids: &[(ModuleId, bool)]) -> std::path::PathBuf {
 fn a_new_random_sample_is_valid() {
     let seed = random::seed();
     println!("ORRERY_SEED={seed}");
-    let ids: Vec<_> = random_keys(seed, 200).into_iter().map(|k| (ModuleId::Keyed(k), true)).collect();
-    build_all(&ids);
+    let module = |key| RecordedModule { id: ModuleId::Keyed(key), is_translated: true };
+    build_all(&random_keys(seed, 200).into_iter().map(module).collect::<Vec<_>>());
 }
 
 /// Each fragment is self-contained: it parses together with the fragments that it imports, without the fragments that import it.

@@ -5,7 +5,7 @@ use orrery::render::software::VertexGrid;
 use orrery::render::software::math::Real;
 use orrery::render::software::pass::{DrawStages, PassImage, execute};
 use orrery::render::software::program::{LaneInput, LaneOutput};
-use orrery::render::software::stage::{LANES, LaneProgram, LaneRun};
+use orrery::render::software::stage::{LANES, LaneRun, LaneStage};
 use orrery::shader::ModuleId;
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ struct HandRun<'a, R> {
     outputs: Vec<[R; LANES]>,
 }
 
-impl<R: Real> LaneProgram<R> for HandShader<'_, R> {
+impl<R: Real> LaneStage<R> for HandShader<'_, R> {
     fn inputs(&self) -> &[LaneInput] {
         &self.inputs
     }

@@ -158,7 +158,7 @@ fn a_second_click_hits_the_same_row() {
         click(&mut window, place);
         click(&mut window, place);
         window.run_steps(1);
-        assert!(window.state().viewer.is_flying() && window.state().viewer.destination().target == target, "{target:?}");
+        assert!(window.state().viewer.is_flying() && window.state().viewer.view_after_flight().target == target, "{target:?}");
     }
 }
 
@@ -359,7 +359,7 @@ fn a_failed_search_is_reported_below_the_field_until_the_next_input() {
         assert!(window.query_by_label_contains(answer).is_none(), "the answer to an earlier text is shown");
         window.key_press(Key::Enter);
         window.run_steps(2);
-        assert_eq!(window.state().viewer.destination().target, NaifId(499));
+        assert_eq!(window.state().viewer.view_after_flight().target, NaifId(499));
         assert_eq!(search_field(&window), (false, String::new()));
     }
     // The field is left and entered again: by key, by key and a letter in the same frame, by mouse. The next letter replaces its text.

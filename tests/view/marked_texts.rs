@@ -326,7 +326,7 @@ fn marked_window(target: NaifId, utc: &str) -> Window {
     let mut interface = interface(target, utc);
     interface.settings.panels.timeline_shown = true;
     interface.settings.hints_followed = HintsFollowed::default();
-    interface.language = Language::Marked;
+    interface.language = Language::MarkedEnglish;
     let mut window = harness(interface);
     window.set_size([1280.0, 800.0].into());
     settle(&mut window);

@@ -46,7 +46,7 @@ fn each_thumbnail_opens_its_view_and_hides_the_row() {
         assert_eq!(thumbnail_labels(&window).len(), NowItem::ALL.len(), "{:?}", thumbnail_labels(&window));
         press(&mut window, item);
         let state = window.state();
-        let view = state.viewer.destination();
+        let view = state.viewer.view_after_flight();
         let (target, tab) = match item {
             NowItem::Moon => (NaifId::MOON, None),
             // The clock of the test is at J2000. The next eclipse is that of the Moon on 2000-01-21 04:44 UT (NASA, canon of lunar eclipses).
@@ -81,7 +81,7 @@ fn an_opened_view_has_the_quality_and_the_layers_of_the_present_view() {
         let view = &mut window.state_mut().viewer.view;
         (view.quality, view.orbits) = (Quality::Draft, true);
         press(&mut window, item);
-        let view = window.state().viewer.destination();
+        let view = window.state().viewer.view_after_flight();
         assert_eq!((view.quality, view.orbits), (Quality::Draft, true), "{item:?}");
     }
 }

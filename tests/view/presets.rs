@@ -34,8 +34,8 @@ fn search_finds_views_by_everyday_words() {
         ("moon phases", SearchTarget::Preset(Preset::MoonPhases)),
         ("night sky", SearchTarget::Preset(Preset::SkyTonight)),
         ("the sky", SearchTarget::Preset(Preset::SkyTonight)),
-        ("moon tonight", SearchTarget::Now(NowItem::Moon)),
-        ("saturn now", SearchTarget::Now(NowItem::Saturn)),
+        ("moon tonight", SearchTarget::WhatToSeeNow(NowItem::Moon)),
+        ("saturn now", SearchTarget::WhatToSeeNow(NowItem::Saturn)),
     ] {
         assert_eq!(targets(text).first(), Some(&target), "{text}");
     }
@@ -111,7 +111,7 @@ fn the_next_view_does_not_inherit_what_a_preset_has_set() {
     let mut window = window_after_search("whole system");
     assert!(window.state().viewer.view.exposure_stops.is_some());
     search(&mut window, "saturn");
-    let goal = window.state().viewer.destination();
+    let goal = window.state().viewer.view_after_flight();
     assert_eq!((goal.orbits, goal.exposure_stops), (true, None));
     for (first, next) in [("whole system", "sky tonight"), ("sky tonight", "moon phases"), ("moon phases", "moon tonight")] {
         let mut window = window_after_search(first);
@@ -126,7 +126,7 @@ fn the_next_view_does_not_inherit_what_a_preset_has_set() {
     let mut window = window_after_search("whole system");
     window.state_mut().viewer.view.exposure_stops = Some(5.0);
     search(&mut window, "saturn");
-    assert_eq!(window.state().viewer.destination().exposure_stops, Some(5.0));
+    assert_eq!(window.state().viewer.view_after_flight().exposure_stops, Some(5.0));
 }
 
 /// *Back* returns to a preset's view as it was, with the exposure and the stars that the preset has set. The list of recent views stores the same view.
@@ -136,7 +136,7 @@ fn back_returns_to_a_presets_view_as_it_was() {
         let mut window = window_after_search(preset);
         for body in ["saturn", "jupiter"] {
             search(&mut window, body);
-            let goal = window.state().viewer.destination();
+            let goal = window.state().viewer.view_after_flight();
             assert_eq!((goal.exposure_stops, goal.stars_boost), (None, 0.0), "{preset}, {body}");
             let recent = &window.state().settings.recent[0].view;
             assert_eq!((recent.exposure_stops, recent.stars_boost), (exposure_stops, stars_boost), "{preset}, {body}");
@@ -156,12 +156,12 @@ fn a_presets_changes_are_undone_only_once() {
     search(&mut window, "moon phases");
     assert_eq!(window.state().viewer.view.exposure_stops, None);
     search(&mut window, "saturn");
-    assert_eq!(window.state().viewer.destination().exposure_stops, Some(12.0), "the user's exposure returns");
+    assert_eq!(window.state().viewer.view_after_flight().exposure_stops, Some(12.0), "the user's exposure returns");
     advance(&mut window, 3.0);
     assert!(!window.state().viewer.is_flying());
     window.state_mut().viewer.view.exposure_stops = None;
     search(&mut window, "jupiter");
-    assert_eq!(window.state().viewer.destination().exposure_stops, None);
+    assert_eq!(window.state().viewer.view_after_flight().exposure_stops, None);
 }
 
 /// The sky of tonight is shown when the Sun is at least 15 degrees below the horizon, if it gets so low. The view is at most a day later than now, and looks

@@ -78,7 +78,7 @@ fn each_kind_of_answer_leads_to_its_target() {
         matches!(pose, CameraPose::Ground { body: MARS, latitude_deg: 51.5, longitude_deg, .. } if (longitude_deg + 0.1).abs() < 1e-9),
         "{pose:?}"
     );
-    assert_eq!(window_after_search("titan").state().viewer.destination().target, NaifId(606));
+    assert_eq!(window_after_search("titan").state().viewer.view_after_flight().target, NaifId(606));
     // A city is on the Earth, whatever is selected, and becomes the observer's place for events.
     let city = window_after_search("mazat");
     let state = city.state();

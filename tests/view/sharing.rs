@@ -221,7 +221,7 @@ fn a_shared_view_keeps_whether_time_is_paused() {
         assert_eq!(other.state().viewer.time_rate.is_paused(), paused);
         assert_eq!(other.state().viewer.view.tdb_s == shown_s, paused, "time must run or stay paused as shared");
         // The state is the same when the view is shared again.
-        let again = other.state().viewer.shareable();
+        let again = other.state().viewer.shareable_view();
         assert_eq!(again.paused, Some(paused));
         assert!(other.state().viewer.view.paused.is_none());
     }
@@ -272,7 +272,7 @@ fn enter_opens_a_link_and_adds_a_bookmark() {
     enter(&mut window, "A link to open", "orrery://view?target=nosuch");
     assert!(window.state().reply_text().contains("nosuch"), "{}", window.state().reply_text());
     enter(&mut window, "A link to open", "orrery://view?target=599&time=2015-01-24T06:45:00Z");
-    assert_eq!(window.state().viewer.destination().target, NaifId(599));
+    assert_eq!(window.state().viewer.view_after_flight().target, NaifId(599));
     assert_eq!(window.state().reply_text(), "");
     enter(&mut window, "Name of the bookmark", "three shadows");
     let names: Vec<&str> = window.state().settings.bookmarks.iter().map(|bookmark| bookmark.name.as_str()).collect();

@@ -17,7 +17,7 @@ const BODIES: [&str; 14] =
 /// Every reason has a message, in scenes of many bodies and all moments, by day and night, near and far, with effects switched on and off.
 #[test]
 fn reasons_of_scenes_are_messages() {
-    language::set(Language::Marked);
+    language::set(Language::MarkedEnglish);
     let mut scan = Scan::new();
     let catalog = session().catalog();
     let time = Instant::parse("2024-04-08T18:30:00Z").expect("a time");
@@ -60,7 +60,7 @@ fn reasons_of_scenes_are_messages() {
 /// The texts of moments, tours and estimates in the shipped catalogs have messages.
 #[test]
 fn texts_of_catalogs_are_messages() {
-    language::set(Language::Marked);
+    language::set(Language::MarkedEnglish);
     let mut scan = Scan::new();
     let catalog = session().catalog();
     let mut texts: Vec<String> = Vec::new();

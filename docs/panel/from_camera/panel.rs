@@ -6,7 +6,7 @@
 use super::Interface;
 use super::information::scaled_angle_text;
 use super::table::{SortOrder, SortValue, aligned, headings, row_button};
-use crate::scene::BodyInView;
+use crate::scene::BodyReport;
 use crate::view::app::viewer::Action;
 use crate::view::language::{body_name, signed, text};
 use crate::view::worker::render_worker::RenderWorker;
@@ -27,12 +27,12 @@ impl Default for SamplePanel {
 }
 
 /// The phase angle. NaN if the ephemeris cannot place the moon, or if the camera is at its centre.
-fn phase_angle_deg(moon: &BodyInView) -> f64 {
+fn phase_angle_deg(moon: &BodyReport) -> f64 {
     if moon.is_seen_from_outside() { moon.phase_angle_deg } else { f64::NAN }
 }
 
 /// The value by which a column is sorted; the columns are in the order of their titles.
-fn sort_value(moon: &BodyInView, column: usize) -> SortValue {
+fn sort_value(moon: &BodyReport, column: usize) -> SortValue {
     match column {
         0 => SortValue::Text(body_name(&moon.name).to_owned()),
         1 => SortValue::Number(phase_angle_deg(moon)),
@@ -50,7 +50,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
         ui.weak(text!("computing"));
         return;
     };
-    let moons: Vec<&BodyInView> = catalog.moons_of(planet).filter_map(|moon| rendered.scene.body(moon.id)).collect();
+    let moons: Vec<&BodyReport> = catalog.moons_of(planet).filter_map(|moon| rendered.scene.body(moon.id)).collect();
     if moons.is_empty() {
         ui.weak(text!("sample-none"));
         return;

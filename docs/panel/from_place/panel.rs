@@ -7,7 +7,7 @@ use super::information::unit_row;
 use super::table::{SortOrder, SortValue, aligned, headings};
 use crate::catalog::NaifId;
 use crate::scene::request::Position;
-use crate::scene::{BodyInView, SceneError, bodies_seen_from};
+use crate::scene::{BodyReport, SceneError, bodies_seen_from};
 use crate::session::Session;
 use crate::view::error_texts::error_text;
 use crate::view::language::{body_name, signed, text};
@@ -20,11 +20,11 @@ use egui::{Grid, ScrollArea, Ui};
 pub(crate) struct SamplePanel {
     order: SortOrder,
     /// For whole minutes since J2000, TDB: a running clock must not start a query in each frame.
-    answer: LatestAnswer<i64, Result<Vec<BodyInView>, SceneError>>,
+    answer: LatestAnswer<i64, Result<Vec<BodyReport>, SceneError>>,
 }
 
 /// The value by which a column is sorted; the columns are in the order of their titles.
-fn sort_value(body: &BodyInView, column: usize) -> SortValue {
+fn sort_value(body: &BodyReport, column: usize) -> SortValue {
     match column {
         0 => SortValue::Text(body_name(&body.name).to_owned()),
         1 => SortValue::Number(body.distance_km),

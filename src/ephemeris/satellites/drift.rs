@@ -14,9 +14,9 @@ struct Drift {
     deg_per_yr: f64,
 }
 
-/// Except where a comment states otherwise, a rate is the difference of two published values, rounded up. One is JPL's mean motion (the catalog), the other
-/// the IAU's rotation rate (pck00011), which equals the mean motion of a synchronous moon. 1.1 degrees at the epoch are an estimate: 0.02 of the semi-major
-/// axis.
+/// The drift of a body. Except where a comment states otherwise, a rate is the difference of two published values, rounded up. One is JPL's mean motion (the
+/// catalog), the other the IAU's rotation rate (pck00011), which equals the mean motion of a synchronous moon. 1.1 degrees at the epoch are an estimate: 0.02
+/// of the semi-major axis.
 fn drift(body: NaifId) -> Drift {
     let (at_epoch_deg, deg_per_yr) = match body.0 {
         // Phobos: mean longitude within 0.02 degrees of the IAU's from 1880 to 2095, orbital plane within 0.01 in 2000 and 0.1 in 1900

@@ -154,14 +154,14 @@ mod tests {
     #[test]
     fn between_the_nodes_of_the_grid_moons_are_where_the_series_put_them() {
         let mut theories = MoonTheories::embedded().expect("the shipped tables");
-        let mut largest_km = |saturn: bool, step_s: f64| {
+        let mut largest_km = |is_saturn: bool, step_s: f64| {
             theories.galilean.set_step(step_s);
             theories.saturn.set_step(step_s);
             let mut largest_km: f64 = 0.0;
             for k in -60..60 {
                 let t = Instant::from_tdb_seconds_past_j2000(f64::from(k) * 5.1e7 + 0.5 * step_s);
-                for i in 0..if saturn { 8 } else { 4 } {
-                    let (cached, exact) = match saturn {
+                for i in 0..if is_saturn { 8 } else { 4 } {
+                    let (cached, exact) = match is_saturn {
                         true => (theories.saturn.state(i, t), theories.saturn.state_without_grid(i, t)),
                         false => (theories.galilean.state(i, t), theories.galilean.state_without_grid(i, t)),
                     };
@@ -170,8 +170,8 @@ mod tests {
             }
             largest_km
         };
-        for (saturn, step_s) in [(false, galilean::STEP_S), (true, tass::STEP_S)] {
-            let (error_km, coarse_error_km) = (largest_km(saturn, step_s), largest_km(saturn, 16.0 * step_s));
+        for (is_saturn, step_s) in [(false, galilean::STEP_S), (true, tass::STEP_S)] {
+            let (error_km, coarse_error_km) = (largest_km(is_saturn, step_s), largest_km(is_saturn, 16.0 * step_s));
             assert!(error_km < 2e-5, "{error_km} km");
             assert!(coarse_error_km > 2e-5, "a grid 16 times as coarse exceeds the bound: {coarse_error_km} km");
         }

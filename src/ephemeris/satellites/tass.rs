@@ -54,7 +54,7 @@ struct Moon {
 pub struct Tass17 {
     moons: [Moon; 8],
     icrf_from_frame: DMat3,
-    /// For each moon, the driving moons on whose variations its arguments depend. Only these variations are summed for the moon.
+    /// For each moon, the driving moons on whose variations its arguments or its own longitude depend. Only these variations are summed for the moon.
     driven_by: [[bool; DRIVING_MOON_COUNT]; 8],
     /// Caches the sums at evenly spaced instants, from which [`Self::state`] extrapolates.
     grid: SumsGrid,

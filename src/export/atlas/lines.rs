@@ -1,4 +1,6 @@
 //! Stores each distinct line of all modules once in a table, and represents a module as runs of consecutive lines of this table.
+//!
+//! In: the text and the source map of each module. Out: the module's runs; the table as a script for the atlas's pages.
 
 use crate::shader::SourceMap;
 use std::collections::{BTreeSet, HashMap};
@@ -16,29 +18,29 @@ struct SourceLine {
     feature: String,
 }
 
-/// Numbers lines in the order of their first use, so that consecutive lines of a module mostly have consecutive numbers.
+/// The distinct lines, in the order of their first use, so that consecutive lines of a module mostly have consecutive indices.
 #[derive(Default)]
 pub(crate) struct LineTable {
     /// Index of each line in `lines`.
-    numbers: HashMap<SourceLine, usize>,
+    indices: HashMap<SourceLine, usize>,
     lines: Vec<SourceLine>,
 }
 
 impl LineTable {
-    /// Adds a module's lines. Returns them as runs of the table's lines, numbered from 0: `first,count` pairs, separated by `;`.
+    /// Adds a module's lines. Returns them as runs of the table's lines: pairs `first,count`, separated by `;`, where `first` is the index of a line, from 0.
     pub(crate) fn add(&mut self, wgsl: &str, map: &SourceMap) -> String {
         let mut runs: Vec<(usize, usize)> = Vec::new();
-        for (k, text) in wgsl.lines().enumerate() {
-            let (fragment, fragment_line) = map.origin_of(k + 1).unwrap_or_default();
-            let feature = map.feature_of(k + 1).unwrap_or_default();
+        for (line_number, text) in (1..).zip(wgsl.lines()) {
+            let (fragment, fragment_line) = map.origin_of(line_number).unwrap_or_default();
+            let feature = map.feature_of(line_number).unwrap_or_default();
             let line = SourceLine { text: text.to_owned(), fragment: fragment.to_owned(), fragment_line, feature: feature.to_owned() };
-            let number = *self.numbers.entry(line).or_insert_with_key(|line| {
+            let index = *self.indices.entry(line).or_insert_with_key(|line| {
                 self.lines.push(line.clone());
                 self.lines.len() - 1
             });
             match runs.last_mut() {
-                Some((first, count)) if *first + *count == number => *count += 1,
-                _ => runs.push((number, 1)),
+                Some((first, count)) if *first + *count == index => *count += 1,
+                _ => runs.push((index, 1)),
             }
         }
         runs.iter().map(|(first, count)| format!("{first},{count}")).collect::<Vec<_>>().join(";")

@@ -1,5 +1,7 @@
-//! The pages of the atlas as HTML. Names, figures and links are plain text and need no script; `atlas.js` assembles the
-//! source.
+//! The pages of the atlas as HTML.
+//!
+//! In: the modules as the manifest lists them; for the page of a module also its runs of lines and its neighbours. Out: the text of a page. Names, figures and
+//! links are plain text and need no script; `atlas.js` assembles the source.
 
 use super::{IMAGE_SIDE_PX, ListedModule};
 use std::fmt::Write;
@@ -37,14 +39,14 @@ pub(crate) fn module_page(module: &ListedModule, stem: &str, runs: &str, neighbo
         );
     }
     html.push_str("<table>\n");
-    let f = &module.figures;
+    let figures = &module.figures;
     let rows = [
         ("Lines", module.lines.to_string()),
-        ("Operations per pixel, each loop counted once", f.operations.to_string()),
-        ("Texture reads", f.texture_reads.to_string()),
-        ("Slots: values per pixel that are live at once", f.slots.to_string()),
-        ("Mean luminance of the image, where white is 1", number_or_empty(f.mean_luminance)),
-        ("Greatest difference between f32 and f64, levels of 255", number_or_empty(f.rounding_levels)),
+        ("Operations per pixel, each loop counted once", figures.operations.to_string()),
+        ("Texture reads", figures.texture_reads.to_string()),
+        ("Slots: values per pixel that are live at once", figures.slots.to_string()),
+        ("Mean luminance of the image, where white is 1", number_or_empty(figures.mean_luminance)),
+        ("Greatest difference between f32 and f64, levels of 255", number_or_empty(figures.rounding_levels)),
     ];
     for (label, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
         let _ = writeln!(html, "<tr><th>{label}</th><td>{value}</td></tr>");

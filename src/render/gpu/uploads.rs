@@ -2,8 +2,8 @@
 //!
 //! In: decoded textures. Out: views of GPU textures with the same mip levels; nothing is filtered here. A map is identified by the address of its
 //! decoded texture. The least recently used textures are evicted when the budget is exceeded. Large maps are uploaded in chunks. A table is a texture of one
-//! mip level, such as the limb profile of the Moon. It is identified by a digest of its content, because the plan makes new textures of tables in each frame.
-//! Persistent tables, which their owner keeps from frame to frame, are identified by address, like maps.
+//! mip level, such as the limb profile of the Moon. A table is identified by a digest of its content, because the plan makes new textures of tables in each
+//! frame. Persistent tables, which their owner keeps from frame to frame, are identified by address, like maps.
 
 use crate::image::{SharedTexture, TexelFormat, Texture};
 use sha2::{Digest, Sha256};

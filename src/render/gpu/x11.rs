@@ -10,7 +10,8 @@ use wgpu::rwh::{HasDisplayHandle, RawDisplayHandle};
 /// soon as it is asked for the formats of a surface, which ends the program. Mesa's driver for the same adapters (NVK) does not need the extension.
 pub(super) fn may_crash(adapter: &AdapterFacts, window: &impl HasDisplayHandle) -> bool {
     let is_x11 = || window.display_handle().is_ok_and(|d| matches!(d.as_raw(), RawDisplayHandle::Xlib(_) | RawDisplayHandle::Xcb(_)));
-    is_nvidia_driver(adapter) && is_x11() && has_glx(None) == Some(false)
+    let default_display = None;
+    is_nvidia_driver(adapter) && is_x11() && has_glx(default_display) == Some(false)
 }
 
 /// Whether NVIDIA's own driver drives the adapter, not Mesa's.

@@ -98,7 +98,8 @@ fn step_name(draw: &Draw) -> &'static str {
 /// 4. Bloom and the tone map.
 /// 5. Over the display image, the outline and the labels.
 pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<PassStep>, PlanError> {
-    steps_with_faces(scene, provider, sampling, None)
+    let no_faces = None;
+    steps_with_faces(scene, provider, sampling, no_faces)
 }
 
 /// As [`steps`]. `faces_draw`: for a dome or a whole sphere, the draw that resamples its faces (frames along the axes of a cube). The faces contain the
@@ -193,7 +194,7 @@ pub(super) fn hdr_steps(
 fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<PassStep>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
     let mut steps = Vec::new();
-    if scene.bloom {
+    if scene.has_bloom {
         steps.extend(simple_draws::bloom_steps(scene, provider, HDR_TARGET)?);
     }
     steps.push(simple_draws::tone_map_step(scene, provider, HDR_TARGET, DISPLAY_TARGET)?);

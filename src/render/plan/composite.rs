@@ -40,15 +40,15 @@ fn sphere_module(projection: Projection) -> &'static str {
     if projection == Projection::Fisheye { "fisheye" } else { "equirectangular" }
 }
 
-/// The modules that a composite's plan runs, each once. `warped`: the plan ends with a warp.
-pub fn composite_modules(composite: &Composite, warped: bool) -> Vec<ModuleId> {
+/// The modules that a composite's plan runs, each once. `is_warped`: whether the plan ends with a warp.
+pub fn composite_modules(composite: &Composite, is_warped: bool) -> Vec<ModuleId> {
     let mut all: Vec<ModuleId> = composite.scenes.iter().chain([&composite.whole_image]).flat_map(modules).collect();
     match &composite.arrangement {
         Arrangement::Eyes(eyes) => all.push(ModuleId::Simple(stereo_module(eyes.layout))),
         Arrangement::Faces(faces) => all.push(ModuleId::Simple(sphere_module(faces.image.projection))),
         Arrangement::Single => {}
     }
-    all.extend(warped.then_some(ModuleId::Simple("warp")));
+    all.extend(is_warped.then_some(ModuleId::Simple("warp")));
     all.sort();
     all.dedup();
     all
@@ -118,7 +118,7 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
     let is_side_by_side = eyes.layout == StereoLayout::SideBySide;
     let size = if is_side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
     let draw = full_screen_draw(stereo_module(eyes.layout), size, provider, |w| {
-        w.vec2("columns", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
+        w.vec2("first_columns_px", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
         if is_side_by_side { w.f32("eye_width_px", eye_px[0] as f32) } else { Ok(()) }
     })?;
     let textures =
@@ -138,7 +138,9 @@ fn plan_faces(
     let mut hdr_passes = Vec::new();
     for (scene, visible_rect) in composite.scenes.iter().zip(&faces.visible_rects) {
         // The background is transparent, because the finished image draws the stars behind the faces.
-        let mut face_plan = graph::compile(&hdr_steps(scene, provider, sampling, [0.0; 4], None)?, HDR_TARGET)?;
+        let transparent = [0.0; 4];
+        let no_faces = None;
+        let mut face_plan = graph::compile(&hdr_steps(scene, provider, sampling, transparent, no_faces)?, HDR_TARGET)?;
         // Only in the pass of the face itself: the images that it reads, such as the coarse image of the air, have other pixel coordinates.
         for draw in face_plan.passes.iter_mut().filter(|p| p.name == HDR_TARGET).flat_map(|p| &mut p.draws) {
             let [x0, y0, x1, y1] = draw.scissor;

@@ -72,7 +72,7 @@ impl Extent {
         }
     }
 
-    /// Whether the outlines exclude every pixel of a rectangle: left, top, right and bottom edge (exclusive). Marks are not considered.
+    /// Whether the outlines exclude every pixel of a rectangle: left, top, right and bottom edge (the last two exclusive). Marks are not considered.
     pub(crate) fn misses(&self, pixels: [u32; 4]) -> bool {
         self.inside.is_outside(pixels) || self.outside.is_some_and(|o| o.contains(pixels))
     }

@@ -35,7 +35,7 @@ pub struct UiPrimitive {
     pub indices: Vec<u32>,
     pub texture: TextureSource,
     pub sampler: SamplerState,
-    /// Pixels that may be drawn: x0, y0, x1, y1 (exclusive).
+    /// Pixels that may be drawn: x0, y0, x1, y1 (the last two exclusive).
     pub scissor: [u32; 4],
 }
 

@@ -16,6 +16,8 @@ use crate::scene::labels::{
 };
 use std::sync::Arc;
 
+/// Opacity of the names of bodies, and of the ring around the selected one.
+const OPAQUE: f32 = 1.0;
 /// Opacity of the label of a line, such as a grid line or a constellation's.
 const LINE_LABEL_OPACITY: f32 = 0.85;
 /// Opacity of the shadows that keep texts and bars readable on a bright background.
@@ -58,21 +60,29 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
         let text_colour = colour(if is_selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
         let centre = label.centre_px.to_array();
         if label.radius_px < MARKER_RADIUS * layer.glyph_px {
-            quads.push(ring_quad(glyphs, centre, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
+            quads.push(ring_quad(glyphs, centre, text_colour, if is_selected { OPAQUE } else { MARKER_OPACITY }));
         }
         if let Some(side) = label.name_side {
             let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
             let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, glyph)| f64::from(x + glyph.advance));
-            let left_px = [centre[0] + x - if side.is_left { width } else { 0.0 }, centre[1] + y];
-            quads.extend(text_quads(&label.name, left_px, text_colour, 1.0, glyphs, shadow_px));
+            let left_end_px = [centre[0] + x - if side.is_left { width } else { 0.0 }, centre[1] + y];
+            quads.extend(text_quads(&label.name, left_end_px, text_colour, OPAQUE, glyphs, shadow_px));
         }
     }
     quads
 }
 
-/// A text over its own shadow. `left_px`: the left end of the text, at half the height of its lower-case letters; `shadow_px`: the shadow's offset in x and y.
-fn text_quads(text: &str, left_px: [f64; 2], text_colour: [f32; 3], opacity: f32, glyphs: &GlyphAtlas, shadow_px: f64) -> Vec<GlyphQuad> {
-    let pen = [left_px[0], left_px[1] + f64::from(glyphs.baseline_offset_px)];
+/// A text over its own shadow. `left_end_px`: the left end of the text, at half the height of its lower-case letters; `shadow_px`: the shadow's offset in x
+/// and y.
+fn text_quads(
+    text: &str,
+    left_end_px: [f64; 2],
+    text_colour: [f32; 3],
+    opacity: f32,
+    glyphs: &GlyphAtlas,
+    shadow_px: f64,
+) -> Vec<GlyphQuad> {
+    let pen = [left_end_px[0], left_end_px[1] + f64::from(glyphs.baseline_offset_px)];
     let mut quads = Vec::new();
     for (offset_px, colour, opacity) in [(shadow_px, [0.0; 3], SHADOW_OPACITY * opacity), (0.0, text_colour, opacity)] {
         let visible = glyphs.layout(text).filter(|(_, glyph)| glyph.size[0] > 0);
@@ -85,7 +95,7 @@ fn text_quads(text: &str, left_px: [f64; 2], text_colour: [f32; 3], opacity: f32
 /// Labels of lines.
 fn line_labels(layer: &TextLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.glyph_px);
-    let quads = |t: &PlacedText| text_quads(&t.text, t.left_px.to_array(), t.colour, LINE_LABEL_OPACITY, glyphs, shadow_px);
+    let quads = |t: &PlacedText| text_quads(&t.text, t.left_end_px.to_array(), t.colour, LINE_LABEL_OPACITY, glyphs, shadow_px);
     layer.texts.iter().flat_map(quads).collect()
 }
 
@@ -112,7 +122,8 @@ fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.glyph_px);
     let margin = &layer.margin;
     let ring = |centre: &glam::DVec2| ring_quad(glyphs, centre.to_array(), colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
-    let text = |t: &TextLine| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
+    let text =
+        |t: &TextLine| text_quads(&t.text, t.left_end_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
     let shadow = |bar: &Bar| {
         let offset = glam::DVec2::splat(shadow_px);
         let rect = Rect { min: bar.rect.min + offset, max: bar.rect.max + offset };
@@ -123,7 +134,7 @@ fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
 }
 
 /// In an image whose left edge continues the right one, adds to what crosses one of these edges a copy at the other edge. `ends`: left and right end of an
-/// item, pixels; `shifted`: an item moved to the right.
+/// item, pixels; `shifted`: an item moved to the right by this many pixels.
 fn repeated_across_edges<T>(scene: &Scene, items: Vec<T>, ends: impl Fn(&T) -> [f64; 2], shifted: impl Fn(&T, f64) -> T) -> Vec<T> {
     if !scene.geometry.is_periodic() {
         return items;

@@ -45,12 +45,14 @@ pub struct GpuImage {
 
 #[derive(Clone, Debug)]
 pub struct TextureBinding {
+    /// Its number in group 0.
     pub binding: u32,
     pub source: TextureSource,
 }
 
 #[derive(Clone, Debug)]
 pub struct SamplerBinding {
+    /// Its number in group 0.
     pub binding: u32,
     pub state: SamplerState,
 }
@@ -125,7 +127,7 @@ pub struct PlanDraw {
     pub shading_rate: ShadingRate,
     pub cull: Cull,
     pub depth: DepthState,
-    /// Pixels that may be drawn: x0, y0, x1, y1 (exclusive).
+    /// Pixels that may be drawn: x0, y0, x1, y1 (the last two exclusive).
     pub scissor: [u32; 4],
     /// Bounds, if known, of the pixels in `scissor` that the draw can change; a renderer may skip the others.
     pub extent: Option<Extent>,
@@ -226,11 +228,11 @@ impl Plan {
 pub trait ModuleProvider: Sync {
     /// # Errors
     /// A module that does not exist or does not compile.
-    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError>;
+    fn module(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError>;
 }
 
 impl ModuleProvider for ShaderLibrary {
-    fn module(&self, name: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
-        self.get(name)
+    fn module(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
+        self.get(id)
     }
 }

@@ -64,10 +64,10 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (scene.corona.is_some(), "corona"),
         (!scene.refracted_limbs.is_empty(), "refracted_limb"),
         (scene.glare.is_some(), "glow"),
-        (scene.bloom, "shrink"),
-        (scene.bloom || scene.outlined_shape.is_some(), "blur"),
-        (scene.bloom, "tone_map_bloom"),
-        (!scene.bloom, "tone_map"),
+        (scene.has_bloom, "shrink"),
+        (scene.has_bloom || scene.outlined_shape.is_some(), "blur"),
+        (scene.has_bloom, "tone_map_bloom"),
+        (!scene.has_bloom, "tone_map"),
         (scene.outlined_shape.is_some(), "outline"),
         (scene.labels.is_some() || scene.line_texts.is_some(), "label"),
         (scene.labels.as_ref().is_some_and(|l| !l.dots.is_empty()), "dot"),
@@ -182,8 +182,8 @@ pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
 /// half a level of 255, because at most 0.38 of the area falls on one pixel.
 const MIN_COVERED_PX: f32 = 1.0 / 255.0;
 
-/// First the sprites that hide what is behind the points, then the sprites of the points' light and of the glare of discs, each with its own profile. In this
-/// order no point hides the light of another: from that light the scene has already removed what nearer bodies hide.
+/// The draws of points: first the sprites that hide what is behind the points, then the sprites of the points' light and of the glare of discs, each with its
+/// own profile. In this order no point hides the light of another: from that light the scene has already removed what nearer bodies hide.
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     // The last attribute: light in red, green and blue, then the hidden area in pixels.
     let centre: InstanceAttribute<Point> = (3, |p| p.centre.to_array().to_vec());
@@ -290,10 +290,10 @@ pub(super) fn refracted_limb(
     limb: &RefractedLimb,
     provider: &impl ResourceProvider,
 ) -> Result<(Option<PlanDraw>, PlanDraw), PlanError> {
-    // Values of the uniform `hides`.
-    const HIDES_SUN: f32 = 1.0;
+    // Values of the uniform `removes_sun`.
+    const REMOVES_SUN: f32 = 1.0;
     const ADDS_LIGHT: f32 = 0.0;
-    let limb_draw = |rays: &ViewRays, hides: f32| -> Result<PlanDraw, PlanError> {
+    let limb_draw = |rays: &ViewRays, removes_sun: f32| -> Result<PlanDraw, PlanError> {
         let draw = simple_draw("refracted_limb", scene, provider, |w| {
             w.vec4("rect_in_clip", rays.rect_in_clip)?;
             w.vec3("anchor_origin", rays.anchor_origin)?;
@@ -311,12 +311,12 @@ pub(super) fn refracted_limb(
             w.vec4_array("sun_limb_darkening", &limb.sun_limb_darkening)?;
             w.vec4_array("air_edges", &limb.air_edges)?;
             w.vec4_array("air_transmittance", &limb.air_transmittance)?;
-            w.f32("hides", hides)
+            w.f32("removes_sun", removes_sun)
         })?;
         let scissor = scissor(rays.rect_in_clip, scene.camera.width, scene.camera.height);
         Ok(PlanDraw { vertices: Vertices::Count(6), blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, scissor, ..draw })
     };
-    let occluding = limb.unrefracted_sun.as_ref().map(|rays| limb_draw(rays, HIDES_SUN)).transpose()?;
+    let occluding = limb.unrefracted_sun.as_ref().map(|rays| limb_draw(rays, REMOVES_SUN)).transpose()?;
     Ok((occluding, limb_draw(&limb.rays, ADDS_LIGHT)?))
 }
 
@@ -366,6 +366,7 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
             w.f32("max_excess", max_excess)
         })
     };
+    let white = 1.0;
     let height = scene.camera.height as f32;
     // In pixels of the downsampled images.
     let [narrow_sigma_px, wide_sigma_px] =
@@ -376,7 +377,7 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
             "bloom, bright pass",
             &[hdr],
             linear_target(NARROW_HALO.downsampled, quarter),
-            downsample(scene.exposure.factor_f32(), 1.0, BLOOM_MAX_EXCESS)?,
+            downsample(scene.exposure.factor_f32(), white, BLOOM_MAX_EXCESS)?,
         ),
         screen_step(
             "bloom, narrow, blurred along x",
@@ -417,12 +418,12 @@ pub(super) fn tone_map_step(
     let (width, height) = (scene.camera.width, scene.camera.height);
     let is_filmic = scene.pixel_view == PixelView::Final && scene.tone_map == ToneMap::Filmic;
     let (module, reads) =
-        if scene.bloom { ("tone_map_bloom", &[hdr, NARROW_HALO.blurred, WIDE_HALO.blurred][..]) } else { ("tone_map", &[hdr][..]) };
+        if scene.has_bloom { ("tone_map_bloom", &[hdr, NARROW_HALO.blurred, WIDE_HALO.blurred][..]) } else { ("tone_map", &[hdr][..]) };
     let draw = simple_draw(module, scene, provider, |w| {
         w.f32("exposure", scene.exposure.factor_f32())?;
         // Without the filmic shoulder, the tone curve is linear throughout.
         w.f32("linear_limit", if is_filmic { FILMIC_LINEAR_LIMIT } else { f32::MAX })?;
-        if scene.bloom {
+        if scene.has_bloom {
             w.f32("narrow_fraction", BLOOM_NARROW.fraction)?;
             w.f32("wide_fraction", BLOOM_WIDE.fraction)?;
         }

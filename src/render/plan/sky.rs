@@ -42,7 +42,7 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacit
         w.f32("log_offset", sky.log_offset)?;
         w.f32("inner_cosine", sky.inner_cosine)?;
         w.f32("outer_cosine", sky.outer_cosine)?;
-        w.f32("corona", sky.corona)?;
+        w.f32("fades_into_corona", sky.fades_into_corona)?;
         w.f32("opacity", opacity)
     })?;
     let textures = vec![TextureBinding { binding: MAP_BINDING, source: TextureSource::Image(map) }];

@@ -5,7 +5,7 @@
 
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
-use super::stage::LaneProgram;
+use super::stage::LaneStage;
 use crate::render::plan::DepthState;
 
 /// The source of a lane input's value.
@@ -33,14 +33,14 @@ pub(crate) struct FragmentSetup {
     /// Indices of the program's outputs for red, green, blue and alpha.
     pub(super) colour_outputs: [Option<usize>; 4],
     pub(super) depth_output: Option<usize>,
-    /// Whether depth is tested before shading: the program neither discards nor writes depth.
-    pub(super) early_depth_test: bool,
+    /// Whether depth may be tested before shading, because the program neither discards nor writes depth.
+    pub(super) allows_early_depth_test: bool,
     pub(super) depth: DepthState,
 }
 
 impl FragmentSetup {
-    /// `has_depth`: the pass has a depth target.
-    pub(crate) fn new<R: Real>(fragment: &dyn LaneProgram<R>, depth: DepthState, has_depth: bool) -> Self {
+    /// `depth`: of the draw. `has_depth`: whether the pass has a depth target.
+    pub(crate) fn new<R: Real>(fragment: &dyn LaneStage<R>, depth: DepthState, has_depth: bool) -> Self {
         let outputs = fragment.outputs();
         let (mut interpolated, mut flat) = (0, 0);
         let mut source_of = |input: &LaneInput| match *input {
@@ -70,12 +70,13 @@ impl FragmentSetup {
             .map(|c| outputs.iter().position(|o| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c)));
         let depth_output = outputs.iter().position(|o| matches!(o, LaneOutput::FragDepth));
         let depth = DepthState { test: depth.test && has_depth, write: depth.write && has_depth };
-        Self { input_sources, colour_outputs, depth_output, early_depth_test: !fragment.uses_discard() && depth_output.is_none(), depth }
+        let allows_early_depth_test = !fragment.uses_discard() && depth_output.is_none();
+        Self { input_sources, colour_outputs, depth_output, allows_early_depth_test, depth }
     }
 
     /// Whether every covered pixel is drawn, because the draw neither discards, nor tests or writes depth.
     pub(crate) fn draws_every_covered_pixel(&self) -> bool {
-        self.early_depth_test && !self.uses_depth()
+        self.allows_early_depth_test && !self.uses_depth()
     }
 
     pub(crate) fn uses_depth(&self) -> bool {

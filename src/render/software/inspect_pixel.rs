@@ -14,7 +14,7 @@ use super::pass::{DrawStages, PassImage, execute};
 use super::program::{LaneInput, LaneOutput, Program};
 use super::raster::setup::VertexGrid;
 use super::renderer::{BoundStages, EntryPoints, Precision, SoftwareRenderer};
-use super::stage::{LANES, LaneProgram, LaneRun};
+use super::stage::{LANES, LaneRun, LaneStage};
 use crate::render::plan::{Blend, DepthState, ModuleProvider, Pass, PlanDraw, ShadingRate};
 use parking_lot::Mutex;
 
@@ -128,12 +128,12 @@ fn without_named_outputs(mut program: Program) -> Program {
 
 /// A fragment stage that records the outputs of one lane in the last run in which the lane was not discarded.
 struct RecordingStage<'a, R: Real> {
-    inner: &'a dyn LaneProgram<R>,
+    inner: &'a dyn LaneStage<R>,
     lane: usize,
     recorded: Mutex<Vec<f64>>,
 }
 
-impl<R: Real> LaneProgram<R> for RecordingStage<'_, R> {
+impl<R: Real> LaneStage<R> for RecordingStage<'_, R> {
     fn inputs(&self) -> &[LaneInput] {
         self.inner.inputs()
     }
@@ -158,12 +158,12 @@ impl<R: Real> LaneRun<R> for RecordingRun<'_, R> {
         self.run.input(k)
     }
     fn run(&mut self, active: LaneMask) -> LaneMask {
-        let remaining = self.run.run(active);
-        if remaining >> self.stage.lane & 1 == 1 {
+        let undiscarded = self.run.run(active);
+        if undiscarded >> self.stage.lane & 1 == 1 {
             let outputs = (0..self.stage.inner.outputs().len()).map(|k| self.run.output(k)[self.stage.lane].to_f64()).collect();
             *self.stage.recorded.lock() = outputs;
         }
-        remaining
+        undiscarded
     }
     fn output(&self, k: usize) -> &[R; LANES] {
         self.run.output(k)

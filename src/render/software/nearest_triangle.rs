@@ -7,7 +7,7 @@
 
 use super::RenderError;
 use super::math::Real;
-use super::stage::LaneProgram;
+use super::stage::LaneStage;
 use super::vertex::clip_positions;
 use crate::render::plan::{Cull, PlanDraw, Vertices};
 use glam::{DMat3, DVec3};
@@ -23,7 +23,7 @@ const MARGIN_PX: f64 = 1.0 / 256.0;
 /// As [`clip_positions`].
 pub(crate) fn nearest_triangles<R: Real>(
     draw: &PlanDraw,
-    vertex: &dyn LaneProgram<R>,
+    vertex: &dyn LaneStage<R>,
     [width, height]: [u32; 2],
     [x, y]: [u32; 2],
 ) -> Result<Option<Vec<Vertices>>, RenderError> {
@@ -50,7 +50,7 @@ pub(crate) fn nearest_triangles<R: Real>(
         (greatest_weights.min_element() >= 0.0 && sum > 0.0).then_some(sum)
     };
     let mut found: Vec<(f64, &[u32])> = indices.chunks_exact(3).filter_map(|t| Some((inverse_w(t)?, t))).collect();
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found.sort_by(|(a, _), (b, _)| b.total_cmp(a));
     let vertices_of = |triangle: &[u32]| Vertices::Mesh { attributes: attributes.clone(), indices: Arc::new(triangle.to_vec()) };
     Ok(Some(found.into_iter().map(|(_, triangle)| vertices_of(triangle)).collect()))
 }
@@ -76,7 +76,7 @@ mod tests {
 
     struct PassThroughRun([[f32; LANES]; 4]);
 
-    impl LaneProgram<f32> for PassThrough {
+    impl LaneStage<f32> for PassThrough {
         fn inputs(&self) -> &[LaneInput] {
             &self.inputs
         }

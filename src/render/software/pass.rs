@@ -14,7 +14,7 @@ use super::prepared_draw::{DrawExtent, PreparedDraw};
 use super::raster::coverage::{PixelCentres, TILE_BLOCKS, TILE_SIDE_PX, block_position, covers_all};
 use super::raster::setup::VertexGrid;
 use super::shade::{Batch, TileShader};
-use super::stage::{LaneProgram, LaneRun};
+use super::stage::{LaneRun, LaneStage};
 use super::tile_rows::{TileRows, unorm8};
 use super::tiles::TileTarget;
 use super::timings::PassTimings;
@@ -34,9 +34,9 @@ static PIXEL_CENTRES: LazyLock<PixelCentres> = LazyLock::new(PixelCentres::new);
 
 /// The stages of one draw, bound to its uniforms and textures, and the subpixel grid to which vertex positions are rounded after the vertex stage.
 pub struct DrawStages<'a, R: Real> {
-    pub vertex: &'a dyn LaneProgram<R>,
+    pub vertex: &'a dyn LaneStage<R>,
     pub vertex_grid: VertexGrid,
-    pub fragment: &'a dyn LaneProgram<R>,
+    pub fragment: &'a dyn LaneStage<R>,
 }
 
 /// The resolved colour of a pass, top row first.
@@ -59,7 +59,7 @@ struct FusedPass<'a, R: Real> {
     full_screen: PreparedDraw<'a, R>,
     /// The other draws of the second pass, such as labels.
     overlay: PreparedPass<'a, R>,
-    /// The colour to which the full-screen draw maps the first pass's clear colour, if it is the same at every pixel.
+    /// The colour to which the full-screen draw maps the first pass's clear colour; `None` if that colour may differ between pixels.
     mapped_clear_colour: Option<[f32; 4]>,
     /// The uniforms of the full-screen draw if it is the shipped (not edited) tone map. Native code then maps complete tiles directly to bytes, where
     /// [`Self::direct_tone_map`] permits it.
@@ -126,16 +126,18 @@ impl TileBins {
 pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(PassImage, PassTimings), RenderError> {
     let start = Instant::now();
     let (prepared, mut timings) = prepare_pass(pass, stages)?;
-    let no_second_pass = &mut PassTimings::default();
-    let all_timings = [&mut timings, no_second_pass];
+    // There is no second pass.
+    let fused = None;
+    let unused_timings = &mut PassTimings::default();
+    let all_timings = [&mut timings, unused_timings];
     let image = match pass.format {
         ColourFormat::Hdr | ColourFormat::HdrF32 => {
             let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [f32; 4]>, _| worker.first.target.write_linear(rows);
-            PassImage::Float(draw_tiles(&prepared, None, "an image of f32 colours", Some(pass.clear), write, all_timings)?)
+            PassImage::Float(draw_tiles(&prepared, fused, "an image of f32 colours", Some(pass.clear), write, all_timings)?)
         }
         ColourFormat::Rgba8Unorm => {
             let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, _| worker.first.target.write_converted(rows, unorm8);
-            PassImage::Unorm(draw_tiles(&prepared, None, "an image of display bytes", Some(unorm8(pass.clear)), write, all_timings)?)
+            PassImage::Unorm(draw_tiles(&prepared, fused, "an image of display bytes", Some(unorm8(pass.clear)), write, all_timings)?)
         }
     };
     timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
@@ -165,10 +167,11 @@ pub(crate) fn execute_fused<R: Real>(
     let full_screen = overlay.draws.remove(0);
     // The bins of the other draws alone: the full-screen draw needs no bins.
     overlay.bins = TileBins::new(second.width, second.height, &overlay.draws)?;
+    let no_second_pass = None;
     let mapped_clear_colour = full_screen
         .fragment
         .is_position_independent()
-        .then(|| Worker::new(&first_prepared, None).map_clear_colour(&first_prepared, &full_screen));
+        .then(|| Worker::new(&first_prepared, no_second_pass).map_clear_colour(&first_prepared, &full_screen));
     let tone_map = full_screen.fragment.tone_map();
     let fused = FusedPass { full_screen, overlay, mapped_clear_colour, tone_map, read_other_pixels: AtomicBool::new(false) };
     let clear_bytes = unorm8(mapped_clear_colour.unwrap_or_default());
@@ -323,8 +326,9 @@ impl<'a, R: Real> PassWorker<'a, R> {
     fn draw(&mut self, prepared: &PreparedPass<'a, R>, [tx, ty]: [usize; 2], pixel_centres: &PixelCentres, batch: &mut Batch) {
         let tile_corner = [tx as u32 * TILE_SIDE_PX, ty as u32 * TILE_SIDE_PX];
         let mut shader = TileShader { target: &mut self.target, pixel_centres, tile_corner, samples: prepared.pass.samples };
-        for entries_of_draw in prepared.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
-            let draw_index = entries_of_draw[0].0 as usize;
+        for entries_of_draw in prepared.bins.tile(tx, ty).chunk_by(|(draw_a, _), (draw_b, _)| draw_a == draw_b) {
+            let (draw_index, _) = entries_of_draw[0];
+            let draw_index = draw_index as usize;
             let draw = &prepared.draws[draw_index];
             let run = self.runs[draw_index].get_or_insert_with(|| draw.fragment.new_run());
             let triangles: Vec<u32> = entries_of_draw.iter().map(|(_, t)| *t).collect();
@@ -401,6 +405,8 @@ impl<'a, R: Real> Worker<'a, R> {
     /// The colour to which a position-independent full-screen draw maps the first pass's clear colour.
     fn map_clear_colour(&mut self, first: &PreparedPass<'a, R>, full_screen: &PreparedDraw<'a, R>) -> [f32; 4] {
         let (pass, pixel_centres) = (first.pass, &*PIXEL_CENTRES);
+        // The block that a new `TileTexture` presents.
+        let block = 0;
         let uses_depth = false;
         self.first.target.clear(pass.clear, uses_depth);
         self.first.target.fill_unwritten();
@@ -408,7 +414,7 @@ impl<'a, R: Real> Worker<'a, R> {
         mapped.clear([0.0; 4], uses_depth);
         let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);
         let mut shader = TileShader { target: &mut mapped, pixel_centres, tile_corner: [0, 0], samples: 1 };
-        shader.shade_block_with_texture(full_screen, 0, &texture, full_screen.fragment.new_run().as_mut(), &mut self.batch);
-        mapped.block(0).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))
+        shader.shade_block_with_texture(full_screen, block, &texture, full_screen.fragment.new_run().as_mut(), &mut self.batch);
+        mapped.block(block).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))
     }
 }

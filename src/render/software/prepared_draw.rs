@@ -4,7 +4,7 @@
 use super::fragment_setup::FragmentSetup;
 use super::math::Real;
 use super::raster::setup::RasterGeometry;
-use super::stage::{LANES, LaneProgram};
+use super::stage::{LANES, LaneStage};
 use super::texel_marks::TexelMarks;
 use crate::render::plan::{Blend, Extent, ShadingRate};
 
@@ -45,7 +45,7 @@ impl DrawExtent {
 /// A draw whose triangles are set up, ready to be shaded tile by tile.
 pub(crate) struct PreparedDraw<'a, R: Real> {
     pub geometry: RasterGeometry,
-    pub fragment: &'a dyn LaneProgram<R>,
+    pub fragment: &'a dyn LaneStage<R>,
     pub fragment_setup: FragmentSetup,
     pub blend: Blend,
     pub shading_rate: ShadingRate,
@@ -70,7 +70,7 @@ impl<R: Real> PreparedDraw<'_, R> {
     /// Whether a fragment whose colour is zero in all four components changes neither colour nor depth, so that it can be dropped.
     pub(super) fn may_drop_zero_fragments(&self) -> bool {
         let setup = &self.fragment_setup;
-        let writes_late_depth = setup.depth.write && !setup.early_depth_test;
+        let writes_late_depth = setup.depth.write && !setup.allows_early_depth_test;
         self.blend != Blend::Replace && self.instructions_per_read.is_none() && !writes_late_depth
     }
 }

@@ -130,7 +130,7 @@ impl Program {
                 }
             }
         }
-        counts.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| (a.0 as u32).cmp(&(b.0 as u32))));
+        counts.sort_by(|(op_a, count_a), (op_b, count_b)| count_b.cmp(count_a).then_with(|| (*op_a as u32).cmp(&(*op_b as u32))));
         counts
     }
 
@@ -140,7 +140,7 @@ impl Program {
             Operand::Slot(s) => u32::from(s) < self.slot_count,
             Operand::Reg(r) => u32::from(r) < self.register_count,
         };
-        let valid = self.inputs.len() < self.slot_count as usize
+        let is_valid = self.inputs.len() < self.slot_count as usize
             && self.inputs_read.len() == self.inputs.len()
             && self.slot_count < SLOT_OR_REGISTER_LIMIT
             && self.register_count < SLOT_OR_REGISTER_LIMIT
@@ -156,6 +156,6 @@ impl Program {
                     && i.texture().is_none_or(|t| usize::from(t) < self.textures.len())
                     && i.target().is_none_or(|t| t as usize <= self.lane_tape.len())
             });
-        if valid { Ok(()) } else { Err(ProgramError::Malformed(self.name.clone())) }
+        if is_valid { Ok(()) } else { Err(ProgramError::Malformed(self.name.clone())) }
     }
 }

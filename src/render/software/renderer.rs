@@ -142,10 +142,10 @@ impl SoftwareRenderer {
     ///
     /// # Errors
     /// A binding, attribute or varying that is missing or does not fit, or a loop that does not end, with its draw or pass; insufficient memory.
-    pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, images: FrameImages) -> Result<(Frame, Timings), RenderError> {
+    pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, requested: FrameImages) -> Result<(Frame, Timings), RenderError> {
         match self.options.precision {
-            Precision::F32 => self.pool.install(|| self.render_as::<f32>(plan, modules, images)),
-            Precision::F64 => self.pool.install(|| self.render_as::<f64>(plan, modules, images)),
+            Precision::F32 => self.pool.install(|| self.render_as::<f32>(plan, modules, requested)),
+            Precision::F64 => self.pool.install(|| self.render_as::<f64>(plan, modules, requested)),
         }
     }
 

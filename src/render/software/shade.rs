@@ -160,13 +160,12 @@ impl TileShader<'_> {
             let source_triangle = &draw.geometry.source_triangles[triangle.source_triangle as usize];
             let samples = self.samples;
             // The triangle's depth plane, if depth is tested before shading.
-            let early_depth = (setup.early_depth_test && setup.uses_depth()).then(|| self.depth_at_samples(source_triangle));
+            let early_depth = (setup.allows_early_depth_test && setup.uses_depth()).then(|| self.depth_at_samples(source_triangle));
             let [tile_x, tile_y] = self.tile_corner;
             // Bit `b`: the triangle covers block `b`, and an edge of the draw's extent crosses it. These blocks come last, so that their quads fill batches of
             // their own.
             let mut extent_edge_blocks = 0_u64;
-            // The latest partly covered block.
-            let mut partly_covered: Option<PartlyCoveredBlock> = None;
+            let mut latest_partly_covered: Option<PartlyCoveredBlock> = None;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
                 if coarsely_shaded_blocks >> (first / QUADS_PER_BATCH) & 1 == 1 {
                     return;
@@ -191,7 +190,7 @@ impl TileShader<'_> {
                 let mut extent = draw.extent.as_ref().filter(|_| count != QUADS_PER_BATCH);
                 if let Some(draw_extent) = extent {
                     let first_of_block = first / QUADS_PER_BATCH * QUADS_PER_BATCH;
-                    let block = match partly_covered.take().filter(|block| block.first_quad == first_of_block) {
+                    let block = match latest_partly_covered.take().filter(|block| block.first_quad == first_of_block) {
                         Some(block) => block,
                         None => {
                             let rectangle = block_on_screen([tile_x, tile_y], first_of_block);
@@ -202,7 +201,7 @@ impl TileShader<'_> {
                             }
                         }
                     };
-                    let block = partly_covered.insert(block);
+                    let block = latest_partly_covered.insert(block);
                     if block.extent_misses {
                         return;
                     }
@@ -233,7 +232,8 @@ impl TileShader<'_> {
                 }
             }
         }
-        self.flush(draw, run, batch, None);
+        let first_of_block = None;
+        self.flush(draw, run, batch, first_of_block);
     }
 
     /// Adds a quad to the batch, which is shaded when it is full.
@@ -242,7 +242,8 @@ impl TileShader<'_> {
         batch.quads[batch.count] = quad;
         batch.count += 1;
         if batch.count == QUADS_PER_BATCH {
-            self.flush(draw, run, batch, None);
+            let first_of_block = None;
+            self.flush(draw, run, batch, first_of_block);
         }
     }
 
@@ -279,7 +280,7 @@ impl TileShader<'_> {
         passed
     }
 
-    /// Shades one block of a full-screen draw, which reads `texture` in place of the bound textures.
+    /// Shades one block of a full-screen draw, whose only triangle has the index 0; the draw reads `texture` in place of the bound textures.
     pub(crate) fn shade_block_with_texture<R: Real>(
         &mut self,
         draw: &PreparedDraw<'_, R>,
@@ -356,9 +357,9 @@ impl TileShader<'_> {
             Some(_) => lane_inputs::fill_block(draw, run, quads[0], [&self.pixel_centres.x, &self.pixel_centres.y], self.tile_corner),
             None => lane_inputs::fill_quads(draw, run, quads, self.pixel_centres, self.tile_corner),
         }
-        let remaining = run.run(active);
+        let undiscarded = run.run(active);
         let setup = &draw.fragment_setup;
-        // No closures: they would be compiled without this function's instruction set, and called.
+        // No closure in this loop, nor where `fully_drawn_block` is replaced: it would be compiled without this function's instruction set, and called.
         let mut outputs = [None; 4];
         for (lanes, output) in outputs.iter_mut().zip(setup.colour_outputs) {
             if let Some(output) = output {
@@ -381,19 +382,18 @@ impl TileShader<'_> {
             drop_zero_quads(&mut batch.quads[..count], colour);
         }
         // The first quad of the block, if every sample of it is drawn.
-        let mut fully_drawn_block = first_of_block.filter(|_| setup.early_depth_test);
-        if !setup.early_depth_test {
-            if remaining == 0 {
+        let mut fully_drawn_block = first_of_block.filter(|_| setup.allows_early_depth_test);
+        if !setup.allows_early_depth_test {
+            if undiscarded == 0 {
                 return;
             }
             let written_depth = setup.depth_output.map(|o| run.output(o));
-            // No closure: it would be compiled without this function's instruction set.
             fully_drawn_block = match first_of_block {
-                Some(first) if remaining == LaneMask::MAX && self.test_block_depth(setup, written_depth, first) => Some(first),
+                Some(first) if undiscarded == LaneMask::MAX && self.test_block_depth(setup, written_depth, first) => Some(first),
                 _ => None,
             };
             if fully_drawn_block.is_none() {
-                self.late_depth_test(draw, written_depth, remaining, &mut batch.quads[..count]);
+                self.late_depth_test(draw, written_depth, undiscarded, &mut batch.quads[..count]);
             }
         }
         // The pixel view of shading cost stores counts in place of the colour.
@@ -427,7 +427,7 @@ impl TileShader<'_> {
         &mut self,
         draw: &PreparedDraw<'_, R>,
         depth: Option<&[R; LANES]>,
-        remaining: LaneMask,
+        undiscarded: LaneMask,
         quads: &mut [Quad],
     ) {
         let state = draw.fragment_setup.depth;
@@ -435,7 +435,7 @@ impl TileShader<'_> {
         let full = full_coverage(self.samples);
         let written_depth = depth.map(clamped);
         for (q, quad) in quads.iter_mut().enumerate() {
-            quad.coverage &= COVERAGE_OF_LANES[(remaining >> (q * 4)) as usize & 0xf];
+            quad.coverage &= COVERAGE_OF_LANES[(undiscarded >> (q * 4)) as usize & 0xf];
             if !uses_depth || quad.coverage == 0 {
                 continue;
             }

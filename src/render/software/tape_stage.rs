@@ -1,13 +1,13 @@
 //! Shader stages that run the tape (list of instructions) of a lowered module.
 //!
-//! In: a [`Program`] (a lowered entry point), a draw's uniform bytes and textures. Out: a [`LaneProgram`], the
+//! In: a [`Program`] (a lowered entry point), a draw's uniform bytes and textures. Out: a [`LaneStage`], the
 //! rasteriser's view of a shader stage. Always: after a batch was stopped at a loop limit, no further batch runs. Not here: how a tape is executed (`exec`).
 
 use super::exec::{BoundProgram, DrawTapeValues, ExecutionCounts, Executor, LaneMask, TextureUnit};
 use super::kernels::KernelClass;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput, Program};
-use super::stage::{LANES, LaneProgram, LaneRun};
+use super::stage::{LANES, LaneRun, LaneStage};
 use super::texel_marks::TexelMarks;
 use super::tone_map::ToneMapUniforms;
 use super::tone_map_run::ToneMapRun;
@@ -58,7 +58,7 @@ impl<'a, R: Real> TapeStage<'a, R> {
     }
 }
 
-impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
+impl<R: Real> LaneStage<R> for TapeStage<'_, R> {
     fn inputs(&self) -> &[LaneInput] {
         &self.program.inputs
     }

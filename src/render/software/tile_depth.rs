@@ -118,15 +118,16 @@ impl TileDepth {
 mod tests {
     use super::*;
 
+    const USES_DEPTH: bool = true;
     const TEST_AND_WRITE: DepthState = DepthState { test: true, write: true };
 
     #[test]
     fn clearing_a_tile_resets_its_depth() {
         let mut t = TileDepth::default();
-        t.clear(true);
+        t.clear(USES_DEPTH);
         t.test(200, 1, [0.9; 4], TEST_AND_WRITE);
         assert_eq!(t.test(200, 1, [0.5; 4], TEST_AND_WRITE), 0);
-        t.clear(true);
+        t.clear(USES_DEPTH);
         assert_eq!(t.test(200, 1, [0.5; 4], TEST_AND_WRITE), 1);
         assert!(t.test_all(204, &[0.1; 4], TEST_AND_WRITE));
     }
@@ -134,7 +135,7 @@ mod tests {
     #[test]
     fn greater_depth_is_nearer() {
         let mut t = TileDepth::default();
-        t.clear(true);
+        t.clear(USES_DEPTH);
         assert_eq!(t.test(3, 0b1111, [0.5; 4], TEST_AND_WRITE), 0b1111);
         assert_eq!(t.test(3, 0b1111, [0.25, 0.75, 0.5, 0.6], TEST_AND_WRITE), 0b1010);
         assert_eq!(t.test(3, 0b0001, [0.1; 4], DepthState { test: false, write: false }), 0b0001);
@@ -148,7 +149,7 @@ mod tests {
             for (test, write) in [(true, true), (true, false), (false, true)] {
                 let state = DepthState { test, write };
                 let mut start = TileDepth::default();
-                start.clear(true);
+                start.clear(USES_DEPTH);
                 start.test(8, 0b1111, [0.5, 0.0, 0.5, 0.0], TEST_AND_WRITE);
                 start.test(10, 0b1111, [0.3; 4], TEST_AND_WRITE);
                 let (mut one, mut four) = (start.clone(), start.clone());
@@ -169,7 +170,7 @@ mod tests {
             for (test, write, is_drawn_on) in [(true, true, false), (true, false, false), (false, true, false), (true, true, true)] {
                 let state = DepthState { test, write };
                 let mut start = TileDepth::default();
-                start.clear(true);
+                start.clear(USES_DEPTH);
                 if is_drawn_on {
                     start.test(BLOCK_PIXELS + 5, 0b1111, [0.3; 4], TEST_AND_WRITE);
                 }
@@ -188,7 +189,7 @@ mod tests {
             }
         }
         let mut without_depth = TileDepth::default();
-        without_depth.clear(false);
+        without_depth.clear(!USES_DEPTH);
         assert!(!without_depth.test_all(0, &[0.5; BLOCK_PIXELS], TEST_AND_WRITE));
     }
 
@@ -201,7 +202,7 @@ mod tests {
             for (covered, test, write) in [(0xffff, true, true), (0x5a3c, true, true), (0x0f71, true, false), (0x8421, false, true)] {
                 let state = DepthState { test, write };
                 let mut quad = TileDepth::default();
-                quad.clear(true);
+                quad.clear(USES_DEPTH);
                 quad.test(8, 0b1111, [0.5, 0.0, 0.5, 0.4], TEST_AND_WRITE);
                 quad.test(10, 0b0110, [0.3; 4], TEST_AND_WRITE);
                 let mut pixels = quad.clone();

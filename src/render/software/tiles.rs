@@ -181,8 +181,8 @@ impl TileTarget {
             self.written_blocks |= 1 << block;
             let is_grey = std::ptr::eq(light[0], light[1]) && std::ptr::eq(light[0], light[2]) && clear_colour == [clear_colour[0]; 3];
             self.grey_blocks |= u32::from(is_grey) << block;
-            let stored = if is_grey { 1 } else { 3 };
-            for ((plane, light), clear) in colour.iter_mut().zip(light).zip(clear_colour).take(stored) {
+            let stored_components = if is_grey { 1 } else { 3 };
+            for ((plane, light), clear) in colour.iter_mut().zip(light).zip(clear_colour).take(stored_components) {
                 for (pixel, light) in plane[pixels.clone()].iter_mut().zip(light) {
                     *pixel = clear + light;
                 }

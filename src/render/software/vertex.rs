@@ -8,7 +8,7 @@ use super::exec::LaneMask;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
 use super::raster::setup::{Interpolation, RasterGeometry, RasterState, VertexGrid, set_up};
-use super::stage::{LANES, LaneProgram, LaneRun};
+use super::stage::{LANES, LaneRun, LaneStage};
 use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -55,12 +55,12 @@ fn link_varyings(label: &str, outputs: &[LaneOutput], fragment_inputs: &[LaneInp
 enum VertexInputSource<'a> {
     VertexIndex,
     InstanceIndex,
-    /// `stride`: number of floats per element (a vertex, or an instance if `per_instance`); `component`: position of the float in its element.
+    /// `stride`: number of floats per element (a vertex, or an instance if `is_per_instance`); `component`: position of the float in its element.
     Attribute {
         values: &'a [f32],
         stride: usize,
         component: usize,
-        per_instance: bool,
+        is_per_instance: bool,
     },
     Constant(f64),
 }
@@ -75,14 +75,14 @@ fn input_source<'a>(
         LaneInput::InstanceIndex => VertexInputSource::InstanceIndex,
         LaneInput::Location { index, component, .. } => {
             let k = index as usize;
-            let (attribute, per_instance) = match vertex_attributes.get(k) {
+            let (attribute, is_per_instance) = match vertex_attributes.get(k) {
                 Some(a) => (Some(a), false),
                 None => (draw.instances.attributes.get(k - vertex_attributes.len()), true),
             };
             let attribute = attribute.ok_or_else(|| RenderError::Attribute { draw: draw.label.clone(), location: index })?;
             if component < attribute.components {
                 let (stride, component) = (attribute.components as usize, component as usize);
-                VertexInputSource::Attribute { values: &attribute.values, stride, component, per_instance }
+                VertexInputSource::Attribute { values: &attribute.values, stride, component, is_per_instance }
             } else {
                 // Missing components read as (0, 0, 0, 1), as on a GPU.
                 VertexInputSource::Constant(if component == 3 { 1.0 } else { 0.0 })
@@ -99,7 +99,7 @@ fn element_count(attribute: &Attribute) -> usize {
 
 /// Outputs of the vertex program for every vertex of every instance.
 pub(crate) struct ShadedVertices {
-    /// One row per vertex, as written by [`VertexStage::run`].
+    /// One row per vertex, as written by [`VertexShading::run`].
     values: Vec<f64>,
     /// Number of values in a row: the four components of the clip-space position, and the varyings.
     row_length: usize,
@@ -125,25 +125,26 @@ impl ShadedVertices {
 ///
 /// # Errors
 /// As [`assemble`].
-pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<R>) -> Result<ShadedVertices, RenderError> {
-    VertexStage::new(draw, vertex, &[])?.run_all()
+pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneStage<R>) -> Result<ShadedVertices, RenderError> {
+    let no_varyings = &[];
+    VertexShading::new(draw, vertex, no_varyings)?.run_all()
 }
 
-/// The vertex program of a draw with the validated sources of its inputs.
-struct VertexStage<'a, R: Real> {
-    program: &'a dyn LaneProgram<R>,
+/// The vertex stage of a draw, with the validated sources of its inputs.
+struct VertexShading<'a, R: Real> {
+    stage: &'a dyn LaneStage<R>,
     sources: Vec<VertexInputSource<'a>>,
-    /// The program's outputs that make up a vertex's row: clip-space position, then the varyings.
+    /// The stage's outputs that make up a vertex's row: clip-space position, then the varyings.
     outputs: Vec<usize>,
     vertices_per_instance: usize,
     /// Number of vertices of all instances.
     total_vertices: usize,
 }
 
-impl<'a, R: Real> VertexStage<'a, R> {
-    fn new(draw: &'a PlanDraw, program: &'a dyn LaneProgram<R>, varyings: &[Varying]) -> Result<Self, RenderError> {
+impl<'a, R: Real> VertexShading<'a, R> {
+    fn new(draw: &'a PlanDraw, stage: &'a dyn LaneStage<R>, varyings: &[Varying]) -> Result<Self, RenderError> {
         let position =
-            [0, 1, 2, 3].map(|k| program.outputs().iter().position(|o| matches!(*o, LaneOutput::Position { component } if component == k)));
+            [0, 1, 2, 3].map(|k| stage.outputs().iter().position(|o| matches!(*o, LaneOutput::Position { component } if component == k)));
         let [Some(px), Some(py), Some(pz), Some(pw)] = position else {
             return Err(RenderError::NoPosition { draw: draw.label.clone() });
         };
@@ -157,15 +158,15 @@ impl<'a, R: Real> VertexStage<'a, R> {
                 (attributes.as_slice(), count)
             }
         };
-        let instances = draw.instances.count as usize;
-        if let Some(k) = draw.instances.attributes.iter().position(|a| element_count(a) < instances) {
+        let instance_count = draw.instances.count as usize;
+        if let Some(k) = draw.instances.attributes.iter().position(|a| element_count(a) < instance_count) {
             let location = (vertex_attributes.len() + k) as u32;
             return Err(RenderError::Instances { draw: draw.label.clone(), location, count: draw.instances.count });
         }
-        let sources = program.inputs().iter().map(|i| input_source(draw, vertex_attributes, i)).collect::<Result<Vec<_>, _>>()?;
+        let sources = stage.inputs().iter().map(|i| input_source(draw, vertex_attributes, i)).collect::<Result<Vec<_>, _>>()?;
         let outputs = [px, py, pz, pw].into_iter().chain(varyings.iter().map(|v| v.vertex_output)).collect();
-        let total_vertices = vertices_per_instance.saturating_mul(instances);
-        Ok(Self { program, sources, outputs, vertices_per_instance, total_vertices })
+        let total_vertices = vertices_per_instance.saturating_mul(instance_count);
+        Ok(Self { stage, sources, outputs, vertices_per_instance, total_vertices })
     }
 
     /// Runs the program on one batch of vertices and writes one row per vertex to `rows`. `first`: index of the first vertex, counted over all instances.
@@ -194,12 +195,12 @@ impl<'a, R: Real> VertexStage<'a, R> {
                     lanes.iter_mut().zip(&instances).for_each(|(lane, instance)| *lane = R::from_lane_bits(*instance))
                 }
                 VertexInputSource::Constant(value) => lanes.fill(R::from_f64(value)),
-                VertexInputSource::Attribute { values, stride, component, per_instance: false } => {
+                VertexInputSource::Attribute { values, stride, component, is_per_instance: false } => {
                     for (lane, vertex) in lanes.iter_mut().zip(&vertices) {
                         *lane = R::from_f32_bits(values[*vertex as usize * stride + component].to_bits());
                     }
                 }
-                VertexInputSource::Attribute { values, stride, component, per_instance: true } => {
+                VertexInputSource::Attribute { values, stride, component, is_per_instance: true } => {
                     // The vertices of an instance are consecutive.
                     let mut from = 0;
                     while from < LANES {
@@ -227,7 +228,7 @@ impl<'a, R: Real> VertexStage<'a, R> {
         values
             .par_chunks_mut(LANES * row_length)
             .enumerate()
-            .for_each_init(|| self.program.new_run(), |run, (batch, rows)| self.run(run.as_mut(), batch * LANES, rows));
+            .for_each_init(|| self.stage.new_run(), |run, (batch, rows)| self.run(run.as_mut(), batch * LANES, rows));
         Ok(ShadedVertices { values, row_length, vertices_per_instance: self.vertices_per_instance })
     }
 }
@@ -265,26 +266,26 @@ type DrawPart = (RasterGeometry, [f64; 2]);
 /// Attributes or varyings that do not fit the programs, an index beyond the vertices, or too little memory.
 pub(crate) fn assemble<R: Real>(
     draw: &PlanDraw,
-    vertex: &dyn LaneProgram<R>,
+    vertex: &dyn LaneStage<R>,
     fragment_inputs: &[LaneInput],
     [width, height]: [u32; 2],
     vertex_grid: VertexGrid,
 ) -> Result<AssembledDraw, RenderError> {
     let start = Instant::now();
     let varyings = link_varyings(&draw.label, vertex.outputs(), fragment_inputs)?;
-    let stage = VertexStage::new(draw, vertex, &varyings)?;
+    let shading = VertexShading::new(draw, vertex, &varyings)?;
     let [x0, y0, x1, y1] = draw.scissor;
     let scissor = [x0, y0, x1.min(width), y1.min(height)];
-    let raster_state = RasterState { width, height, scissor, cull_back: draw.cull == Cull::Back, vertex_grid };
+    let raster_state = RasterState { width, height, scissor, culls_back_faces: draw.cull == Cull::Back, vertex_grid };
     let flat_count = varyings.iter().filter(|v| v.interpolation == Interpolation::Flat).count();
     let setup = TriangleSetup { raster_state, varyings: &varyings, flat_count };
-    let instances = draw.instances.count as usize;
+    let instance_count = draw.instances.count as usize;
     let mut program_wall_seconds = None;
     let (submitted_triangles, mut parts) = match &draw.vertices {
         Vertices::Mesh { indices, .. } => {
-            let shaded = stage.run_all()?;
+            let shaded = shading.run_all()?;
             let triangles_per_instance = indices.len() / 3;
-            let submitted_triangles = triangles_per_instance.saturating_mul(instances);
+            let submitted_triangles = triangles_per_instance.saturating_mul(instance_count);
             program_wall_seconds = Some(start.elapsed().as_secs_f64());
             let part = |range: std::ops::Range<usize>| -> Result<DrawPart, RenderError> {
                 let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
@@ -300,14 +301,14 @@ pub(crate) fn assemble<R: Real>(
         }
         // No vertex is shared, so the triangles of a part are set up while its vertices are in the cache.
         Vertices::Count(_) => {
-            let triangles_per_instance = stage.vertices_per_instance / 3;
-            let submitted_triangles = triangles_per_instance.saturating_mul(instances);
-            let row_length = stage.outputs.len();
+            let triangles_per_instance = shading.vertices_per_instance / 3;
+            let submitted_triangles = triangles_per_instance.saturating_mul(instance_count);
+            let row_length = shading.outputs.len();
             let part = |(run, rows): &mut (Box<dyn LaneRun<R> + Send + '_>, Vec<f64>), range: std::ops::Range<usize>| {
                 let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
                 // Vertices that do not form a complete triangle are skipped.
                 let first_vertex = |triangle: usize| {
-                    triangle / triangles_per_instance * stage.vertices_per_instance + triangle % triangles_per_instance * 3
+                    triangle / triangles_per_instance * shading.vertices_per_instance + triangle % triangles_per_instance * 3
                 };
                 let Some(last) = range.clone().last() else { return Ok((geometry, [0.0; 2])) };
                 let vertices = first_vertex(range.start)..first_vertex(last) + 3;
@@ -318,7 +319,7 @@ pub(crate) fn assemble<R: Real>(
                 }
                 let rows = &mut rows[..value_count];
                 for (batch, rows) in rows.chunks_mut(LANES * row_length).enumerate() {
-                    stage.run(run.as_mut(), vertices.start + batch * LANES, rows);
+                    shading.run(run.as_mut(), vertices.start + batch * LANES, rows);
                 }
                 let program_seconds = start.elapsed().as_secs_f64();
                 setup.reserve(range.len(), &mut geometry)?;

@@ -8,7 +8,7 @@ use crate::message::{Reason, TextLanguage, reason};
 use crate::scene::annotation::grids::{Cap, GridLineKind, MIN_LABELLED_OPACITY, angle_text, grid_lines, signed_angle_text};
 use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::sky_lines::AnnotationLines;
-use crate::scene::annotation::strokes::{Curve, quarter_turns, reversed_depth, segments};
+use crate::scene::annotation::strokes::{Curve, reversed_depth, segments, split_into_quarter_turns};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::eclipse::shadow_cone::GroundLine;
@@ -35,8 +35,8 @@ fn visible_cap(camera_position: DVec3, radii_km: DVec3) -> Cap {
     let latitude_deg = (camera_position.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
     // A hundredth of a degree allows for rounding.
     let radius_deg = (1.0 / distance).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
-    // The tangents of latitude and longitude are those on the unit sphere times a ratio of two semi-axes, or a ratio between two of these. If p is the longer
-    // of the two, the largest difference of the angles has the sine (p - q) / (p + q): 3 degrees on Saturn. The margin is at least 6 degrees.
+    // The tangents of latitude and longitude are those on the unit sphere times a ratio of two semi-axes, or times a number between two such ratios. For the
+    // ratio of the semi-axes p > q, the largest difference of the angles has the sine (p - q) / (p + q): 3 degrees on Saturn. The margin is at least 6 degrees.
     let (longest, shortest) = (radii_km.max_element(), radii_km.min_element());
     let margin_deg = ((longest - shortest) / (longest + shortest)).asin().to_degrees().max(6.0);
     Cap {
@@ -78,7 +78,8 @@ impl Circle {
         self.centre + self.a * t.cos() + self.b * t.sin()
     }
 
-    /// The parts of a range of the parameter that are visible from a camera outside the unit sphere. The range must be within -pi to 2 pi.
+    /// The parts of a range of the parameter that are visible from a camera outside the unit sphere. The range must be within -pi to 2 pi,
+    /// because the visible interval is tried only where it is and one turn before and after.
     fn visible_intervals(&self, camera_position: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
         // A point p is visible if p · camera > 1, that is, if offset + a cos t + b sin t = offset + amplitude cos(t - middle) is positive.
         let (offset, a, b) = (camera_position.dot(self.centre) - 1.0, camera_position.dot(self.a), camera_position.dot(self.b));
@@ -140,7 +141,7 @@ impl GroundLineBuilder<'_, '_> {
         let curve = Curve { camera: self.camera, point: &point, derivative_bound: placement.radii_km.max_element(), tolerance_factor: 1.0 };
         let mut label_point = None;
         for [from, to] in circle.visible_intervals(placement.camera_in_unit_sphere(), range) {
-            for run in curve.runs(&quarter_turns([from, to])) {
+            for run in curve.runs(&split_into_quarter_turns([from, to])) {
                 label_point = label_point.or(run.get(run.len() / 2).map(|point| point.position));
                 self.output.segments.extend(segments(self.camera, &run, reversed_depth, opacity, colour));
             }
@@ -219,7 +220,7 @@ impl GroundLineBuilder<'_, '_> {
                     self.draw_circle(&Circle::of_latitude(latitude_on_sphere.sin()), [0.0, TAU], &opacity, GRID_COLOUR)
                 }
                 GridLineKind::Parallel => {
-                    // It begins on the far side, so that the visible part is in one piece.
+                    // It begins on the far side, so that the visible part is in one piece. The opacity is the same at every parameter.
                     let far_side_rad = (-camera_position.y).atan2(-camera_position.x);
                     self.draw_line(&triaxial_parallel(line.coordinate_deg, radii_km, far_side_rad), opacity(0.0), GRID_COLOUR)
                 }
@@ -269,7 +270,7 @@ mod tests {
     use crate::ephemeris::topocentric::place_of_normal_deg;
     use crate::random::Random;
 
-    /// Semi-axes of the most elongated body with a grid that users draw.
+    /// Semi-axes of Amalthea, a very elongated body with three different axes.
     const AMALTHEA_KM: DVec3 = DVec3::new(125.0, 73.0, 64.0);
 
     /// Planetographic latitude and planetocentric longitude of a point of the unit sphere.
@@ -283,7 +284,8 @@ mod tests {
     fn the_grid_of_a_triaxial_body_has_its_latitudes_and_longitudes() {
         let (mut from_circle_deg, mut from_sphere_deg) = (0.0_f64, 0.0_f64);
         for coordinate_deg in [-80.0, -45.0, -10.0, 0.0, 30.0, 60.0] {
-            let parallel = triaxial_parallel(coordinate_deg, AMALTHEA_KM, 0.4);
+            let first_angle_rad = 0.4;
+            let parallel = triaxial_parallel(coordinate_deg, AMALTHEA_KM, first_angle_rad);
             for k in 0..4 * PARALLEL_POINTS {
                 let [latitude_deg, _] = place_deg(curve_point(&parallel, 0.25 * f64::from(k)), AMALTHEA_KM);
                 // The curve between the points is cubic.
@@ -340,6 +342,7 @@ mod tests {
                 let cap = visible_cap(camera, radii_km);
                 let from_middle_deg = (latitude_deg - cap.latitude_deg).abs();
                 assert!(from_middle_deg <= cap.radius_deg, "{radii_km}: {latitude_deg} seen from {camera}");
+                // On a sphere the margin is 6 degrees.
                 beyond_6_deg += u32::from(from_middle_deg > visible_cap(camera, DVec3::ONE).radius_deg);
                 // A cap around a pole has all longitudes.
                 let sine = cap.radius_deg.to_radians().sin() / cap.latitude_deg.to_radians().cos();

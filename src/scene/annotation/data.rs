@@ -7,8 +7,8 @@
 use crate::catalog::{Catalog, DataLayer};
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::topocentric::ground_point_km;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::sphere::ImageProjection;
-use crate::scene::in_view::BodyInView;
 use crate::scene::sky::frames::unit_vector;
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
@@ -40,7 +40,7 @@ pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant)
 
 /// Whether a body whose centre is nearer than `distance_km` covers this line of sight, a vector from the camera (ICRF) of any length. A body without a known
 /// position covers none.
-pub(crate) fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool {
+pub(crate) fn is_hidden(bodies: &[BodyReport], line_of_sight: DVec3, distance_km: f64) -> bool {
     bodies.iter().any(|b| {
         let placement = &b.placement;
         let (camera, ray) = (placement.camera_in_unit_sphere(), placement.direction_in_unit_sphere(line_of_sight).normalize());
@@ -50,10 +50,10 @@ pub(crate) fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km
 }
 
 /// The dots of all layers; those of later layers are on top. `velocity_km_s`: the viewer's velocity, for the aberration of points in the sky.
-pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], velocity_km_s: DVec3, now: Instant) -> Vec<Dot> {
+pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyReport], velocity_km_s: DVec3, now: Instant) -> Vec<Dot> {
     let scale = image.size_px().y / REFERENCE_HEIGHT_PX;
     // Only bodies with a known position, and not at the camera, hide points or have points.
-    let located: Vec<BodyInView> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
+    let located: Vec<BodyReport> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
     let mut dots = Vec::new();
     for layer in catalog.data_layers() {
         let body = layer.body.map(|id| located.iter().find(|b| b.id == id));

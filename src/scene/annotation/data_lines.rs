@@ -101,13 +101,14 @@ impl Path {
         };
         let mut parts: Vec<Vec<f64>> = Vec::new();
         for (k, vertex) in self.vertices.iter().enumerate() {
-            let earlier = k.checked_sub(1).map(|k| &self.vertices[k]);
-            let visible_earlier = earlier.filter(|b| camera_height(b.point) > 0.0);
-            match (visible_earlier, camera_height(vertex.point) > 0.0, parts.last_mut()) {
+            let previous = k.checked_sub(1).map(|k| &self.vertices[k]);
+            let previous_if_visible = previous.filter(|p| camera_height(p.point) > 0.0);
+            match (previous_if_visible, camera_height(vertex.point) > 0.0, parts.last_mut()) {
                 (Some(_), true, Some(part)) => part.push(vertex.parameter),
-                (Some(b), false, Some(part)) => part.push(limb_between(b.parameter, vertex.parameter)),
+                (Some(p), false, Some(part)) => part.push(limb_between(p.parameter, vertex.parameter)),
                 (_, true, _) => {
-                    parts.push(earlier.map(|b| limb_between(vertex.parameter, b.parameter)).into_iter().chain([vertex.parameter]).collect())
+                    let limb = previous.map(|p| limb_between(vertex.parameter, p.parameter));
+                    parts.push(limb.into_iter().chain([vertex.parameter]).collect());
                 }
                 (_, false, _) => {}
             }
@@ -123,8 +124,8 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
     let radii_km = placement.radii_km;
     let nearest_km = (builder.placed.distance_km - radii_km.max_element()).max(NEAR_DEPTH_KM);
     let merge_distance = MERGE_PX * builder.camera.pixel_tangent() * nearest_km / radii_km.max_element();
-    // Bounds both derivatives with respect to the parameter, with a the longest semi-axis, b the shorter one of the equator and c the shortest: sampled down to
-    // b = a / 2 and c = 0.4 b. The radius of curvature of a meridian is up to a^2 / c.
+    // The lengths of both derivatives with respect to the parameter are at most a^4 / (b c^2), where a is the longest semi-axis, b the shorter one of the
+    // equator and c the shortest; sampled for shapes down to b = a / 2 and c = 0.4 b. The radius of curvature of a meridian is up to a^2 / c.
     let [longest, shortest, shorter_equatorial] = [radii_km.max_element(), radii_km.min_element(), radii_km.truncate().min_element()];
     let derivative_bound = longest.powi(4) / (shorter_equatorial * shortest * shortest);
     let icrf_from_body = placement.body_from_icrf.transpose();
@@ -158,29 +159,32 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
 mod tests {
     use super::*;
 
-    const EARTH: DVec3 = DVec3::new(6378.137, 6378.137, 6356.752);
+    /// Merge distances, in units of the unit sphere's radius.
+    const NO_MERGING: f64 = 0.0;
+    const MERGE_DISTANCE: f64 = 1e-3;
+    const EARTH_RADII_KM: DVec3 = DVec3::new(6378.137, 6378.137, 6356.752);
 
     /// Between vertices a line is straight in longitude and latitude, also across the antimeridian.
     #[test]
     fn a_line_is_straight_in_longitude_and_latitude() {
         for (vertices, middle) in [([[49.0, -123.0], [49.0, -95.0]], [49.0, -109.0]), ([[10.0, 179.0], [20.0, -179.0]], [15.0, 180.0])] {
-            let path = Path::of(&vertices, EARTH, 0.0);
+            let path = Path::of(&vertices, EARTH_RADII_KM, NO_MERGING);
             let last = path.vertices.last().expect("a vertex").parameter;
             let found = path.at(0.5 * last);
-            let expected = on_unit_sphere(EARTH, DVec2::from_array(middle).map(f64::to_radians));
+            let expected = on_unit_sphere(EARTH_RADII_KM, DVec2::from_array(middle).map(f64::to_radians));
             assert!(found.distance(expected) < 1e-9, "{vertices:?}: {found} {expected}");
         }
         // A great circle differs: the middle of the first line would be 2.2 degrees farther north.
-        let chord = [-123.0, -95.0].map(|lon| on_unit_sphere(EARTH, DVec2::new(49.0, lon).map(f64::to_radians)));
+        let chord = [-123.0, -95.0].map(|lon| on_unit_sphere(EARTH_RADII_KM, DVec2::new(49.0, lon).map(f64::to_radians)));
         let great_circle_middle = (chord[0] + chord[1]).normalize();
-        assert!(great_circle_middle.distance(on_unit_sphere(EARTH, DVec2::new(49.0, -109.0).map(f64::to_radians))) > 0.01);
+        assert!(great_circle_middle.distance(on_unit_sphere(EARTH_RADII_KM, DVec2::new(49.0, -109.0).map(f64::to_radians))) > 0.01);
     }
 
-    /// The Arctic Circle from one side of the antimeridian to the other is a whole turn; in a longer line that is a step across the antimeridian.
+    /// The Arctic Circle from one side of the antimeridian to the other is a whole turn; in a line of more vertices such a step crosses the antimeridian.
     #[test]
     fn a_line_of_a_whole_turn_is_a_parallel() {
         let length_deg = |vertices: &[[f64; 2]]| {
-            let path = Path::of(vertices, EARTH, 1e-3);
+            let path = Path::of(vertices, EARTH_RADII_KM, MERGE_DISTANCE);
             path.vertices.last().expect("a vertex").parameter.to_degrees()
         };
         assert!((length_deg(&[[66.56, -180.0], [66.56, 180.0]]) - 360.0).abs() < 1e-6);
@@ -191,7 +195,7 @@ mod tests {
     #[test]
     fn lines_end_at_the_limb() {
         let vertices = [[60.0, -170.0], [-40.0, -20.0], [0.0, 40.0], [80.0, 170.0]];
-        let path = Path::of(&vertices, EARTH, 0.0);
+        let path = Path::of(&vertices, EARTH_RADII_KM, NO_MERGING);
         let last = path.vertices.last().expect("a vertex").parameter;
         for camera in [DVec3::new(3.0, 0.4, 0.2), DVec3::new(-0.3, 1.02, 0.1), DVec3::new(0.1, 0.2, 40.0)] {
             let parts = path.visible_parts(camera);
@@ -209,7 +213,7 @@ mod tests {
     #[test]
     fn close_vertices_are_merged() {
         let vertices: Vec<[f64; 2]> = (0..=10_000).map(|k| [0.0, f64::from(k) * 1e-4]).collect();
-        let path = Path::of(&vertices, EARTH, 1e-3);
+        let path = Path::of(&vertices, EARTH_RADII_KM, MERGE_DISTANCE);
         // The line is one degree long: 17.5 merge distances.
         assert!((10..25).contains(&path.vertices.len()), "{}", path.vertices.len());
         assert!(path.vertices.last().expect("a vertex").lat_lon.distance(DVec2::new(0.0, 1_f64.to_radians())) < 1e-12);

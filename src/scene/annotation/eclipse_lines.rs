@@ -107,7 +107,8 @@ impl ConeBuilder<'_, '_> {
         };
         for k in 0..CONE_GENERATORS {
             let turns = f64::from(k) / f64::from(CONE_GENERATORS);
-            self.draw_line(&|t| point_at(turns, t), 1, length(TAU * turns), colour);
+            let spans = 1;
+            self.draw_line(&|t| point_at(turns, t), spans, length(TAU * turns), colour);
         }
         for k in 0..CONE_SECTIONS {
             let fraction = f64::from(k) / f64::from(CONE_SECTIONS);
@@ -115,7 +116,8 @@ impl ConeBuilder<'_, '_> {
             // The factor 1.2 allows for the deviation from a circle.
             let middle = 0.5 * (point_at(0.0, fraction) + point_at(0.5, fraction));
             let radius = (0..8).map(|eighth| point_at(f64::from(eighth) / 8.0, fraction).distance(middle)).fold(0.0, f64::max);
-            self.draw_line(&|t| point_at(t, fraction), 8, 1.2 * TAU * TAU * radius, colour);
+            let spans = 8;
+            self.draw_line(&|t| point_at(t, fraction), spans, 1.2 * TAU * TAU * radius, colour);
         }
     }
 }

@@ -8,8 +8,8 @@
 
 use super::text::{LabelMetrics, Rect, TextLine};
 use crate::catalog::nomenclature;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::sphere::ImageProjection;
-use crate::scene::in_view::BodyInView;
 use crate::scene::numeric::smooth_rise;
 use glam::DVec2;
 
@@ -43,7 +43,7 @@ pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 /// the names.
 pub(crate) fn surface_feature_names(
     image: &impl ImageProjection,
-    bodies: &[BodyInView],
+    bodies: &[BodyReport],
     metrics: &LabelMetrics,
     occupied: &mut Vec<Rect>,
 ) -> (Vec<TextLine>, Vec<DVec2>) {
@@ -51,7 +51,7 @@ pub(crate) fn surface_feature_names(
     let glyph_px = metrics.glyph_px();
     let px_per_radian = image.px_per_radian_in_middle();
     let (mut names, mut sites) = (Vec::new(), Vec::new());
-    let mut nearest_first: Vec<&BodyInView> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
+    let mut nearest_first: Vec<&BodyReport> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
     nearest_first.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
     for (k, body) in nearest_first.iter().enumerate() {
         let placement = &body.placement;
@@ -109,11 +109,11 @@ pub(crate) fn surface_feature_names(
                 let with_margin = rect.padded(NAME_MARGIN * glyph_px);
                 rect.is_in_image(size) && !occupied.iter().any(|t| t.overlaps(&with_margin))
             };
-            let with_rect = |left_px| (left_px, metrics.rect(feature.name, left_px));
-            let Some((left_px, rect)) = places.into_iter().map(with_rect).find(fits) else { continue };
+            let with_rect = |left_end_px| (left_end_px, metrics.rect(feature.name, left_end_px));
+            let Some((left_end_px, rect)) = places.into_iter().map(with_rect).find(fits) else { continue };
             occupied.push(rect);
             sites.extend(feature.is_landing_site.then_some(feature_at_px));
-            names.push(TextLine { text: feature.name.to_owned(), left_px, colour: FEATURE_COLOUR, opacity });
+            names.push(TextLine { text: feature.name.to_owned(), left_end_px, colour: FEATURE_COLOUR, opacity });
         }
     }
     (names, sites)

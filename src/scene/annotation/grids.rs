@@ -15,6 +15,8 @@ const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 
 /// Largest latitude of a parallel: nearer to a pole the parallel would be a point.
 const MAX_PARALLEL_DEG: f64 = 89.999_999;
+/// For [`GridLine::opacity`] of a parallel, on which this latitude has no effect.
+pub(crate) const ANY_LATITUDE_DEG: f64 = 0.0;
 /// Opacity of a line above which its coordinate is written.
 pub(crate) const MIN_LABELLED_OPACITY: f64 = 0.5;
 
@@ -149,16 +151,16 @@ pub(crate) fn hours_text(degrees: f64) -> String {
 
 /// A number of degrees or hours, given in hundredths of a second, without the smaller units that are zero. `sign`: `+`, `-` or nothing; the array: the symbols
 /// of the units.
-fn sexagesimal_text(sign: &str, hundredths: u64, [whole, minute, second]: [&str; 3]) -> String {
+fn sexagesimal_text(sign: &str, hundredths: u64, [whole_symbol, minute_symbol, second_symbol]: [&str; 3]) -> String {
     let seconds = hundredths / 100;
     let (wholes, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
     match (minutes, seconds, hundredths % 100) {
-        (0, 0, 0) => format!("{sign}{wholes}{whole}"),
-        (_, 0, 0) => format!("{sign}{wholes}{whole}{minutes}{minute}"),
-        (_, _, 0) => format!("{sign}{wholes}{whole}{minutes}{minute}{seconds}{second}"),
+        (0, 0, 0) => format!("{sign}{wholes}{whole_symbol}"),
+        (_, 0, 0) => format!("{sign}{wholes}{whole_symbol}{minutes}{minute_symbol}"),
+        (_, _, 0) => format!("{sign}{wholes}{whole_symbol}{minutes}{minute_symbol}{seconds}{second_symbol}"),
         (_, _, decimals) => {
             let seconds = format!("{seconds}.{decimals:02}");
-            format!("{sign}{wholes}{whole}{minutes}{minute}{}{second}", seconds.trim_end_matches('0'))
+            format!("{sign}{wholes}{whole_symbol}{minutes}{minute_symbol}{}{second_symbol}", seconds.trim_end_matches('0'))
         }
     }
 }
@@ -191,7 +193,8 @@ mod tests {
             for (k, a) in all.iter().enumerate() {
                 assert!(all[k + 1..].iter().all(|b| a.kind != b.kind || (a.coordinate_deg - b.coordinate_deg).abs() > 1e-7), "{a:?}");
             }
-            let visible = all.iter().filter(|l| l.kind == GridLineKind::Parallel && l.opacity(0.0, pixel_deg) > 0.0).count() as f64;
+            let visible =
+                all.iter().filter(|l| l.kind == GridLineKind::Parallel && l.opacity(ANY_LATITUDE_DEG, pixel_deg) > 0.0).count() as f64;
             assert!(visible <= 180.0 / (pixel_deg * SPACING_FADE_PX.0) + 1.0, "{pixel_deg}: {visible}");
         }
     }
@@ -223,16 +226,18 @@ mod tests {
     /// Opacity changes continuously with the field of view, and is zero where a line ends.
     #[test]
     fn lines_fade_without_a_step() {
-        for line in grid_lines(WHOLE_SPHERE, 0.02) {
-            let mut last = line.opacity(0.0, 0.02);
+        let pixel_deg = 0.02;
+        for line in grid_lines(WHOLE_SPHERE, pixel_deg) {
+            let equator_deg = 0.0;
+            let mut last = line.opacity(equator_deg, pixel_deg);
             for k in 1..=2000 {
-                let next = line.opacity(0.0, 0.02 * 1.003_f64.powi(k));
+                let next = line.opacity(equator_deg, pixel_deg * 1.003_f64.powi(k));
                 assert!((next - last).abs() < 0.02 && next <= last, "{line:?}");
                 last = next;
             }
-            let [from, to] = line.latitude_range_deg(0.02);
+            let [from, to] = line.latitude_range_deg(pixel_deg);
             if line.kind == GridLineKind::Meridian && to < 89.0 {
-                assert!(line.opacity(to, 0.02) < 1e-6 && line.opacity(from, 0.02) < 1e-6, "{line:?}");
+                assert!(line.opacity(to, pixel_deg) < 1e-6 && line.opacity(from, pixel_deg) < 1e-6, "{line:?}");
             }
         }
     }

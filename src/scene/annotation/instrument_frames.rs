@@ -8,7 +8,7 @@ use crate::catalog::{FieldOfView, Instrument};
 use crate::message::reason;
 use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::sky_lines::AnnotationLines;
-use crate::scene::annotation::strokes::{Curve, quarter_turns, segments, tolerance_at_corners};
+use crate::scene::annotation::strokes::{Curve, segments, split_into_quarter_turns, tolerance_factor_at_corners};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use glam::{DVec2, DVec3};
@@ -53,9 +53,9 @@ impl FieldAxes {
 /// Draws the part of a curve on the unit sphere that is in the image. `range_rad`: first and last parameter of `point`. `derivative_bound`: see [`Curve`].
 fn draw_arc(camera: &Camera, output: &mut AnnotationLines, point: &dyn Fn(f64) -> DVec3, range_rad: [f64; 2], derivative_bound: f64) {
     // All points are infinitely far away, so the tolerance is that at the corners of the image, where a wide view is magnified.
-    let curve = Curve { camera, point, derivative_bound, tolerance_factor: tolerance_at_corners(camera) };
+    let curve = Curve { camera, point, derivative_bound, tolerance_factor: tolerance_factor_at_corners(camera) };
     // The image shows the curve as pieces (runs); the range is searched for them in spans of at most a quarter turn.
-    for run in curve.runs(&quarter_turns(range_rad)) {
+    for run in curve.runs(&split_into_quarter_turns(range_rad)) {
         // Reversed depth 1 is in front of all bodies.
         output.segments.extend(segments(camera, &run, |_| 1.0, |_| OPACITY, COLOUR));
     }
@@ -129,6 +129,7 @@ mod tests {
     use super::*;
 
     const GLYPH_PX: f64 = 13.0;
+    const NORTH_UP_DEG: f64 = 0.0;
 
     fn instrument(field: FieldOfView, position_angle_deg: f64) -> Instrument {
         Instrument { name: "own".into(), field_of_view: field, position_angle_deg }
@@ -142,7 +143,7 @@ mod tests {
         let ray = |end: glam::Vec3| camera.ray(DVec2::new(f64::from(end.x), f64::from(end.y))).normalize();
         let target = DVec3::new(1.0, 0.05, 0.03).normalize();
         for diameter_deg in [1.0, 6.5, 20.0] {
-            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, Some(target), GLYPH_PX);
+            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, NORTH_UP_DEG)], &camera, Some(target), GLYPH_PX);
             assert!(found.decisions[0].on && found.texts.len() == 1, "{:?}", found.decisions);
             for segment in &found.segments {
                 let errors_deg = segment.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
@@ -169,7 +170,8 @@ mod tests {
     fn fields_too_small_or_larger_than_the_image_have_no_frame() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 30.0, 800, 600);
         for diameter_deg in [0.01, 100.0] {
-            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, None, GLYPH_PX);
+            let no_target = None;
+            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, NORTH_UP_DEG)], &camera, no_target, GLYPH_PX);
             assert!(found.segments.is_empty() && !found.decisions[0].on, "{diameter_deg}");
             assert!(found.decisions[0].reason.to_string().contains("1 too small or wider than the image"));
         }

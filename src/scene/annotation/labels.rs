@@ -12,10 +12,10 @@ pub use super::text::LabelMetrics;
 use super::text::Rect;
 pub(crate) use super::text::{MARKER_RADIUS, NAME_COLOUR};
 use crate::catalog::{Catalog, NaifId};
+use crate::scene::body_report::{Appearance, BodyReport};
 use crate::scene::camera::Placement;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::draw::PixelView;
-use crate::scene::in_view::{Appearance, BodyInView};
 use crate::scene::request::view_request::ViewRequest;
 use glam::{DVec2, DVec3};
 
@@ -65,7 +65,7 @@ impl LabelSide {
 const LARGE_DISC_PX: f64 = 24.0;
 
 /// Sort key of a body's label, the most important first: its class, then its magnitude. A body of unknown magnitude counts as fainter than any other.
-fn rank(body: &BodyInView, selected: NaifId, parent_of: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
+fn rank(body: &BodyReport, selected: NaifId, parent_of: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
     let orbits_sun = parent_of(body.id).is_none_or(|p| p == NaifId::SUN);
     let class = match () {
         () if body.id == selected => 0,
@@ -82,7 +82,7 @@ pub(crate) const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
 /// Opacity of a marker relative to that of a name, for a body that is not selected.
 pub(crate) const MARKER_OPACITY: f32 = 0.55;
 /// Radius of a disc, relative to the image's height, from which the body is not named, because it fills the image.
-const FILLS_IMAGE: f64 = 0.45;
+const IMAGE_FILLING_RADIUS: f64 = 0.45;
 
 /// The labels of an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -105,7 +105,7 @@ impl LabelLayer {
         image: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
-        bodies: &[BodyInView],
+        bodies: &[BodyReport],
         velocity_km_s: DVec3,
     ) -> Option<Self> {
         let layers = &request.layers;
@@ -179,7 +179,7 @@ const HIDDEN_DEPTH: f64 = 0.03;
 /// The labels of the bodies that a camera sees, most important first. `name_of` translates names; `occupied`: rectangles that names avoid.
 pub(crate) fn body_labels(
     image: &dyn ImageProjection,
-    bodies: &[BodyInView],
+    bodies: &[BodyReport],
     selected: NaifId,
     parent_of: impl Fn(NaifId) -> Option<NaifId>,
     metrics: &LabelMetrics,
@@ -187,9 +187,9 @@ pub(crate) fn body_labels(
     occupied: &[Rect],
 ) -> Vec<Label> {
     let size = image.size_px();
-    let angular_radius_rad = |b: &BodyInView| (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
-    let is_placed = |b: &&BodyInView| b.distance_km.is_finite() && b.distance_km > 0.0;
-    let mut visible: Vec<(&BodyInView, DVec2, f64)> = bodies
+    let angular_radius_rad = |b: &BodyReport| (b.placement.radii_km.max_element() / b.distance_km).min(1.0).asin();
+    let is_placed = |b: &&BodyReport| b.distance_km.is_finite() && b.distance_km > 0.0;
+    let mut visible: Vec<(&BodyReport, DVec2, f64)> = bodies
         .iter()
         .filter(is_placed)
         .filter_map(|b| {
@@ -201,10 +201,10 @@ pub(crate) fn body_labels(
         })
         .collect();
     // Bodies hide others even if their centres are outside the image: for example the body on which the camera stands.
-    let is_disc = |b: &&BodyInView| !b.placement.camera_is_inside() && image.disc_radius_px(angular_radius_rad(b)) > MIN_HIDING_RADIUS_PX;
-    let possibly_hiding: Vec<&BodyInView> = bodies.iter().filter(is_placed).filter(is_disc).collect();
+    let is_disc = |b: &&BodyReport| !b.placement.camera_is_inside() && image.disc_radius_px(angular_radius_rad(b)) > MIN_HIDING_RADIUS_PX;
+    let possibly_hiding: Vec<&BodyReport> = bodies.iter().filter(is_placed).filter(is_disc).collect();
     // A body is hidden only if its disc is well inside the outline of the nearer body, so a moon over the pole of an oblate planet keeps its label.
-    let is_hidden = |b: &BodyInView| {
+    let is_hidden = |b: &BodyReport| {
         possibly_hiding.iter().filter(|other| other.id != b.id && other.distance_km < b.distance_km).any(|nearer| {
             // For a camera on the ground the outline is the horizon, and a body just below it is hidden.
             let height_radii = (nearer.placement.camera_in_unit_sphere().length() - 1.0).clamp(0.0, 1.0);
@@ -214,8 +214,8 @@ pub(crate) fn body_labels(
     };
     visible.retain(|(b, ..)| !is_hidden(b));
     visible.sort_by(|a, b| {
-        let (x, y) = (rank(a.0, selected, &parent_of), rank(b.0, selected, &parent_of));
-        x.0.cmp(&y.0).then(x.1.total_cmp(&y.1)).then(a.0.id.cmp(&b.0.id))
+        let [(class_a, magnitude_a), (class_b, magnitude_b)] = [a.0, b.0].map(|body| rank(body, selected, &parent_of));
+        class_a.cmp(&class_b).then(magnitude_a.total_cmp(&magnitude_b)).then(a.0.id.cmp(&b.0.id))
     });
     let mut chosen: Vec<Label> = Vec::new();
     let mut occupied: Vec<Rect> = occupied.to_vec();
@@ -228,7 +228,7 @@ pub(crate) fn body_labels(
         let margin = DVec2::new(NAME_MARGIN * metrics.glyph_width_px, 0.0);
         let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !occupied.iter().any(|o| o.overlaps(&rect.padded(margin)));
         let max_lines = if b.id == selected { SELECTED_MAX_LINES } else { 0 };
-        let is_named = radius_px < FILLS_IMAGE * size.y;
+        let is_named = radius_px < IMAGE_FILLING_RADIUS * size.y;
         let place = LabelSide::places(max_lines).map(with_rect).find(fits).filter(|_| is_named);
         occupied.extend(place.map(|(_, rect)| rect));
         chosen.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });
@@ -239,6 +239,6 @@ pub(crate) fn body_labels(
 /// The rectangle of a body's name at its disc or marker.
 pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, metrics: &LabelMetrics, side: LabelSide) -> Rect {
     let near_end = centre_px + side.offset_px(metrics, radius_px);
-    let left_px = if side.is_left { near_end - DVec2::new(metrics.width_px(name), 0.0) } else { near_end };
-    metrics.rect(name, left_px)
+    let left_end_px = if side.is_left { near_end - DVec2::new(metrics.width_px(name), 0.0) } else { near_end };
+    metrics.rect(name, left_end_px)
 }

@@ -86,7 +86,9 @@ mod tests {
 
     #[test]
     fn each_view_says_what_it_shows_and_what_white_is() {
-        let exposure = Exposure::of(-2.0, Reason::default());
+        // White is the radiance 2^2.
+        let stops = -2.0;
+        let exposure = Exposure::of(stops, Reason::default());
         for view in PixelView::ALL {
             let text = legend(view, &exposure, ToneMap::Filmic);
             assert!(text.starts_with(&format!("{}: ", view.name())) && text.contains("white") && !text.contains('\n'), "{text}");

@@ -28,7 +28,7 @@ pub(crate) struct UnplacedText {
 pub struct PlacedText {
     pub text: String,
     /// Left end of its centre line, pixels from the image's top left corner.
-    pub left_px: DVec2,
+    pub left_end_px: DVec2,
     /// sRGB, 0 to 1; lighter than the line that it labels.
     pub colour: [f32; 3],
 }
@@ -71,8 +71,8 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
         if rect.is_in_image(image_px) && texts.len() < MAX_TEXTS && !occupied.iter().any(|o| o.overlaps(&rect)) {
             occupied.push(rect);
             let colour = text.colour.to_array().map(|c| narrow_scalar(linear_to_srgb(WHITE_FRACTION + (1.0 - WHITE_FRACTION) * c)));
-            let left_px = DVec2::new(corner.x, corner.y + 0.5 * size.y);
-            texts.push(PlacedText { text: text.text, left_px, colour });
+            let left_end_px = DVec2::new(corner.x, corner.y + 0.5 * size.y);
+            texts.push(PlacedText { text: text.text, left_end_px, colour });
         }
     }
     TextLayer { glyph_px, texts }
@@ -100,10 +100,11 @@ mod tests {
             name("Taurus", 399.0, 100.0),
         ];
         let glyph_px = 13.0;
-        let layer = place_texts(candidates, None, glyph_px, image);
+        let no_labels = None;
+        let layer = place_texts(candidates, no_labels, glyph_px, image);
         let names: Vec<&str> = layer.texts.iter().map(|t| t.text.as_str()).collect();
         // There is no room for the coordinate below Orion or for the second Orion, and Taurus would be cut off.
         assert_eq!(names, ["Orion", "+20°"]);
-        assert!(layer.texts.iter().all(|t| t.left_px.x >= 0.0 && t.left_px.y > 0.0));
+        assert!(layer.texts.iter().all(|t| t.left_end_px.x >= 0.0 && t.left_end_px.y > 0.0));
     }
 }

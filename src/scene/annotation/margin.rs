@@ -8,8 +8,8 @@
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
 use crate::catalog::Catalog;
 use crate::message::{Argument, TextLanguage, message};
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::sphere::ImageProjection;
-use crate::scene::in_view::BodyInView;
 use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::units::KM_PER_AU;
 use glam::DVec2;
@@ -67,7 +67,7 @@ impl Margin {
         image: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
-        bodies: &[BodyInView],
+        bodies: &[BodyReport],
         metrics: &LabelMetrics,
     ) -> Self {
         let mut margin = Self::default();
@@ -87,7 +87,7 @@ impl Margin {
     /// The margin shifted to the right, as in the right half of a stereo pair.
     pub(crate) fn shifted(mut self, right_px: f64) -> Self {
         let shift = DVec2::new(right_px, 0.0);
-        self.texts.iter_mut().for_each(|t| t.left_px += shift);
+        self.texts.iter_mut().for_each(|t| t.left_end_px += shift);
         self.rings.iter_mut().for_each(|r| *r += shift);
         self.bars.iter_mut().for_each(|b| (b.rect.min, b.rect.max) = (b.rect.min + shift, b.rect.max + shift));
         self
@@ -95,12 +95,12 @@ impl Margin {
 
     /// Rectangles of the texts and bars.
     pub fn occupied<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
-        let of_text = |t: &TextLine| metrics.rect(&t.text, t.left_px);
+        let of_text = |t: &TextLine| metrics.rect(&t.text, t.left_end_px);
         self.texts.iter().map(of_text).chain(self.bars.iter().map(|b| b.rect))
     }
 
-    fn text(&mut self, text: String, left_px: DVec2) {
-        self.texts.push(TextLine { text, left_px, colour: NAME_COLOUR, opacity: 1.0 });
+    fn text(&mut self, text: String, left_end_px: DVec2) {
+        self.texts.push(TextLine { text, left_end_px, colour: NAME_COLOUR, opacity: 1.0 });
     }
 
     fn bar(&mut self, min: DVec2, size: DVec2) {
@@ -112,7 +112,7 @@ impl Margin {
         image: &impl ImageProjection,
         request: &ViewRequest,
         catalog: &Catalog,
-        target: Option<&BodyInView>,
+        target: Option<&BodyReport>,
         metrics: &LabelMetrics,
     ) {
         let (glyph_px, language) = (metrics.glyph_px(), request.language);
@@ -156,12 +156,12 @@ impl Margin {
         }
     }
 
-    fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
+    fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyReport>, language: TextLanguage, metrics: &LabelMetrics) {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
         let px_per_radian = image.px_per_radian_in_middle();
         let max_px = MAX_BAR_FRACTION * size.x;
         let max_rad = max_px / px_per_radian;
-        let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * px_per_radian;
+        let disc_px = |t: &&BodyReport| 2.0 * t.placement.radii_km.max_element() / t.distance_km * px_per_radian;
         // Length of a bar in the image's middle that spans an angle. In a perspective image this length grows faster than the angle.
         let spanning_px = |angle_rad: f64| 2.0 * image.disc_radius_px(0.5 * angle_rad);
         let (text, length_px) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
@@ -208,7 +208,7 @@ impl Margin {
         self.text(text, text_position);
     }
 
-    fn compass(&mut self, image: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {
+    fn compass(&mut self, image: &impl ImageProjection, target: &BodyReport, metrics: &LabelMetrics) {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
         let centre_km = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
@@ -315,7 +315,7 @@ mod tests {
     use crate::time::Instant;
     use glam::DVec3;
 
-    /// The margin of an empty image: caption and scale bar.
+    /// The margin of an image without bodies: caption and scale bar.
     fn margin_of(width: u32, height: u32) -> (Margin, LabelMetrics) {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 20.0, width, height);
         let time = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
@@ -330,13 +330,14 @@ mod tests {
     fn caption_and_scale_bar_fit_into_every_image() {
         for (width, height) in [(1000, 700), (300, 300), (250, 300), (200, 100), (100, 1000), (48, 48), (16, 16), (1, 1)] {
             let (margin, metrics) = margin_of(width, height);
-            let texts: Vec<Rect> = margin.texts.iter().map(|t| metrics.rect(&t.text, t.left_px)).collect();
+            let texts: Vec<Rect> = margin.texts.iter().map(|t| metrics.rect(&t.text, t.left_end_px)).collect();
             let size = DVec2::new(f64::from(width), f64::from(height));
             assert!(margin.occupied(&metrics).all(|r| r.is_in_image(size)), "{width}x{height}: {margin:?}");
             for (k, rect) in texts.iter().enumerate() {
                 let mut others = texts[k + 1..].iter().chain(margin.bars.iter().map(|b| &b.rect));
                 assert!(!others.any(|o| o.overlaps(rect)), "{width}x{height}: {margin:?}");
             }
+            // Smaller images have no room for the caption, and those less than 48 pixels wide none for the scale bar of three bars.
             let words: String = margin.texts.iter().map(|t| format!("{} ", t.text)).collect();
             assert_eq!(words.contains("2017-05-17") && words.contains("20.0°"), width >= 100 && height > 100, "{width}x{height}: {words}");
             assert_eq!(margin.bars.len(), if width >= 48 { 3 } else { 0 }, "{width}x{height}: {margin:?}");
@@ -351,7 +352,8 @@ mod tests {
         for (fov_deg, text, deg) in [(20.0, "5°", 5.0), (100.0, "30°", 30.0), (120.0, "45°", 45.0), (160.0, "90°", 90.0)] {
             let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, fov_deg, 1500, 1000);
             let mut margin = Margin::default();
-            margin.scale_bar(&camera, None, TextLanguage::English, &metrics);
+            let no_target = None;
+            margin.scale_bar(&camera, no_target, TextLanguage::English, &metrics);
             let bar = margin.bars[0].rect;
             let length = bar.max.x - bar.min.x;
             let spanned_deg = 2.0 * (0.5 * length * camera.pixel_tangent()).atan().to_degrees();

@@ -33,7 +33,7 @@ const MIN_OPACITY: f64 = 0.25;
 const OPEN_PATH_EXTENT: (f64, f64) = (40.0, 3.0);
 /// Ratio of an ellipse's semi-major axis to the body's distance from the parent up to which the whole ellipse is drawn; a longer one is drawn like an open
 /// path.
-const MAX_CLOSED_SIZE: f64 = 400.0;
+const MAX_WHOLE_SIZE_RATIO: f64 = 400.0;
 
 /// An arc of a conic. Its parameter u is proportional to the universal anomaly and increases by 1 along the arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,7 +74,7 @@ pub(crate) struct Conic {
     alpha: f64,
     gm_km3_s2: f64,
     /// The body's position relative to the parent, km.
-    body_km: DVec3,
+    body_from_parent_km: DVec3,
 }
 
 impl Conic {
@@ -88,20 +88,20 @@ impl Conic {
             second_derivative: v * r.dot(v) - r * (gm_km3_s2 / distance),
             alpha,
             gm_km3_s2,
-            body_km: r,
+            body_from_parent_km: r,
         };
         let is_valid = gm_km3_s2 > 0.0 && r.cross(v).length() > 0.0 && alpha.is_finite() && conic.second_derivative.is_finite();
         is_valid.then_some(conic)
     }
 
-    /// The semi-major axis of an ellipse; for an open path the body's distance.
+    /// The semi-major axis of an ellipse that is drawn as a whole; for any other path the body's distance from the parent.
     pub(crate) fn size_km(&self) -> f64 {
-        if self.is_closed() { self.gm_km3_s2 / self.alpha } else { self.body_km.length() }
+        if self.is_drawn_whole() { self.gm_km3_s2 / self.alpha } else { self.body_from_parent_km.length() }
     }
 
     /// Whether the conic is drawn as a whole.
-    fn is_closed(&self) -> bool {
-        self.alpha > 0.0 && self.gm_km3_s2 / self.alpha < MAX_CLOSED_SIZE * self.body_km.length()
+    fn is_drawn_whole(&self) -> bool {
+        self.alpha > 0.0 && self.gm_km3_s2 / self.alpha < MAX_WHOLE_SIZE_RATIO * self.body_from_parent_km.length()
     }
 
     /// Vector from the body to the point at s, without loss of precision close to the body.
@@ -121,19 +121,19 @@ impl Conic {
 
     /// Range of s that is drawn: half a revolution back and ahead, or the ends of an open path.
     pub(crate) fn drawn_range(&self) -> [f64; 2] {
-        if self.is_closed() {
+        if self.is_drawn_whole() {
             let half = PI / self.alpha.sqrt();
             return [-half, half];
         }
         // The periapsis distance q follows from q (1 + e) = h^2 / GM, with the eccentricity e and the specific angular momentum h.
-        let distance = self.body_km.length();
-        let momentum_sq = self.body_km.cross(self.first_derivative / distance).length_squared();
+        let distance = self.body_from_parent_km.length();
+        let momentum_sq = self.body_from_parent_km.cross(self.first_derivative / distance).length_squared();
         let eccentricity = (1.0 - self.alpha * momentum_sq / (self.gm_km3_s2 * self.gm_km3_s2)).max(0.0).sqrt();
         let end_distance = (OPEN_PATH_EXTENT.0 * momentum_sq / (self.gm_km3_s2 * (1.0 + eccentricity))).max(OPEN_PATH_EXTENT.1 * distance);
         let end = |sign: f64| {
             let mut s = sign * distance / self.first_derivative.length();
             // The limit of s ends the loop if rounding keeps the point from reaching the distance.
-            while (self.body_km + self.offset_from_body_km(s)).length() < end_distance && s.abs() < 1e30 {
+            while (self.body_from_parent_km + self.offset_from_body_km(s)).length() < end_distance && s.abs() < 1e30 {
                 s *= 1.25;
             }
             s
@@ -142,12 +142,12 @@ impl Conic {
     }
 }
 
-/// [`Conic::size_km`] in pixels, seen at the distance of the ellipse's centre, or for an open path at the distance of the body. A distance shorter than the
-/// size counts as the size. `body_from_camera_km`: ICRF.
+/// [`Conic::size_km`] in pixels, seen at the distance of the ellipse's centre, or at that of the body if the path is not drawn as a whole. A distance shorter
+/// than the size counts as the size. `body_from_camera_km`: ICRF.
 pub(crate) fn size_on_screen_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
     // The body and the point half a revolution ahead are opposite to each other.
-    let middle = if conic.is_closed() { 0.5 * conic.offset_from_body_km(conic.drawn_range()[1]) } else { DVec3::ZERO };
+    let middle = if conic.is_drawn_whole() { 0.5 * conic.offset_from_body_km(conic.drawn_range()[1]) } else { DVec3::ZERO };
     size_km / (body_from_camera_km + middle).length().max(size_km) / camera.pixel_tangent()
 }
 
@@ -156,7 +156,7 @@ struct ArcSubdivision<'a> {
     camera: &'a Camera,
     conic: &'a Conic,
     /// The body's apparent position from the camera, ICRF.
-    body_km: DVec3,
+    body_from_camera_km: DVec3,
     /// Linear RGB.
     colour: DVec3,
     /// Opacity at the body.
@@ -168,10 +168,10 @@ struct ArcSubdivision<'a> {
 
 impl ArcSubdivision<'_> {
     /// Opacity at s. It decreases from the body backwards along the whole orbit, so that it is lowest just ahead of the body. `is_ahead`: whether the arc is
-    /// ahead of the body; this decides at s = 0.
+    /// ahead of the body; it decides the opacity at s = 0, where the arcs ahead of the body and behind it meet.
     fn opacity_at(&self, s: f64, is_ahead: bool) -> f32 {
         let [back_end, ahead_end] = self.drawn_range;
-        let remaining = if !self.conic.is_closed() {
+        let remaining = if !self.conic.is_drawn_whole() {
             if is_ahead { 0.0 } else { 1.0 - s / back_end }
         } else if is_ahead {
             0.5 * s / ahead_end
@@ -185,7 +185,7 @@ impl ArcSubdivision<'_> {
     fn chord_error_px(&self, from: f64, to: f64) -> f64 {
         let on_screen_px = |k: u32| {
             let s = from + (to - from) * f64::from(k) / f64::from(2 * CHORDS_PER_ARC);
-            let point = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(s));
+            let point = self.camera.in_axes(self.body_from_camera_km + self.conic.offset_from_body_km(s));
             point.truncate() / (point.z * self.camera.pixel_tangent())
         };
         let mut start = on_screen_px(0);
@@ -211,7 +211,7 @@ impl ArcSubdivision<'_> {
     fn arc(&mut self, from: f64, to: f64, halvings: u32) {
         let (middle_s, half) = (0.5 * (from + to), 0.5 * (to - from));
         let [first_derivative, second_derivative] = self.conic.derivatives(middle_s);
-        let middle = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(middle_s));
+        let middle = self.camera.in_axes(self.body_from_camera_km + self.conic.offset_from_body_km(middle_s));
         // The length of the second derivative is at most GM on an ellipse; on an open path it is largest at one of the arc's ends.
         let max_second_derivative = if self.conic.alpha > 0.0 {
             self.conic.gm_km3_s2
@@ -244,7 +244,7 @@ impl ArcSubdivision<'_> {
             let s_per_u = to - from;
             let [first_derivative, second_derivative] =
                 if origin == middle_s { [first_derivative, second_derivative] } else { self.conic.derivatives(origin) };
-            let point = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(origin));
+            let point = self.camera.in_axes(self.body_from_camera_km + self.conic.offset_from_body_km(origin));
             let divided_by_tangents = |v: DVec3| narrow((v.truncate() / self.camera.tan_half_fov).extend(v.z));
             let is_ahead = to > 0.0;
             self.arcs.push(OrbitArc {
@@ -263,14 +263,14 @@ impl ArcSubdivision<'_> {
     }
 }
 
-/// The arcs of one orbit. `body_km`: the body's apparent position from the camera, ICRF; `opacity`: opacity at the body.
-pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, opacity: f64, colour: DVec3) -> Vec<OrbitArc> {
-    let opacity = opacity * smooth_rise(FADE_PX, size_on_screen_px(camera, conic, body_km));
-    if opacity <= 0.0 || !body_km.is_finite() {
+/// The arcs of one orbit. `body_from_camera_km`: the body's apparent position from the camera, ICRF; `opacity`: opacity at the body.
+pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3, opacity: f64, colour: DVec3) -> Vec<OrbitArc> {
+    let opacity = opacity * smooth_rise(FADE_PX, size_on_screen_px(camera, conic, body_from_camera_km));
+    if opacity <= 0.0 || !body_from_camera_km.is_finite() {
         return Vec::new();
     }
     let drawn_range = conic.drawn_range();
-    let mut subdivision = ArcSubdivision { camera, conic, body_km, colour, opacity, drawn_range, arcs: Vec::new() };
+    let mut subdivision = ArcSubdivision { camera, conic, body_from_camera_km, colour, opacity, drawn_range, arcs: Vec::new() };
     // Split at the body, so that the line is exact there. Quarters of the orbit: two halvings.
     for [from, to] in [
         [drawn_range[0], 0.5 * drawn_range[0]],
@@ -306,6 +306,7 @@ mod tests {
             State { pos_km, vel_km_s: turn * DVec3::new(-speed * nu.sin(), speed * (e + nu.cos()), 0.0) }
         };
         vec![
+            // Semi-major axis in km; eccentricity; inclination, node, argument of periapsis and mean anomaly in radians; mean motion in radians per second.
             ("planet", two_body::state_in_frame(1.5e9, 0.2, 0.4, 1.0, 2.0, 0.7, 6.8e-9)),
             ("comet", at(8.8e7, 0.967, 0.8)),
             ("nearly parabolic ellipse", at(5e7, 0.999_99, -1.5)),
@@ -323,19 +324,19 @@ mod tests {
             for days in [-300.0, -1.0, 1e-9, 40.0, 900.0] {
                 let expected = from.propagated(GM, days * 86_400.0).position;
                 // Finds the nearest point of the line by repeated refinement around the best sample.
-                let [back, ahead_end] = conic.drawn_range();
+                let [back_end, ahead_end] = conic.drawn_range();
                 let (mut middle, mut step) = (0.0, 0.0);
                 for round in 0..40 {
                     let around = |k: i32| {
                         if round == 0 {
-                            back + (ahead_end - back) * f64::from(k + 200) / 400.0
+                            back_end + (ahead_end - back_end) * f64::from(k + 200) / 400.0
                         } else {
                             middle + step * f64::from(k) / 200.0
                         }
                     };
                     let error_km = |s: f64| (state.pos_km + conic.offset_from_body_km(s)).distance(expected);
                     let best = (-200..=200).map(around).min_by(|a, b| error_km(*a).total_cmp(&error_km(*b))).expect("some");
-                    (middle, step) = (best, if round == 0 { (ahead_end - back) / 200.0 } else { step * 0.2 });
+                    (middle, step) = (best, if round == 0 { (ahead_end - back_end) / 200.0 } else { step * 0.2 });
                 }
                 let error_km = (state.pos_km + conic.offset_from_body_km(middle)).distance(expected);
                 assert!(error_km < 1e-7 * expected.length(), "{name} {days}: {error_km} km");
@@ -362,14 +363,14 @@ mod tests {
     fn the_line_lies_on_its_conic_wherever_the_camera_is() {
         for (name, state) in states() {
             let conic = Conic::of(&state, GM).expect("a conic");
-            let [back, ahead_end] = conic.drawn_range();
+            let [back_end, ahead_end] = conic.drawn_range();
             let body_km = state.pos_km;
             // A camera beside the line. `fraction`: of the drawn range ahead of the body, or behind it if negative; `along`: the camera looks ahead along the
             // line (1), back (-1), or down on it (0).
             let beside = |fraction: f64, height_km: f64, along: f64, fov_deg: f64| {
-                let s = fraction * if fraction < 0.0 { -back } else { ahead_end };
+                let s = fraction * if fraction < 0.0 { -back_end } else { ahead_end };
                 let offset = conic.offset_from_body_km(s);
-                let ahead = conic.offset_from_body_km(s + 1e-4 * (ahead_end - back)) - offset;
+                let ahead = conic.offset_from_body_km(s + 1e-4 * (ahead_end - back_end)) - offset;
                 let forward = if along == 0.0 { DVec3::NEG_Z } else { ahead * along };
                 Camera::looking(body_km + offset + DVec3::Z * height_km, forward, DVec3::Z, fov_deg, 800, 600)
             };
@@ -395,7 +396,7 @@ mod tests {
                 for step in -4000..4000 {
                     // The samples are dense close to the body, where the camera may be close to the line.
                     let t = f64::from(step) / 4000.0;
-                    let s = (t * t * t) * if t < 0.0 { -back } else { ahead_end };
+                    let s = (t * t * t) * if t < 0.0 { -back_end } else { ahead_end };
                     let p = body_km + conic.offset_from_body_km(s) - camera.position_km;
                     if p.dot(camera.forward) < 1e-3 {
                         continue;

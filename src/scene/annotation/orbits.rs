@@ -4,7 +4,7 @@
 //! hundred au away from it. Perturbations are not modelled; the lines of past motion (`traces`) show them.
 
 use crate::catalog::Body;
-use crate::ephemeris::Ephemeris;
+use crate::ephemeris::{BEST_SOURCE, Ephemeris};
 use crate::message::{Reason, reason};
 use crate::scene::annotation::orbit_arcs::{Conic, FADE_PX, OrbitArc, arcs, size_on_screen_px};
 use crate::scene::camera::Camera;
@@ -44,8 +44,8 @@ pub(crate) fn line_colour(body: &Body) -> DVec3 {
     colour.powf(HUE_POWER).lerp(DVec3::ONE, WHITE_FRACTION)
 }
 
-/// The orbit of one body and the decision about it. `None`: the body's parent is not in the catalog. `target_distance_km`: distance of the target from the
-/// camera, if there is one.
+/// The orbit of one body and the decision about it. `None`: the body has no parent, or the parent is not in the catalog. `target_distance_km`: distance of the
+/// target from the camera, if there is one.
 pub(crate) fn orbit_line(
     camera: &Camera,
     ephemeris: &Ephemeris,
@@ -55,8 +55,7 @@ pub(crate) fn orbit_line(
     let parent = placed.catalog.body(placed.body.parent?)?;
     let effect = "orbit";
     let not_drawn = |reason: Reason| Some((Vec::new(), Decision { effect, on: false, reason, stated_error: None }));
-    let best_source = None;
-    let state = match ephemeris.state(placed.body.id, parent.id, placed.emitted_at, best_source) {
+    let state = match ephemeris.state(placed.body.id, parent.id, placed.emitted_at, BEST_SOURCE) {
         Ok(answer) => answer.state,
         Err(e) => return not_drawn(reason!("quoted", text = &e.to_string())),
     };
@@ -112,6 +111,7 @@ mod tests {
         let conic = Conic::of(&state, SUN_GM_KM3_S2).expect("a conic");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 45.0, 800, 600);
         let at = |body_km: DVec3, target_km: f64| remaining_opacity_and_size_ratio(&camera, &conic, body_km, Some(target_km)).0;
+        // Bodies behind the camera, which are not in the frame, and one straight ahead.
         assert_eq!((at(DVec3::NEG_X, 1e6), at(DVec3::X, 1e6), at(DVec3::NEG_X, 1e9)), (0.0, 1.0, 1.0));
         assert_eq!(remaining_opacity_and_size_ratio(&camera, &conic, DVec3::NEG_X, None).0, 1.0);
     }

@@ -5,9 +5,9 @@
 
 use crate::catalog::NaifId;
 use crate::scene::annotation::labels::Label;
+use crate::scene::body_report::{Appearance, BodyReport};
 use crate::scene::draw::StarSprite;
 use crate::scene::finished::Scene;
-use crate::scene::in_view::{Appearance, BodyInView};
 use glam::{DVec2, DVec3};
 
 /// Largest distance of a click from the centre of the star or small body that it selects, pixels. A body is small if its disc has a smaller radius than this.
@@ -39,7 +39,7 @@ pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
 fn is_hidden(scene: &Scene, sprite: &StarSprite) -> bool {
     let screen_px = scene.geometry.screen_of_image(sprite_px(scene, sprite));
     let direction = screen_px.and_then(|px| scene.geometry.direction(&scene.camera, px));
-    let covers = |b: &BodyInView, d: DVec3| !b.placement.camera_is_inside() && b.placement.surface_along(d).is_some();
+    let covers = |b: &BodyReport, d: DVec3| !b.placement.camera_is_inside() && b.placement.surface_along(d).is_some();
     direction.is_some_and(|d| scene.bodies.iter().any(|b| covers(b, d)))
 }
 
@@ -57,7 +57,7 @@ pub fn body_at(labels: &[Label], scene: &Scene, click_px: DVec2) -> Option<NaifI
         .filter(|(d, _)| *d <= CLICK_RADIUS_PX)
         .min_by(|(a_px, _), (b_px, _)| a_px.total_cmp(b_px));
     let direction = scene.geometry.direction(&scene.camera, click_px);
-    let is_under = |b: &&BodyInView| b.appearance == Appearance::Disc && direction.is_some_and(|d| b.placement.surface_along(d).is_some());
+    let is_under = |b: &&BodyReport| b.appearance == Appearance::Disc && direction.is_some_and(|d| b.placement.surface_along(d).is_some());
     let foremost = scene.bodies.iter().filter(is_under).min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
     nearest_small.map(|(_, id)| id).or(foremost.map(|b| b.id))
 }

@@ -9,10 +9,11 @@ use crate::catalog::stars::StarCatalog;
 use crate::ephemeris::apparent::aberrated;
 use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{
-    Cap, GridLine, GridLineKind, MIN_LABELLED_OPACITY, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg, signed_angle_text,
+    ANY_LATITUDE_DEG, Cap, GridLine, GridLineKind, MIN_LABELLED_OPACITY, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg,
+    signed_angle_text,
 };
 use crate::scene::annotation::line_texts::UnplacedText;
-use crate::scene::annotation::strokes::{Curve, LineSegment, Polyline, quarter_turns, segments, tolerance_at_corners};
+use crate::scene::annotation::strokes::{Curve, LineSegment, Polyline, segments, split_into_quarter_turns, tolerance_factor_at_corners};
 use crate::scene::camera::Camera;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::camera::viewpoint::Viewer;
@@ -82,9 +83,10 @@ impl SkyLineBuilder<'_> {
         opacity: impl Fn(f64) -> f64,
         style: LineStyle,
     ) -> Vec<Polyline> {
-        let curve = Curve { camera: self.camera, point, derivative_bound, tolerance_factor: tolerance_at_corners(self.camera) };
-        let runs = curve.runs(&quarter_turns(range_rad));
+        let curve = Curve { camera: self.camera, point, derivative_bound, tolerance_factor: tolerance_factor_at_corners(self.camera) };
+        let runs = curve.runs(&split_into_quarter_turns(range_rad));
         for run in &runs {
+            // Reversed depth 0 is infinitely far away, behind all bodies.
             self.output.segments.extend(segments(self.camera, run, |_| 0.0, |parameter| style.opacity * opacity(parameter), style.colour));
         }
         runs
@@ -94,7 +96,8 @@ impl SkyLineBuilder<'_> {
     fn great_circle(&mut self, from: DVec3, to: DVec3, style: LineStyle) {
         let angle = crate::ephemeris::angle_rad(from, to);
         let Some(perpendicular) = (to - from * from.dot(to)).try_normalize() else { return };
-        self.arc(&|t: f64| from * t.cos() + perpendicular * t.sin(), [0.0, angle], DERIVATIVE_BOUND, |_| 1.0, style);
+        let opacity_factor = |_: f64| 1.0;
+        self.arc(&|t: f64| from * t.cos() + perpendicular * t.sin(), [0.0, angle], DERIVATIVE_BOUND, opacity_factor, style);
     }
 
     /// Records the decision about one layer.
@@ -144,7 +147,7 @@ impl SkyLineBuilder<'_> {
         let coordinate_deg = line.coordinate_deg;
         match line.kind {
             GridLineKind::Parallel => {
-                let opacity = line.opacity(0.0, pixel_deg);
+                let opacity = line.opacity(ANY_LATITUDE_DEG, pixel_deg);
                 let derivative_bound = DERIVATIVE_BOUND * coordinate_deg.to_radians().cos() + 1e-9;
                 // Starts opposite the middle of the image, so that no end is visible.
                 let from = (cap.longitude_deg + 180.0).to_radians();
@@ -172,7 +175,7 @@ impl SkyLineBuilder<'_> {
             GridLineKind::Meridian => 2.0 * half_size.y - px.y,
         };
         let opacity_at = |parameter: f64| match line.kind {
-            GridLineKind::Parallel => line.opacity(0.0, pixel_deg),
+            GridLineKind::Parallel => line.opacity(ANY_LATITUDE_DEG, pixel_deg),
             GridLineKind::Meridian => line.opacity(parameter.to_degrees(), pixel_deg),
         };
         let ends_px = ends.map(|end| (pixel(end.position), end.parameter));
@@ -183,7 +186,7 @@ impl SkyLineBuilder<'_> {
     }
 }
 
-/// The lines of the sky that a request selects. `horizon`: [`horizon_axes`] of a viewer on the ground.
+/// The lines of the sky that a request selects. `horizon`: [`horizon_axes`] of a viewer on the ground; `None` for any other viewer.
 pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<DMat3>) -> AnnotationLines {
     let layers = request.layers;
     let camera = &viewer.camera;
@@ -236,7 +239,8 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
             aberrated(icrf_from_b1875 * unit_vector(ra_dec.x.to_degrees(), ra_dec.y.to_degrees()), velocity)
         };
         // Along a parallel, right ascension changes by 1 / cosine per radian of arc, and the derivatives are at most this large.
-        builder.arc(&point, [0.0, length], DERIVATIVE_BOUND / max_cosine.max(1e-3), |_| 1.0, BOUNDARY);
+        let opacity_factor = |_: f64| 1.0;
+        builder.arc(&point, [0.0, length], DERIVATIVE_BOUND / max_cosine.max(1e-3), opacity_factor, BOUNDARY);
     }
     let count = builder.output.segments.len() - count_before;
     builder.decide("boundaries", count > 0, if count > 0 { reason!("lines-borders") } else { reason!("lines-no-border") });
@@ -255,8 +259,8 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
     for constellation in &Constellations::embedded().all {
         let count_before = builder.output.segments.len();
         for line in &constellation.figure {
-            let places: Vec<DVec3> = line.iter().map(apparent).collect();
-            for ends in places.windows(2) {
+            let directions: Vec<DVec3> = line.iter().map(apparent).collect();
+            for ends in directions.windows(2) {
                 builder.great_circle(ends[0], ends[1], FIGURE);
             }
         }
@@ -272,7 +276,7 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
     builder.decide("constellations", on, reason);
 }
 
-/// The names of the constellations whose places for it are in an image.
+/// The names of the constellations whose label positions are in an image.
 pub(crate) fn constellation_names(image: &dyn ImageProjection) -> Vec<UnplacedText> {
     let size = image.size_px();
     let name = |constellation: &Constellation| {

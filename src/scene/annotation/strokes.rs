@@ -37,18 +37,18 @@ pub(crate) struct Curve<'a> {
     pub point: &'a dyn Fn(f64) -> DVec3,
     /// Upper limit of the lengths of the first and the second derivative of `point` with respect to its parameter.
     pub derivative_bound: f64,
-    /// Factor on [`MAX_CHORD_ERROR_PX`]: 1, or for points infinitely far away [`tolerance_at_corners`].
+    /// Factor on [`MAX_CHORD_ERROR_PX`]: 1, or for points infinitely far away [`tolerance_factor_at_corners`].
     pub tolerance_factor: f64,
 }
 
 /// Pixel size at the corners of the image divided by the pixel size in its middle, both as angles at the camera. In a wide view the corners are magnified.
-pub(crate) fn tolerance_at_corners(camera: &Camera) -> f64 {
+pub(crate) fn tolerance_factor_at_corners(camera: &Camera) -> f64 {
     1.0 / (1.0 + camera.tan_half_fov.length_squared())
 }
 
 /// Parameters that divide a range of angles, of at most two turns, into spans of at most a quarter turn, radians. The bounding sphere of such a span of a
 /// circle is no larger than the circle.
-pub(crate) fn quarter_turns([from, to]: [f64; 2]) -> Vec<f64> {
+pub(crate) fn split_into_quarter_turns([from, to]: [f64; 2]) -> Vec<f64> {
     let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
     (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect()
 }
@@ -181,11 +181,11 @@ pub(crate) fn segments(
         let clip = screen[k] / camera.half_size();
         narrow(DVec3::new(clip.x, clip.y, depth(run[k].position)))
     };
-    let opacity = |k: usize| narrow_scalar(opacity(run[k].parameter));
+    let opacity_of_point = |k: usize| narrow_scalar(opacity(run[k].parameter));
     let segment = |k: usize| LineSegment {
         ends: [end(k), end(k + 1)],
         normals: [normal(k), normal(k + 1)],
-        opacity: [opacity(k), opacity(k + 1)],
+        opacity: [opacity_of_point(k), opacity_of_point(k + 1)],
         colour: narrow(colour),
     };
     (0..screen.len().saturating_sub(1)).map(segment).collect()

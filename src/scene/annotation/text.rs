@@ -25,13 +25,13 @@ impl LabelMetrics {
         text.chars().count() as f64 * self.glyph_width_px
     }
 
-    /// The rectangle of a text. `left_px`: left end of the text's centre line.
-    pub(crate) fn rect(&self, text: &str, left_px: DVec2) -> Rect {
+    /// The rectangle of a text. `left_end_px`: left end of the text's centre line.
+    pub(crate) fn rect(&self, text: &str, left_end_px: DVec2) -> Rect {
         let half = DVec2::new(0.0, 0.5 * self.line_height_px);
-        Rect { min: left_px - half, max: left_px + half + DVec2::new(self.width_px(text), 0.0) }
+        Rect { min: left_end_px - half, max: left_end_px + half + DVec2::new(self.width_px(text), 0.0) }
     }
 
-    /// Horizontal and vertical distance from the centre of a body of this radius to the near end of its name, which is diagonally beside its disc or marker.
+    /// Horizontal and vertical distance from the centre of a body of this radius to the near end of its name. The name is diagonally beside the disc or marker.
     pub(crate) fn gap_px(&self, radius_px: f64) -> f64 {
         let glyph_px = self.glyph_px();
         (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * glyph_px) + NAME_DISTANCE * glyph_px
@@ -54,7 +54,7 @@ pub(crate) const LINE_HEIGHT: f64 = 15.0 / 13.0;
 pub struct TextLine {
     pub text: String,
     /// Left end of its centre line.
-    pub left_px: DVec2,
+    pub left_end_px: DVec2,
     /// sRGB.
     pub colour: [u8; 3],
     /// 0 to 1.

@@ -7,7 +7,7 @@
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::orbit_size::osculating_period_s;
-use crate::ephemeris::{Ephemeris, State};
+use crate::ephemeris::{BEST_SOURCE, Ephemeris, State};
 use crate::message::{Reason, reason};
 use crate::scene::annotation::orbits::line_colour;
 use crate::scene::annotation::strokes::{LineSegment, clipped_to_frame, reversed_depth};
@@ -94,10 +94,10 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) 
 }
 
 /// Span of a path in seconds and its number of samples, from the longer and the shorter of the periods.
-fn span_and_samples(longest_s: f64, shortest_s: f64) -> (f64, usize) {
-    let max_sampled_s = MAX_SAMPLES as f64 / SAMPLES_PER_PERIOD * shortest_s;
-    let span_s = (LENGTH_PERIODS * longest_s).min(MAX_DAYS * SECONDS_PER_DAY).min(max_sampled_s);
-    let samples = ((span_s / shortest_s * SAMPLES_PER_PERIOD).ceil() as usize).clamp(MIN_SAMPLES, MAX_SAMPLES);
+fn span_and_samples(longer_s: f64, shorter_s: f64) -> (f64, usize) {
+    let max_sampled_s = MAX_SAMPLES as f64 / SAMPLES_PER_PERIOD * shorter_s;
+    let span_s = (LENGTH_PERIODS * longer_s).min(MAX_DAYS * SECONDS_PER_DAY).min(max_sampled_s);
+    let samples = ((span_s / shorter_s * SAMPLES_PER_PERIOD).ceil() as usize).clamp(MIN_SAMPLES, MAX_SAMPLES);
     (span_s, samples)
 }
 
@@ -127,15 +127,15 @@ pub(crate) fn trace(
         period_s(centre_body).or_else(|| own_period_s.map(|s| MOON_PERIODS_PER_YEAR * s).filter(|_| is_moon_around_sun))
     };
     let periods_s = [own_period_s, centre_period_s];
-    let longest_s = periods_s.into_iter().flatten().fold(0.0, f64::max);
-    let shortest_s = periods_s.into_iter().flatten().fold(f64::INFINITY, f64::min);
-    if longest_s <= 0.0 {
+    let longer_s = periods_s.into_iter().flatten().fold(0.0, f64::max);
+    let shorter_s = periods_s.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    if longer_s <= 0.0 {
         return Some((Vec::new(), decision(false, reason!("trace-no-period"))));
     }
-    let (span_s, samples) = span_and_samples(longest_s, shortest_s);
+    let (span_s, samples) = span_and_samples(longer_s, shorter_s);
     let step_s = span_s / samples as f64;
     let states: Result<Vec<State>, _> = (0..=samples)
-        .map(|k| ephemeris.state(placed.body.id, centre, placed.emitted_at.plus_seconds(-step_s * k as f64), None).map(|a| a.state))
+        .map(|k| ephemeris.state(placed.body.id, centre, placed.emitted_at.plus_seconds(-step_s * k as f64), BEST_SOURCE).map(|a| a.state))
         .collect();
     let states = match states {
         Ok(states) => states,
@@ -165,7 +165,7 @@ mod tests {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
         let now = Instant::parse("2024-04-08T18:00:00Z").expect("a time");
-        let at = |s: f64| ephemeris.state(NaifId::MOON, NaifId::EARTH, now.plus_seconds(s), None).expect("a state").state;
+        let at = |s: f64| ephemeris.state(NaifId::MOON, NaifId::EARTH, now.plus_seconds(s), BEST_SOURCE).expect("a state").state;
         let step_s = 27.3 * SECONDS_PER_DAY / SAMPLES_PER_PERIOD;
         let states: Vec<State> = (0..=48).map(|k| at(-step_s * f64::from(k))).collect();
         let path = path(&states, step_s);
@@ -191,7 +191,7 @@ mod tests {
         let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
         let now = Instant::parse("2024-04-08T18:00:00Z").expect("a time");
         for (planet, moon, planet_days, moon_days) in [(599, 501, 4332.6, 1.769_14), (499, 401, 686.98, 0.318_91)] {
-            let at = |s: f64| ephemeris.state(NaifId(planet), NaifId(moon), now.plus_seconds(s), None).expect("a state").state;
+            let at = |s: f64| ephemeris.state(NaifId(planet), NaifId(moon), now.plus_seconds(s), BEST_SOURCE).expect("a state").state;
             // Largest error relative to the moon's distance.
             let worst = |span_s: f64, samples: usize| {
                 let step_s = span_s / samples as f64;

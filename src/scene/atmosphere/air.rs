@@ -218,12 +218,14 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
             DOWNWARD_FRACTION * vertical_scattering_depth(air) / vertical_optical_depth(air).max(DVec3::splat(1e-30)),
         ),
         mie_scale_height: scale_height(mie(air).or(rayleigh(air))),
-        mie_phase: camera::narrow4(mie(air).and_then(Species::aerosol_phase).map_or(DVec4::ZERO, |phase| phase.parameters().into())),
+        mie_phase_parameters: camera::narrow4(
+            mie(air).and_then(Species::aerosol_phase).map_or(DVec4::ZERO, |phase| phase.parameters().into()),
+        ),
         mie_scattering: coefficient(mie(air), scattering),
         mie_extinction: coefficient(mie(air), extinction),
         absorption_layer: camera::narrow(layer_edges.map(radius_sq_minus_1)),
         absorption_extinction: coefficient(absorption_layer(air), extinction),
-        ground_depth: Default::default(),
+        optical_depth_above_ground: Default::default(),
         blend_mode: 0.0,
         map_weight: 0.0,
         night_radiance: camera::narrow_scalar(night_radiances(air).iter().sum()),
@@ -308,8 +310,9 @@ impl<'a> SurroundingAir<'a> {
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let altitude_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
         let table = &EXPOSURE_BY_ALTITUDE;
-        let below = table.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
-        let ((deg0, radiance0), (deg1, radiance1)) = (table[below.min(table.len() - 2)], table[(below + 1).min(table.len() - 1)]);
+        let index_below = table.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
+        let ((deg0, radiance0), (deg1, radiance1)) =
+            (table[index_below.min(table.len() - 2)], table[(index_below + 1).min(table.len() - 1)]);
         let fraction = ((altitude_deg - deg0) / (deg1 - deg0)).clamp(0.0, 1.0);
         self.sky_weight() * irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
     }
@@ -371,7 +374,8 @@ mod tests {
         let catalog = Catalog::embedded();
         let thick = catalog.bodies().iter().filter(|b| b.atmosphere.as_ref().is_some_and(is_thick)).map(|b| b.name.as_str());
         assert_eq!(thick.collect::<Vec<_>>(), ["Mars", "Titan"]);
-        let model_of = |quality, in_drafts| model(None, quality, in_drafts).0;
+        let not_requested = None;
+        let model_of = |quality, in_drafts| model(not_requested, quality, in_drafts).0;
         for in_drafts in [None, Some(TableInDrafts::Near), Some(TableInDrafts::Thick)] {
             let expected = if in_drafts.is_some() { AtmosphereModel::Table } else { AtmosphereModel::Pixel8 };
             assert_eq!(model_of(Quality::Draft, in_drafts), expected);
@@ -416,9 +420,10 @@ mod tests {
     fn every_atmosphere_of_the_catalog_has_valid_uniforms() {
         let catalog = Catalog::embedded();
         for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
-            let a = uniforms(body, 1.0);
+            let (ground_scale, raised_floor_scale) = (1.0, 1.002);
+            let a = uniforms(body, ground_scale);
             // Above a raised floor there is less air, and its top is nearer.
-            let above = uniforms(body, 1.002);
+            let above = uniforms(body, raised_floor_scale);
             assert!(
                 above.top_radius_sq_minus_1 < a.top_radius_sq_minus_1
                     && above.rayleigh_scattering.max_element() <= a.rayleigh_scattering.max_element(),

@@ -54,7 +54,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let off = |reason: Reason| (false, reason);
     let (on, reason) = match () {
         // A probe evaluates a single draw, which must not depend on a pass before it.
-        () if !request.coarse_air => off(reason!("air-pass-single-draws")),
+        () if !request.may_use_coarse_air => off(reason!("air-pass-single-draws")),
         () if !inputs.pixel_view().shows_radiance() => off(reason!("air-pass-view")),
         () if chosen.air_model == AtmosphereModel::Vertex => off(reason!("air-pass-vertex")),
         () if chosen.ring_shadow != RingShadow::None => off(reason!("air-pass-ring-shadow")),
@@ -93,7 +93,7 @@ pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_,
 mod tests {
     use super::*;
 
-    /// One occluder, its distance and radius in the body's radii. The Sun's angular radius is 1 / 215 radian.
+    /// Uniforms of one occluder at a distance and with a radius, both in the body's equatorial radii. The Sun's angular radius is 1 / 215 radian.
     fn eclipse(distance: f32, radius: f32) -> EclipseUniforms {
         EclipseUniforms {
             perpendicular_axes: [Vec4::new(1.0, 0.0, 0.0, 215.0), Vec4::Y],
@@ -106,6 +106,7 @@ mod tests {
     #[test]
     fn only_penumbrae_of_several_texels_are_interpolated() {
         let moon = eclipse(60.0, 0.27);
+        // 0.27 + (60 - 1) / 215.
         assert!((smallest_penumbra(&moon) - 0.544).abs() < 1e-3, "{}", smallest_penumbra(&moon));
         assert!(resolves_penumbrae(&moon, 64.0) && resolves_penumbrae(&moon, 1e5) && !resolves_penumbrae(&moon, 50.0));
         // On a disc with a radius of 3200 pixels, a penumbra of a hundredth of that has a radius of MIN_PENUMBRA_PX = 32, but sqrt(3200) = 57 are required.

@@ -21,7 +21,7 @@ pub(crate) fn shell(placement: &Placement, scale: f64) -> Placement {
 /// own draw.
 pub(crate) fn set_cloud_uniforms_of_ground(ground: &mut DrawUniforms, clouds: &DrawUniforms) {
     ground.clouds.reflectance = clouds.albedo.x;
-    ground.clouds.optical_depth_above = clouds.air.ground_depth;
+    ground.clouds.optical_depth_above = clouds.air.optical_depth_above_ground;
 }
 
 /// The texel values of the cloud map for a clear sky and for a closed deck, as bits of f32, which can be hashed.

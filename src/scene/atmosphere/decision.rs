@@ -60,7 +60,8 @@ pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return false };
     let is_drawn =
         inputs.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(inputs, body, air, shell.camera_is_inside()).0);
-    // As in `features::decide`: a body that is only a point gets no decision on its atmosphere, but one whose globe and rings are both outside the frame does.
+    // As in `scene::features::decide`: a body that is only a point gets no decision on its atmosphere, but one whose globe and rings are both outside the frame
+    // does.
     let is_decided_on = inputs.disc_fraction > 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none();
     is_drawn && is_decided_on && may_be_seen(inputs, &shell) && chosen_model(inputs, air, &shell).0 == AtmosphereModel::Table
 }

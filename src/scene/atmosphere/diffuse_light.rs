@@ -94,9 +94,9 @@ impl<'a> DiffuseLight<'a> {
     pub(super) fn of(sphere: &'a AirSphere<'a>) -> Self {
         let streams = streams();
         let phase_means: Vec<Vec<DVec3>> = sphere.air.species.iter().map(|s| phase_means(s.phase, &streams)).collect();
-        let mut light = Self { sphere, streams, next_order: Vec::new() };
-        light.next_order = (0..NODES).into_par_iter().flat_map_iter(|node| light.sources_of(node, &phase_means)).collect();
-        light
+        let mut diffuse = Self { sphere, streams, next_order: Vec::new() };
+        diffuse.next_order = (0..NODES).into_par_iter().flat_map_iter(|node| diffuse.sources_of(node, &phase_means)).collect();
+        diffuse
     }
 
     /// A point at the height of a level, on the z axis.
@@ -108,17 +108,19 @@ impl<'a> DiffuseLight<'a> {
     /// The row of `next_order` of a node: along its ray, where the light comes from and how much of it is scattered into the ray.
     fn sources_of(&self, node: usize, phase_means: &[Vec<DVec3>]) -> Vec<DVec3> {
         let (sphere, species) = (self.sphere, &self.sphere.air.species);
-        let along = direction(self.streams[node % STREAMS].cosine, 0.0);
+        // The streams are averages over azimuths, so any azimuth will do.
+        let azimuth_rad = 0.0;
+        let along = direction(self.streams[node % STREAMS].cosine, azimuth_rad);
         // For each species: the scattering into the ray, by the level and the zenith angle at which it happens.
         let mut scattered = vec![DVec3::ZERO; species.len() * NODES];
         let ground = sphere.follow(self.start(node / STREAMS), along, STEPS, |p, transmitted_km| {
             let height_km = sphere.height_km(p);
-            let level = (height_km / sphere.air.top_km).sqrt() * (LEVELS - 1) as f64;
-            let stream = self.stream_position(along.dot(p.normalize()));
+            let level_position = (height_km / sphere.air.top_km).sqrt() * (LEVELS - 1) as f64;
+            let stream_position = self.stream_position(along.dot(p.normalize()));
             for (k, s) in species.iter().enumerate() {
                 let light = transmitted_km * scattering_into_air(s) * density(s, height_km);
-                for (level, level_weight) in between(level, LEVELS) {
-                    for (stream, stream_weight) in between(stream, STREAMS) {
+                for (level, level_weight) in between(level_position, LEVELS) {
+                    for (stream, stream_weight) in between(stream_position, STREAMS) {
                         scattered[(k * LEVELS + level) * STREAMS + stream] += light * (level_weight * stream_weight);
                     }
                 }
@@ -146,9 +148,9 @@ impl<'a> DiffuseLight<'a> {
 
     /// The position of a zenith cosine between the streams, as a fractional index.
     fn stream_position(&self, cosine: f64) -> f64 {
-        let above = self.streams.iter().position(|s| s.cosine > cosine).unwrap_or(STREAMS - 1).max(1);
-        let (lower, upper) = (self.streams[above - 1].cosine, self.streams[above].cosine);
-        (above - 1) as f64 + ((cosine - lower) / (upper - lower)).clamp(0.0, 1.0)
+        let index_above = self.streams.iter().position(|s| s.cosine > cosine).unwrap_or(STREAMS - 1).max(1);
+        let (lower, upper) = (self.streams[index_above - 1].cosine, self.streams[index_above].cosine);
+        (index_above - 1) as f64 + ((cosine - lower) / (upper - lower)).clamp(0.0, 1.0)
     }
 
     /// The field of a Sun in this direction, as seen from the z axis.
@@ -206,9 +208,10 @@ impl<'a> DiffuseLight<'a> {
 /// light of a stream is scattered into some stream; otherwise the narrow peak of a forward-scattering aerosol would be lost between the streams' angles.
 fn phase_means(phase: crate::catalog::PhaseFunction, streams: &[Stream; STREAMS]) -> Vec<DVec3> {
     let mean = |to: &Stream, from: &Stream| {
+        let to_azimuth_rad = 0.0;
         let at = |k: u32| {
-            let azimuth_rad = PI * (f64::from(k) + 0.5) / f64::from(PHASE_AZIMUTHS);
-            phase::per_steradian(phase, direction(to.cosine, 0.0).dot(direction(from.cosine, azimuth_rad)))
+            let from_azimuth_rad = PI * (f64::from(k) + 0.5) / f64::from(PHASE_AZIMUTHS);
+            phase::per_steradian(phase, direction(to.cosine, to_azimuth_rad).dot(direction(from.cosine, from_azimuth_rad)))
         };
         4.0 * PI * (0..PHASE_AZIMUTHS).map(at).sum::<DVec3>() / f64::from(PHASE_AZIMUTHS)
     };

@@ -86,7 +86,7 @@ mod tests {
         let relative_error =
             |count: usize| ((optical_depth(air, air.top_km, count, |distance_km| distance_km) - exact) / exact).abs().max_element();
         assert!(relative_error(1000) < 1e-5, "{}", relative_error(1000));
-        // As many steps as eclipse::refraction takes.
+        // As many steps as `OPTICAL_DEPTH_STEPS` of `scene::eclipse::refraction`.
         assert!(relative_error(48) < 5e-3, "{}", relative_error(48));
         assert!(relative_error(4) > 5e-3, "four steps are too few");
         for height_km in [0.0, 5.0, 20.0, 30.0, 80.0] {

@@ -317,7 +317,9 @@ impl AirAndGround<'_> {
                 rescattered.add(path_km, scattered * weight);
             });
             if let Some((path_km, transmittance)) = ground {
-                second.add(path_km, transmittance * self.ground_albedo * self.sunlight(0.0, sun_cosine) * (weight * sun_cosine / PI));
+                let ground_height_km = 0.0;
+                let sunlight = self.sunlight(ground_height_km, sun_cosine);
+                second.add(path_km, transmittance * self.ground_albedo * sunlight * (weight * sun_cosine / PI));
             }
         }
         (second, rescattered)
@@ -341,8 +343,8 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     for index in 0..eclipse.occluder_positions.len().min(usize::from(MAX_OCCLUDERS)) {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
         let Some((air, shadow)) = shadow else { continue };
-        let air = AirAndGround { radius_km: body.radii_km.x, air, ground_albedo: ground_albedo(body) };
-        for (vector, root) in all[index * FACTORS_PER_OCCLUDER..].iter_mut().zip(roots(&air, &shadow)) {
+        let air_and_ground = AirAndGround { radius_km: body.radii_km.x, air, ground_albedo: ground_albedo(body) };
+        for (vector, root) in all[index * FACTORS_PER_OCCLUDER..].iter_mut().zip(roots(&air_and_ground, &shadow)) {
             *vector = camera::narrow(root).extend(0.0);
         }
         let column_range = DVec3::new(shadow.first_from_limb, 1.0 / (shadow.last_from_limb - shadow.first_from_limb), 0.0);
@@ -352,10 +354,10 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
 }
 
 /// The [`FACTORS_PER_OCCLUDER`] square roots of one occluder.
-fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
-    let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).into_par_iter().map(|row| air.sources(row, shadow.sun_cosine)).collect();
+fn roots(air_and_ground: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
+    let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).into_par_iter().map(|row| air_and_ground.sources(row, shadow.sun_cosine)).collect();
     let rows: Vec<[DVec3; COLUMNS]> = heights.par_iter().map(|(second, rescattered)| height_row(shadow, second, rescattered)).collect();
-    let ground = ground_row(air, shadow, &heights, &rows);
+    let ground = ground_row(air_and_ground, shadow, &heights, &rows);
     let mut all: Vec<DVec3> = rows.into_iter().flatten().chain(ground.into_iter().map(square_root)).collect();
     // The last column is beyond the shadow's blurred edge, where all light remains.
     for last in (0..ROWS).map(|r| (r + 1) * COLUMNS - 1) {
@@ -390,7 +392,7 @@ fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec
 
 /// For each column: the fraction that remains of the irradiance of level ground by the entire sky. `rows`: the square roots at each height.
 /// `heights`: for each height the sources of second-order light, and those of light that scatters again nearby.
-fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[[DVec3; COLUMNS]]) -> Vec<DVec3> {
+fn ground_row(air_and_ground: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[[DVec3; COLUMNS]]) -> Vec<DVec3> {
     // At each height: the radiance, per unit of scattering, of the second and all further orders, as a geometric series.
     let multiple_scattering: Vec<DVec3> = heights
         .iter()
@@ -403,14 +405,16 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
         // Light from this direction contributes to the irradiance in proportion to the sine of its altitude.
         let weight = weight * altitude_sine;
         let add_scattering = |path_km: f64, height_km: f64, scattered: DVec3| {
-            single.add(path_km, scattered * air.sunlight(height_km, shadow.sun_cosine) * (weight / (4.0 * PI)));
-            let row = ((height_km / air.air.top_km).sqrt() * (multi_scatter_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
+            single.add(path_km, scattered * air_and_ground.sunlight(height_km, shadow.sun_cosine) * (weight / (4.0 * PI)));
+            let row =
+                ((height_km / air_and_ground.air.top_km).sqrt() * (multi_scatter_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
             let below = (row as usize).min(HEIGHTS - 2);
             let fraction = row - below as f64;
             further[below].add(path_km, scattered * multiple_scattering[below] * (weight * (1.0 - fraction)));
             further[below + 1].add(path_km, scattered * multiple_scattering[below + 1] * (weight * fraction));
         };
-        air.integrate_path(0.0, altitude_sine, add_scattering);
+        let start_height_km = 0.0;
+        air_and_ground.integrate_path(start_height_km, altitude_sine, add_scattering);
     }
     let total = single.total() + further.iter().map(Sources::total).sum::<DVec3>();
     let remaining = |c: usize| {

@@ -97,7 +97,8 @@ fn root(v: DVec3) -> DVec3 {
 
 /// A column of the table: the mean radiance of diffuse light at each height, and the irradiance of level ground by the sky.
 fn table_column(sphere: &AirSphere<'_>, diffuse: &DiffuseLight<'_>, column: usize) -> (Vec<DVec3>, DVec3) {
-    let sun = direction(sun_cosine(column), 0.0);
+    let azimuth_rad = 0.0;
+    let sun = direction(sun_cosine(column), azimuth_rad);
     let field = diffuse.field(sun, if sun.z > 0.0 { BY_DAY } else { AT_DUSK });
     let means = (0..HEIGHTS).map(|row| diffuse.mean_radiance(&field, row)).collect();
     (means, ground_irradiance_once(sphere, sun) + diffuse.irradiance_by_further_orders(&field))

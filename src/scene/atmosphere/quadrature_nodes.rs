@@ -116,19 +116,22 @@ pub(crate) fn nodes(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
     }
     // The density continues above the top of the atmosphere, at both ends alike: the difference of their columns is the column between them.
     for end_height in [placement.camera_height, placement.far_height] {
-        rows.extend(profiles.rows(end_height, 0.0, end_height));
+        let weight = 0.0;
+        rows.extend(profiles.rows(end_height, weight, end_height));
     }
     rows
 }
 
 /// Number of coefficients of the polynomial in mu / (mu + MULTI_SCATTER_BEND) that approximates the multiple-scattering table at a height.
 pub(crate) const COEFFICIENTS: usize = MULTI_SCATTER_COEFFICIENTS;
+/// The cosine of the zenith angle of a Sun in the zenith.
+const ZENITH_COSINE: f64 = 1.0;
 /// Number of zenith cosines at which the polynomial is fitted.
 const FIT_POINTS: usize = 48;
 
 /// The polynomials at the heights of `count` nodes: least-squares fits of the table's square roots, for a Sun from the horizon to the zenith.
 pub(crate) fn multi_scatter(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
-    let column_coordinate = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * multi_scatter_table::column_coordinate(1.0);
+    let column_coordinate = |k: usize| (k as f64 + 0.5) / FIT_POINTS as f64 * multi_scatter_table::column_coordinate(ZENITH_COSINE);
     let mut all = Vec::with_capacity(COEFFICIENTS * count);
     let placement = NodePlacement::of(air, count);
     for (x, _) in &placement.nodes {
@@ -180,9 +183,10 @@ mod tests {
         for name in ["Earth", "Mars", "Titan", "Venus"] {
             let body = catalog.bodies().iter().find(|b| b.name == name).expect(name);
             let table = multi_scatter_table::table(body).expect("air");
+            let ground_scale = 1.0;
             let air = AtmosphereUniforms {
                 multi_scatter: std::sync::Arc::new(table.clone()),
-                ..crate::scene::atmosphere::air::uniforms(body, 1.0)
+                ..crate::scene::atmosphere::air::uniforms(body, ground_scale)
             };
             let fits = multi_scatter(&air, 8);
             assert_eq!(fits.len(), 8 * COEFFICIENTS);
@@ -191,7 +195,7 @@ mod tests {
             for (k, (x, _)) in placement.nodes.iter().enumerate() {
                 let height_fraction = placement.table_height_fraction(*x, &air).clamp(0.0, 1.0);
                 for step in 0..=20 {
-                    let coordinate = f64::from(step) / 20.0 * multi_scatter_table::column_coordinate(1.0);
+                    let coordinate = f64::from(step) / 20.0 * multi_scatter_table::column_coordinate(ZENITH_COSINE);
                     let root: DVec3 =
                         (0..COEFFICIENTS).map(|p| fits[COEFFICIENTS * k + p].truncate().as_dvec3() * coordinate.powi(p as i32)).sum();
                     let exact = multi_scatter_table::root_between(&table, height_fraction, coordinate);
@@ -232,9 +236,9 @@ mod tests {
             let heights: Vec<f32> = (0..8).map(|k| rows[ROWS * k].x).collect();
             assert!(heights.is_sorted() && rows.iter().all(|r| r.is_finite()));
         }
-        // The layer's edges relative to the ground, and relative to the middle of the layer.
+        // The layer's edges relative to the far end, which is the ground (node 9), and to the camera's end in the middle of the layer (node 8).
         let ends = nodes(&air(height_above_unit_sphere(0.008) as f32, 0.0), 8);
-        let layer_edges = |row: usize| ends[ROWS * row + 2].truncate().as_dvec3();
+        let layer_edges = |node: usize| ends[ROWS * node + 2].truncate().as_dvec3();
         assert!((layer_edges(9) - DVec3::new(0.003, 0.008, 0.0125)).abs().max_element() < 1e-8);
         assert!((layer_edges(8) - DVec3::new(-0.005, 0.0, 0.0045)).abs().max_element() < 1e-8);
     }

@@ -25,6 +25,7 @@ const MAX_AVERAGED_RIM_PX: f64 = 2.0;
 const MIN_AVERAGED_LIGHT_RATIO: f64 = 0.1;
 /// Height of the bright part of a rim, in scale heights.
 const BRIGHT_SCALE_HEIGHTS: f64 = 4.0;
+const GROUND_HEIGHT_KM: f64 = 0.0;
 /// Number of equal steps of height in which the light of the rim is summed.
 const HEIGHT_STEPS: usize = 64;
 /// Ratio of all light that the rim scatters to the light scattered once, for a rim that is opaque along the limb where it is bright. The Earth's is 1.8.
@@ -89,7 +90,8 @@ pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_
 pub(crate) fn opacity_along_limb(air: &Atmosphere, radius_km: f64, height_km: f64) -> f64 {
     // The depth does not depend on the scattering angle.
     let cos_scattering = 0.0;
-    (DVec3::ONE - (-tangent_ray(air, radius_km, height_km, cos_scattering).0).exp()).element_sum() / 3.0
+    let (depth, _scattered) = tangent_ray(air, radius_km, height_km, cos_scattering);
+    (DVec3::ONE - (-depth).exp()).element_sum() / 3.0
 }
 
 /// Area that the air hides beyond the limb, divided by the disc's area: the air's opacity along grazing rays (mean of the channels), summed over height.
@@ -118,7 +120,7 @@ pub(crate) fn continues_disc(body: &Body, air: &Atmosphere) -> bool {
 fn light_if_continued(air: &Atmosphere, radius_km: f64) -> f64 {
     let step_km = air.top_km / HEIGHT_STEPS as f64;
     let opaque_km = (0..HEIGHT_STEPS).map(|k| opacity_along_limb(air, radius_km, (k as f64 + 0.5) * step_km)).sum::<f64>() * step_km;
-    2.0 * opaque_km / (opacity_along_limb(air, radius_km, 0.0).max(1e-12) * PI * radius_km)
+    2.0 * opaque_km / (opacity_along_limb(air, radius_km, GROUND_HEIGHT_KM).max(1e-12) * PI * radius_km)
 }
 
 /// Light of the part of a body's rim that continues the disc's colour, relative to that of a disc with the radiance of ground under a Sun in the zenith, and
@@ -126,7 +128,7 @@ fn light_if_continued(air: &Atmosphere, radius_km: f64) -> f64 {
 pub(crate) fn continued_light(body: &Body) -> f64 {
     let Some(air) = body.atmosphere.as_ref().filter(|air| continues_disc(body, air)) else { return 0.0 };
     let radius_km = body.radii_km.max_element();
-    let part = continued_part(opacity_along_limb(air, radius_km, 0.0));
+    let part = continued_part(opacity_along_limb(air, radius_km, GROUND_HEIGHT_KM));
     if part > 0.0 { part * light_if_continued(air, radius_km) } else { 0.0 }
 }
 
@@ -158,7 +160,7 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_di
     }
     let model_disc = photometry::model_geometric_albedo(&body.photometry)[0] * photometry::model_phase(&body.photometry, phase_angle_rad);
     let continued = phase_angle_rad.sin() * light_if_continued(air, radius_km) / model_disc.max(1e-12);
-    scattered + (continued - scattered) * continued_part(opacity_along_limb(air, radius_km, 0.0))
+    scattered + (continued - scattered) * continued_part(opacity_along_limb(air, radius_km, GROUND_HEIGHT_KM))
 }
 
 #[cfg(test)]
@@ -182,11 +184,14 @@ mod tests {
             }
         }
         // Drawn in 2048 pixels, the rim of Venus has 0.72 of the light of its disc at 173.4 degrees, whose thin crescent the rim continues.
-        let venus = rim(&catalog, "Venus", true, 48.0, 173.4).light_ratio;
+        let continues_disc = true;
+        let (diameter_px, phase_deg) = (48.0, 173.4);
+        let venus = rim(&catalog, "Venus", continues_disc, diameter_px, phase_deg).light_ratio;
         assert!((0.5..1.0).contains(&venus), "{venus}");
         // The limb of a full disc is dark, and so is the rim that continues it.
         for name in ["Jupiter", "Saturn", "Uranus", "Neptune"] {
-            let full = rim(&catalog, name, true, 40.0, 5.0);
+            let (diameter_px, phase_deg) = (40.0, 5.0);
+            let full = rim(&catalog, name, continues_disc, diameter_px, phase_deg);
             assert!(full.is_negligible() && full.light_ratio > 1e-5, "{name}: {full:?}");
         }
         // Height decides from half a pixel on, and light below it.
@@ -217,7 +222,7 @@ mod tests {
         let venus = catalog.bodies().iter().find(|b| b.name == "Venus").expect("Venus");
         let air = venus.atmosphere.as_ref().expect("air");
         let gas = exponential(air).next().expect("gas");
-        let [height_km, radius_km] = [gas.scale_height_km, venus.radii_km.max_element()];
+        let [scale_height_km, radius_km] = [gas.scale_height_km, venus.radii_km.max_element()];
         // Ein(t) = sum of (-1)^(n + 1) t^n / (n n!) is the integral of 1 - exp(-t exp(-z)).
         let ein = |t: f64| {
             let mut term = 1.0;
@@ -227,21 +232,25 @@ mod tests {
                 sum - term / n
             })
         };
-        let alpha = 1.2_f64;
-        let full = DVec3::from_array(gas.scattering_per_km) * (2.0 * PI * radius_km * height_km).sqrt();
-        let equivalent_km: f64 = full.to_array().iter().map(|t| ein(*t) * height_km).sum();
-        let disc = venus.colour.as_dvec3().element_sum() * venus.geometric_albedo * photometry::phase(venus, alpha);
-        let scattered =
-            2.0 * ALL_ORDERS_TO_SINGLE_RATIO * PI * phase::per_steradian(gas.phase, -alpha.cos()).x * equivalent_km / (disc * radius_km);
-        let ratio = light_ratio(venus, air, alpha, false) / scattered;
+        let phase_angle_rad = 1.2_f64;
+        // Optical depth along the limb.
+        let limb_depth = DVec3::from_array(gas.scattering_per_km) * (2.0 * PI * radius_km * scale_height_km).sqrt();
+        // The opacity along grazing rays integrated over height, summed over the channels.
+        let equivalent_km: f64 = limb_depth.to_array().iter().map(|t| ein(*t) * scale_height_km).sum();
+        let disc = venus.colour.as_dvec3().element_sum() * venus.geometric_albedo * photometry::phase(venus, phase_angle_rad);
+        let scattered = 2.0 * ALL_ORDERS_TO_SINGLE_RATIO * PI * phase::per_steradian(gas.phase, -phase_angle_rad.cos()).x * equivalent_km
+            / (disc * radius_km);
+        let continues_disc = false;
+        let ratio = light_ratio(venus, air, phase_angle_rad, continues_disc) / scattered;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
-        // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the
-        // phase function. Along the limb the gas hides 57 % of what is behind it.
-        let limb_opacity = full.to_array().iter().map(|t| 1.0 - (-t).exp()).sum::<f64>() / 3.0;
+        // The limb of a Lambert disc, as bright at the position angle f as sin(phase angle) cos(f), and the light of the whole disc: 2 / 3 of its area times
+        // the phase function. Along the limb the gas hides 57 % of what is behind it.
+        let limb_opacity = limb_depth.to_array().iter().map(|t| 1.0 - (-t).exp()).sum::<f64>() / 3.0;
         assert!((limb_opacity - 0.57).abs() < 0.02, "{limb_opacity}");
-        let continued =
-            2.0 * alpha.sin() * (equivalent_km / 3.0 / limb_opacity) / (PI * radius_km * photometry::lambert_phase(alpha) * 2.0 / 3.0);
-        let ratio = light_ratio(venus, air, alpha, true) / continued;
+        let continued = 2.0 * phase_angle_rad.sin() * (equivalent_km / 3.0 / limb_opacity)
+            / (PI * radius_km * photometry::lambert_phase(phase_angle_rad) * 2.0 / 3.0);
+        let continues_disc = true;
+        let ratio = light_ratio(venus, air, phase_angle_rad, continues_disc) / continued;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     }
 }

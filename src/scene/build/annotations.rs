@@ -10,12 +10,12 @@ use crate::scene::annotation::line_texts::{self, TextLayer, UnplacedText};
 use crate::scene::annotation::sky_lines::{self, AnnotationLines, horizon_axes};
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, star_names};
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::viewpoint::BodyUnderCamera;
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;
 use crate::scene::features::inputs::FrameContext;
-use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::view_request::Position;
 use glam::{DMat3, DVec2, DVec3};
@@ -31,7 +31,7 @@ pub(super) struct Annotations {
 }
 
 impl Annotations {
-    pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, reports: &[BodyInView], stars: &[StarSprite]) -> Self {
+    pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, reports: &[BodyReport], stars: &[StarSprite]) -> Self {
         let (request, camera) = (builder.request, frame.camera);
         let labels = labels::LabelLayer::of(camera, request, builder.catalog, reports, builder.viewer.body_velocity_km_s);
         if request.pixel_view != PixelView::Final {

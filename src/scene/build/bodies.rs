@@ -11,13 +11,13 @@ use crate::scene::annotation::orbit_arcs::OrbitArc;
 use crate::scene::annotation::orbits;
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::traces;
+use crate::scene::body_report::{Appearance, BodyReport, SubPoint};
 use crate::scene::camera::Placement;
 use crate::scene::decision::{Decision, invented_text};
 use crate::scene::draw::features::{Detail, PixelView, Shape};
 use crate::scene::draw::{Draw, Point};
 use crate::scene::features::inputs::FrameContext;
 use crate::scene::features::{self, DecidedBody};
-use crate::scene::in_view::{Appearance, BodyInView, SubPoint};
 use crate::scene::light::{glare, magnitude};
 use crate::scene::placed::PlacedBody;
 use crate::scene::point;
@@ -29,7 +29,7 @@ use glam::{DMat3, DVec3};
 /// The contribution of the bodies of a frame to its scene.
 pub(super) struct BodiesInFrame {
     /// One report per body of the catalog, in its order.
-    pub reports: Vec<BodyInView>,
+    pub reports: Vec<BodyReport>,
     pub draws: Vec<Draw>,
     pub points: Vec<Point>,
     pub orbits: Vec<OrbitArc>,
@@ -83,18 +83,18 @@ impl BodiesInFrame {
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
         for p in self.points.iter_mut().filter(|p| !p.is_disc_glare()) {
             // The glare of a Sun outside the frame is not drawn, and the light meter ignores it; the glare grows while the Sun enters the frame.
-            let glare_fraction = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
-            point::set_sprite_radius(p, white, glare_fraction);
+            let drawn_part_of_glare = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
+            point::set_sprite_radius(p, white, drawn_part_of_glare);
         }
         self.points.retain(|p| point::reaches_frame(camera, p.centre.truncate().as_dvec2(), p.radius_px.into()));
     }
 }
 
 /// The report of a placed body.
-fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitude: Option<f64>) -> BodyInView {
+fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitude: Option<f64>) -> BodyReport {
     let to_viewer = placed.placement.body_from_icrf * -placed.placement.centre_km;
     let to_sun = (placed.body.id != NaifId::SUN).then(|| placed.body_from_icrf * placed.body_to_sun_km);
-    BodyInView {
+    BodyReport {
         id: placed.body.id,
         name: placed.body.name.clone(),
         appearance: decided.appearance,
@@ -123,8 +123,8 @@ fn altitude_at_sub_observer_deg(viewer_km: DVec3, target_km: DVec3, radii_km: DV
 }
 
 /// The report of a body that the ephemeris could not place.
-pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyInView {
-    BodyInView {
+pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyReport {
+    BodyReport {
         id: body.id,
         name: body.name.clone(),
         appearance: Appearance::NotShown,

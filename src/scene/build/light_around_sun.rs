@@ -5,11 +5,11 @@
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
+use crate::scene::body_report::BodyReport;
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
 use crate::scene::eclipse::refracted_limb::{self, RefractedLimb};
 use crate::scene::features::inputs::FrameContext;
-use crate::scene::in_view::BodyInView;
 use crate::scene::light::corona::{self, Corona};
 use crate::scene::light::glare::{self, Glare, VeilingGlare};
 use crate::scene::placed::PlacedBody;
@@ -27,7 +27,7 @@ pub(super) struct LightAroundSun {
 
 impl LightAroundSun {
     /// Decides on all three effects, and records each decision in the report of its body.
-    pub(super) fn decide(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyInView]) -> Self {
+    pub(super) fn decide(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyReport]) -> Self {
         let (request, camera, threshold) = (frame.context.request, frame.camera, frame.threshold);
         // Limbs and corona are drawn before the air around the camera. The draw of that air multiplies them by its transmittance averaged over the channels,
         // so here they get only the tint: the transmittance divided by that average. The glare is drawn after the air, so here it gets the transmittance.
@@ -47,7 +47,7 @@ impl LightAroundSun {
 
 /// Decides whether to draw an effect of the Sun, and records the decision. A setting of the user takes precedence over the threshold. `found`: the effect,
 /// whether it exceeds the threshold, and the reason; `None` if there is nothing to draw or decide.
-fn decide<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, Reason)>, reports: &mut [BodyInView]) -> Option<T> {
+fn decide<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, Reason)>, reports: &mut [BodyReport]) -> Option<T> {
     let (light, exceeds_threshold, reason) = found.filter(|_| request.pixel_view == PixelView::Final)?;
     let (on, reason) = match request.effects.override_of(effect) {
         Some(on) => (on, reason!("set-by-you")),

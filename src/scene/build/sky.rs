@@ -4,6 +4,7 @@
 
 use super::SceneBuilder;
 use crate::catalog::NaifId;
+use crate::ephemeris::BEST_SOURCE;
 use crate::scene::annotation::orbit_arcs::OrbitArc;
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
@@ -34,7 +35,7 @@ impl Sky {
     /// `has_corona`: whether the corona is drawn, so that the zodiacal light need not continue up to the Sun.
     pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, has_corona: bool) -> Self {
         let (request, viewer, white) = (builder.request, &builder.viewer, builder.exposure.white());
-        let sun = builder.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, None);
+        let sun = builder.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, BEST_SOURCE);
         let sun_km = sun.ok().map(|s| s.state.pos_km);
         let (stars, star_decision) = stars::stars(request, builder.catalog, viewer, frame.threshold, white, frame.air);
         let (background, background_decisions) = builder.background(frame, has_corona);

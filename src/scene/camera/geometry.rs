@@ -102,6 +102,7 @@ impl WarpedGeometry {
     }
 }
 
+/// A size in whole pixels as a vector.
 fn size([width, height]: [u32; 2]) -> DVec2 {
     DVec2::new(f64::from(width), f64::from(height))
 }
@@ -254,15 +255,12 @@ mod tests {
             ImageGeometry::Sphere(SphereImage { right, up, forward, projection, half_fov_rad: 1.5, width: 90, height: 60 })
         };
         // A frame of 90 pixels, whose right half is the left eye's image.
-        let pair = |is_side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, is_side_by_side });
-        for geometry in [
-            ImageGeometry::Perspective,
-            sphere(Projection::Fisheye),
-            sphere(Projection::Equirectangular),
-            pair(true),
-            pair(false),
-            warped(),
-        ] {
+        let [side_by_side, overlaid] =
+            [true, false].map(|is_side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, is_side_by_side }));
+        for geometry in
+            [ImageGeometry::Perspective, sphere(Projection::Fisheye), sphere(Projection::Equirectangular), side_by_side, overlaid, warped()]
+        {
+            // The fisheye's circle has the fewest: pi 30^2 of 5400 pixels.
             let mut seen = 0;
             for (x, y) in (0..90).flat_map(|x| (0..60).map(move |y| (x, y))) {
                 let pixel = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);

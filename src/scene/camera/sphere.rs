@@ -169,6 +169,7 @@ impl ImageProjection for SphereImage {
 mod tests {
     use super::*;
 
+    /// `fov_deg`: angle across a fisheye's circle; an equirectangular image does not use it.
     fn image(projection: Projection, fov_deg: f64, width: u32, height: u32) -> SphereImage {
         let half_fov_rad = fov_deg.to_radians() / 2.0;
         SphereImage { right: DVec3::X, up: DVec3::Y, forward: -DVec3::Z, projection, half_fov_rad, width, height }

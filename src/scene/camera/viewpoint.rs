@@ -7,7 +7,7 @@
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::topocentric::ground_point_km;
-use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError, State};
 use crate::scene::camera::Camera;
 use crate::scene::error::SceneError;
 use crate::scene::request::camera_file::direction_of_any_length;
@@ -74,10 +74,9 @@ impl StateLookup<'_> {
         self.catalog.body(id).ok_or_else(|| SceneError::NotABody(format!("{}", id.0)))
     }
 
-    /// Barycentric position and velocity, ICRF, km and km/s.
-    fn state(&self, id: NaifId) -> Result<(DVec3, DVec3), SceneError> {
-        let state = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, None)?.state;
-        Ok((state.pos_km, state.vel_km_s))
+    /// Barycentric state.
+    fn state(&self, id: NaifId) -> Result<State, SceneError> {
+        Ok(self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, BEST_SOURCE)?.state)
     }
 
     /// Barycentric position, ICRF, of a body at the time when it emitted the light that now arrives at this distance from it.
@@ -85,7 +84,7 @@ impl StateLookup<'_> {
         // If the ephemeris does not contain the requested time, the error must name that time, not the time less the light time.
         self.state(id)?;
         let emission_time = self.time.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
-        let emitted = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None);
+        let emitted = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, BEST_SOURCE);
         Ok(emitted.map_err(EphemerisError::when_light_left)?.state.pos_km)
     }
 
@@ -142,27 +141,27 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
                     target.name
                 )));
             }
-            let outward = (states.state(towards)?.0 - centre).try_normalize().unwrap_or(DVec3::X);
+            let outward = (states.state(towards)?.pos_km - centre).try_normalize().unwrap_or(DVec3::X);
             zenith = Some(outward);
             centre + outward * distance_km
         }
         Position::Centre(body) => {
             reference_body = body;
-            let (pos, vel) = states.state(body)?;
-            velocity_km_s = vel;
+            let State { pos_km, vel_km_s } = states.state(body)?;
+            velocity_km_s = vel_km_s;
             at_centre_of = Some(body);
-            pos
+            pos_km
         }
         Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
             reference_body = body;
             check_distance(height_km, || format!("height {height_km:?} km"))?;
             let (point, normal) = ground_point_km(states.body(body)?.radii_km, latitude_deg, longitude_deg, height_km);
             let icrf_from_body = states.icrf_from(Axes::BodyFixed, body)?;
-            let (pos, vel) = states.state(body)?;
-            velocity_km_s = vel;
-            stands_on = Some(BodyUnderCamera { id: body, centre_km: pos });
+            let State { pos_km, vel_km_s } = states.state(body)?;
+            velocity_km_s = vel_km_s;
+            stands_on = Some(BodyUnderCamera { id: body, centre_km: pos_km });
             zenith = Some(icrf_from_body * normal);
-            pos + icrf_from_body * point
+            pos_km + icrf_from_body * point
         }
         Position::Offset { body, offset_km, axes } => {
             reference_body = body;
@@ -183,7 +182,10 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             let stands_on_target = stands_on.filter(|ground| ground.id == target);
             let apparent_km = match stands_on_target {
                 Some(ground) => ground.centre_km,
-                None => ephemeris.light_time_position(target, position_km, request.time)?.0,
+                None => {
+                    let (position_at_emission_km, _emission_time) = ephemeris.light_time_position(target, position_km, request.time)?;
+                    position_at_emission_km
+                }
             };
             let to_target = apparent_km - position_km;
             if to_target.length() < MIN_DISTANCE_KM || at_centre_of == Some(target) {
@@ -211,7 +213,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     };
     let fov_deg = fov_deg.unwrap_or(FOV_OTHERWISE_DEG);
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
-    let body_velocity_km_s = states.state(reference_body)?.1;
+    let body_velocity_km_s = states.state(reference_body)?.vel_km_s;
     Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, up_hint, at_centre_of, stands_on })
 }
 

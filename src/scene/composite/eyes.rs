@@ -96,7 +96,11 @@ fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Vie
     let target = request.target.ok_or_else(|| SceneError::Request("stereo needs a target, at whose distance both images agree".into()))?;
     let apparent_km: DVec3 = match viewer.stands_on {
         Some(ground) if ground.id == target => ground.centre_km,
-        _ => ephemeris.light_time_position(target, viewer.camera.position_km, request.time)?.0,
+        _ => {
+            let (position_at_emission_km, _emission_time) =
+                ephemeris.light_time_position(target, viewer.camera.position_km, request.time)?;
+            position_at_emission_km
+        }
     };
     // 0 for a camera at the target's centre, which `viewpoint::viewer` rejects only if the camera looks at the target.
     Ok((apparent_km - viewer.camera.position_km).length().clamp(1e-6, 1e9 * KM_PER_AU))

@@ -16,7 +16,7 @@ use crate::scene::camera::Camera;
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::error::SceneError;
-use crate::scene::request::composition::{FISHEYE_DEG, FISHEYE_RANGE_DEG};
+use crate::scene::request::composition::{DEFAULT_FISHEYE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::effects::Effect;
 use crate::scene::request::layers::Layers;
 use crate::scene::request::view_request::{MAX_IMAGE_PX, ViewRequest};
@@ -109,7 +109,7 @@ pub(super) fn frames(
     without_composition: ViewRequest,
 ) -> Result<CompositeFrames, SceneError> {
     let composition = &request.composition;
-    let fov_deg = request.fov_deg.unwrap_or(FISHEYE_DEG);
+    let fov_deg = request.fov_deg.unwrap_or(DEFAULT_FISHEYE_DEG);
     if composition.projection == Projection::Fisheye && !FISHEYE_RANGE_DEG.contains(&fov_deg) {
         return Err(SceneError::Request(format!("field of view {fov_deg}: a fisheye shows 1 to 360 degrees")));
     }
@@ -243,6 +243,7 @@ mod tests {
             }
         }
         assert!(refused > 1000, "{refused}");
+        // The largest image needs half a field of view of MAX_IMAGE_PX / MAX_FACE_PX = 1.0002 radians.
         assert_eq!(least_fov_deg(&fisheye(MAX_IMAGE_PX, 1.0)), 114.7);
     }
 
@@ -258,9 +259,9 @@ mod tests {
                 let direction = DVec3::new(angle.sin() * azimuth.cos(), angle.sin() * azimuth.sin(), angle.cos());
                 let face = face_of(direction);
                 let [right, up, forward] = FACE_AXES[face];
-                let (s, t) = (direction.dot(right) / direction.dot(forward), direction.dot(up) / direction.dot(forward));
+                let (right_tan, up_tan) = (direction.dot(right) / direction.dot(forward), direction.dot(up) / direction.dot(forward));
                 let [x0, y0, x1, y1] = bounds[face].expect("a visible face");
-                let (x, y) = (0.5 + 0.5 * s, 0.5 - 0.5 * t);
+                let (x, y) = (0.5 + 0.5 * right_tan, 0.5 - 0.5 * up_tan);
                 assert!(x0 <= x && x <= x1 && y0 <= y && y <= y1, "{half_deg}: {direction}");
             }
         }

@@ -66,13 +66,13 @@ pub struct Composite {
 }
 
 impl Composite {
-    /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter`: the viewer of the light meter's frame; for a stereo
-    /// pair, midway between the eyes.
+    /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter_viewer`: the viewer of the light meter's frame; for a
+    /// stereo pair, midway between the eyes.
     pub(crate) fn new(
         catalog: &Catalog,
         request: &ViewRequest,
         arrangement: Arrangement,
-        meter: &Viewer,
+        meter_viewer: &Viewer,
         mut scenes: Vec<Scene>,
     ) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
@@ -105,23 +105,24 @@ impl Composite {
                     *body = seen.clone();
                 }
             }
-            whole.bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
-            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter.body_velocity_km_s);
+            whole.has_bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
+            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter_viewer.body_velocity_km_s);
             whole.line_texts = names::texts(request, catalog, &whole);
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
             let is_side_by_side = *layout == StereoLayout::SideBySide;
-            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.camera.width, is_side_by_side });
+            let width = meter_viewer.camera.width;
+            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width, is_side_by_side });
             // Texts in the margin have the same position in both images, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).glyph_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {
-                let margin = Margin::of(&meter.camera, request, catalog, &scene.bodies, &metrics);
+                let margin = Margin::of(&meter_viewer.camera, request, catalog, &scene.bodies, &metrics);
                 if margin != Margin::default() {
                     let labels = scene.labels.get_or_insert_with(|| LabelLayer::empty(request));
                     labels.add(margin.shifted(f64::from(*column)));
                 }
             }
-            let right_eye_px = if is_side_by_side { f64::from(meter.camera.width) } else { 0.0 };
+            let right_eye_px = if is_side_by_side { f64::from(width) } else { 0.0 };
             let shifts_px = [-f64::from(columns[0]), right_eye_px - f64::from(columns[1])];
             whole.set_texts_of_eyes(request, &scenes, shifts_px);
         }
@@ -139,7 +140,7 @@ impl Scene {
                 self.labels.get_or_insert_with(|| LabelLayer::empty(request)).add(layer.margin.clone().shifted(right_px));
             }
             if let Some(layer) = &eye.line_texts {
-                let texts = layer.texts.iter().map(|t| PlacedText { left_px: t.left_px + DVec2::new(right_px, 0.0), ..t.clone() });
+                let texts = layer.texts.iter().map(|t| PlacedText { left_end_px: t.left_end_px + DVec2::new(right_px, 0.0), ..t.clone() });
                 let of_pair = self.line_texts.get_or_insert_with(|| TextLayer { glyph_px: layer.glyph_px, texts: Vec::new() });
                 of_pair.texts.extend(texts);
             }

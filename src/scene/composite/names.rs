@@ -18,10 +18,11 @@ pub(super) fn texts(request: &ViewRequest, catalog: &Catalog, whole: &Scene) -> 
         return None;
     }
     let (camera, glyph_px) = (&whole.camera, glyph_size_px(whole.camera.height));
+    let star_distance_km = f64::INFINITY;
     // Outside a fisheye's circle there is nothing to name.
     let is_hidden = |px: DVec2| {
         let direction = whole.geometry.direction(camera, px);
-        direction.is_none_or(|direction| data::is_hidden(&whole.bodies, direction, f64::INFINITY))
+        direction.is_none_or(|direction| data::is_hidden(&whole.bodies, direction, star_distance_km))
     };
     let mut names = Vec::new();
     if request.layers.star_names {

@@ -8,10 +8,10 @@
 //! sprite ends at the circle, except that no sprite is smaller than that of a faint star.
 
 use super::faces::face_of;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::draw::{Point, StarSprite};
-use crate::scene::in_view::BodyInView;
 use crate::scene::point::{POINT_RADIUS_PX, pixel_sr, point_peak, point_radius_px};
 use crate::scene::request::Projection;
 use glam::{DVec2, DVec3, Vec3};
@@ -53,15 +53,15 @@ pub(crate) struct DividedSprites<T> {
     pub in_image: Vec<T>,
 }
 
-/// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `white`: the radiance that is shown as white. `radius_px`:
-/// gives the sprite's radius in the image, before it is limited, for the brightness of its central pixel without glare relative to white. `is_in_face`: whether
+/// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `white`: the radiance that is shown as white. `radius_px_at`:
+/// the sprite's radius in the image, before it is limited, for the brightness of its central pixel without glare relative to white. `is_in_face`: whether
 /// the face contains a direction in the image's axes.
 fn project(
     image: &SphereImage,
     camera: &Camera,
     (centre, flux): (Vec3, Vec3),
     white: f64,
-    radius_px: impl Fn(f64) -> f64,
+    radius_px_at: impl Fn(f64) -> f64,
     is_in_face: impl Fn(DVec3) -> bool,
 ) -> Drawn {
     let ray = camera.ray(DVec2::new(f64::from(centre.x), f64::from(centre.y)));
@@ -79,7 +79,7 @@ fn project(
     // Brightness of the sprite's central pixel relative to white.
     let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
     let largest_px = max_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
-    let radius_px = radius_px(peak).min(largest_px).max(POINT_RADIUS_PX);
+    let radius_px = radius_px_at(peak).min(largest_px).max(POINT_RADIUS_PX);
     let wraps = image.projection == Projection::Equirectangular;
     let sprite_at = |px: DVec2, radius_px: f64, stretch: f64| ProjectedSprite {
         centre: narrow(clip_of(px).extend(f64::from(centre.z))),
@@ -149,7 +149,7 @@ pub(crate) fn points(
     face: usize,
     camera: &Camera,
     face_points: &[Point],
-    bodies: &[BodyInView],
+    bodies: &[BodyReport],
     white: f64,
 ) -> DividedSprites<Point> {
     let mut divided = DividedSprites { in_face: Vec::new(), in_image: Vec::new() };

@@ -5,7 +5,7 @@
 
 use crate::mesh::Mesh;
 use crate::scene::camera::{self, ViewRays};
-use crate::scene::constants::{GROUND_DEPTH_TERMS, MAX_DETAIL_LATTICES};
+use crate::scene::constants::{MAX_DETAIL_LATTICES, OPTICAL_DEPTH_TERMS};
 use crate::scene::draw::tables::{LimbTable, RingShine, RingTable};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::borrow::Cow;
@@ -189,8 +189,8 @@ uniforms! {
         pub albedo: f32 = "cloud_albedo",
         /// Radiance of a closed deck per irradiance. This field and the next two are for pixels in which the ground's draw also shows the clouds.
         pub reflectance: f32 = "cloud_reflectance",
-        /// Optical depth of the air above the clouds, in the form of [`AtmosphereUniforms::ground_depth`].
-        pub optical_depth_above: [Vec4; GROUND_DEPTH_TERMS] = "cloud_optical_depth_above",
+        /// Optical depth of the air above the clouds, in the form of [`AtmosphereUniforms::optical_depth_above_ground`].
+        pub optical_depth_above: [Vec4; OPTICAL_DEPTH_TERMS] = "cloud_optical_depth_above",
         /// First row of the clouds' part of the coarse image of the air. `render::plan`, which arranges the image, sets this field.
         pub coarse_first_row: f32 = "cloud_coarse_first_row",
     }
@@ -214,14 +214,14 @@ uniforms! {
         pub skylight_fraction: Vec3 = "air_skylight_fraction",
         pub mie_scale_height: f32 = "air_mie_scale_height",
         /// Parameters of the aerosol's phase function: `catalog::AerosolPhase::parameters`.
-        pub mie_phase: Vec4 = "air_mie_phase",
+        pub mie_phase_parameters: Vec4 = "air_mie_phase_parameters",
         pub mie_scattering: Vec3 = "air_mie_scattering",
         pub mie_extinction: Vec3 = "air_mie_extinction",
         /// `radius_sq_minus_1` at the bottom, the middle and the top of the absorption layer.
         pub absorption_layer: Vec3 = "air_absorption_layer",
         pub absorption_extinction: Vec3 = "air_absorption_extinction",
-        /// Optical depth of the air above the ground, as `scene::atmosphere::ground_depth` fits it.
-        pub ground_depth: [Vec4; GROUND_DEPTH_TERMS] = "air_ground_depth",
+        /// Optical depth of the air above the ground, as `scene::atmosphere::optical_depth_above_ground` fits it.
+        pub optical_depth_above_ground: [Vec4; OPTICAL_DEPTH_TERMS] = "air_optical_depth_above_ground",
         /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of the two is shown. 2: the map
         /// includes an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's
         /// brightness.

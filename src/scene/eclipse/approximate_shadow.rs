@@ -140,7 +140,7 @@ impl<'a> ApproximateShadow<'a> {
 mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
-    use crate::ephemeris::Ephemeris;
+    use crate::ephemeris::{BEST_SOURCE, Ephemeris};
     use crate::scene::eclipse::occluders::{limb_darkening, outline};
     use crate::time::Instant;
     use glam::DMat3;
@@ -157,6 +157,9 @@ mod tests {
         receiver_from_occluder: DMat3,
     }
 
+    /// For [`EclipseGeometry::of`]: the occluder keeps its own semi-axes.
+    const TRUE_SEMI_AXES: Option<DVec3> = None;
+
     impl<'a> EclipseGeometry<'a> {
         /// The occluder at its true distance from the receiver, but moved onto the line to the Sun. `ids`: NAIF codes of receiver and occluder.
         /// `semi_axes_in_solar_radii`: replaces the occluder's semi-axes; in units of the Sun's apparent radius at the receiver.
@@ -165,7 +168,7 @@ mod tests {
             let [body, occluder, sun] = [ids[0], ids[1], 10].map(|id| catalog.body(NaifId(id)).expect("in the catalog"));
             let receiver = Receiver::at(ephemeris, body, time).expect("placed");
             let axis = Axis::of(&receiver, sun).expect("lit");
-            let offset_km = ephemeris.state(occluder.id, body.id, time, None).expect("placed").state.pos_km;
+            let offset_km = ephemeris.state(occluder.id, body.id, time, BEST_SOURCE).expect("placed").state.pos_km;
             let distance_along = offset_km.length() / receiver.radius_km();
             let receiver_from_occluder =
                 receiver.body_from_icrf * ephemeris.body_from_icrf(occluder.id, time).expect("an orientation").transpose();
@@ -281,7 +284,7 @@ mod tests {
         // NAIF codes of moons and of their planets, which are in front of the Sun.
         let moons_and_planets = [[606, 699], [608, 699], [501, 599], [502, 599], [503, 599], [504, 599], [801, 899], [401, 499]];
         for ids in moons_and_planets {
-            let ([error, error_if_round], counts) = EclipseGeometry::of(&catalog, &ephemeris, ids, None).largest_errors();
+            let ([error, error_if_round], counts) = EclipseGeometry::of(&catalog, &ephemeris, ids, TRUE_SEMI_AXES).largest_errors();
             println!("{ids:?}: {error:.3}, with the equatorial radius {error_if_round:.3}; {counts:?}");
             assert!(error < 0.085, "{ids:?}: {error}");
             assert!(counts.iter().all(|n| *n > 50), "{ids:?}: {counts:?}");
@@ -290,7 +293,7 @@ mod tests {
         }
         // Phobos in front of the Sun as seen from Mars; then, in its place, bodies that look about as large as the Sun.
         for (semi_axes, bound) in [
-            (None, 0.085),
+            (TRUE_SEMI_AXES, 0.085),
             (Some(DVec3::splat(0.3)), 0.085),
             (Some(DVec3::ONE), 0.13),
             (Some(DVec3::splat(2.0)), 0.13),
@@ -309,7 +312,7 @@ mod tests {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         for ids in [[606, 699], [501, 599], [504, 599], [401, 499]] {
-            let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
+            let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, TRUE_SEMI_AXES);
             let outline = geometry.occluder_at(DVec2::ZERO);
             let receiver_and_penumbra = 1.0 + geometry.distance_along / geometry.axis.cot_sun_angular_radius;
             let mut seen = 0;
@@ -342,7 +345,7 @@ mod tests {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         for ids in [[501, 599], [606, 699]] {
-            let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
+            let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, TRUE_SEMI_AXES);
             let outline = geometry.occluder_at(DVec2::ZERO);
             let receiver_and_penumbra = 1.0 + geometry.distance_along / geometry.axis.cot_sun_angular_radius;
             let outside = outline.long_axis * (outline.semi_axes.x + 2.0 * receiver_and_penumbra);
@@ -368,7 +371,7 @@ mod tests {
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         let (mut error_of_sphere_lattice, mut partial) = (0.0_f64, 0);
         for (ids, bound) in [([501, 599], 0.005), ([606, 699], 0.005), ([599, 501], 0.005), ([999, 901], 0.02)] {
-            let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
+            let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, TRUE_SEMI_AXES);
             let outline = geometry.occluder_at(DVec2::ZERO);
             let receiver_and_penumbra = 1.0 + geometry.distance_along / geometry.axis.cot_sun_angular_radius;
             let mut largest_error = 0.0_f64;

@@ -7,8 +7,8 @@
 //! 0.6 s). shaders/lib/eclipse computes the remaining light.
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
-use crate::ephemeris::Ephemeris;
 use crate::ephemeris::apparent::aberrated;
+use crate::ephemeris::{BEST_SOURCE, Ephemeris};
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::MAX_OCCLUDERS;
 use crate::scene::eclipse::refraction;
@@ -37,9 +37,10 @@ pub struct Receiver<'a> {
 impl<'a> Receiver<'a> {
     /// A body that light reaches at `time`.
     pub fn at(ephemeris: &Ephemeris, body: &'a Body, time: Instant) -> Result<Self, crate::ephemeris::EphemerisError> {
-        let state = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None)?.state;
+        let state = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, BEST_SOURCE)?.state;
         let position_km = state.pos_km;
-        let body_to_sun_km = ephemeris.light_time_position(NaifId::SUN, position_km, time)?.0 - position_km;
+        let (sun_km, _emission_time) = ephemeris.light_time_position(NaifId::SUN, position_km, time)?;
+        let body_to_sun_km = sun_km - position_km;
         let velocity_km_s = state.vel_km_s;
         Ok(Self { body, position_km, time, velocity_km_s, body_from_icrf: ephemeris.body_from_icrf(body.id, time)?, body_to_sun_km })
     }
@@ -165,7 +166,8 @@ pub struct FoundOccluders<'a> {
 }
 
 /// The first part of the search for occluders, and the only one that evaluates the ephemeris: the bodies between the receiver and the Sun that can block at
-/// least the fraction `min_blocked` of its sunlight, even if their shadows miss it. [`MIN_BLOCKED_IN_IMAGES`], or 0 for every body of the catalog.
+/// least the fraction `min_blocked` of the receiver's sunlight, even if their shadows miss the receiver. `min_blocked` is [`MIN_BLOCKED_IN_IMAGES`], or 0 to
+/// include bodies of any size.
 pub fn candidates<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
@@ -194,6 +196,7 @@ pub fn select_occluders<'a>(
         return FoundOccluders { occluders: Vec::new(), reason: reason!("inside-sun") };
     };
     let mut occluders = Vec::new();
+    // The smallest gap, in penumbra radii, between a penumbra and the receiver, and the name of the occluder.
     let mut nearest_miss: Option<(f64, &'a str)> = None;
     for occluder in candidates {
         let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver.radius_km());
@@ -203,7 +206,6 @@ pub fn select_occluders<'a>(
         let body = occluder.body;
         let gap = occluder.penumbra_gap(&axis, extent.max_radius);
         if gap > 0.0 {
-            // The gap in penumbra radii.
             let gap_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
             if occluder.max_blocked_fraction > VISIBLE_CHANGE && nearest_miss.is_none_or(|(min_ratio, _)| gap_ratio < min_ratio) {
                 nearest_miss = Some((gap_ratio, &body.name));
@@ -255,7 +257,7 @@ impl<'a> Occluder<'a> {
         let radius = body.radii_km.max_element() / receiver_radius_km;
         // The geometric position, not corrected for light time, is enough to reject bodies that are far too small. Half the distance leaves a margin for its
         // error.
-        let geometric = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
+        let geometric = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, BEST_SOURCE).ok()?.state;
         let distance_km = (geometric.pos_km - receiver.position_km).length();
         // It also rejects bodies behind the receiver or beyond the Sun. The margin is for light time and aberration: speeds are below 2e-4 of that of light.
         let distance = distance_km / receiver_radius_km;
@@ -359,8 +361,8 @@ impl<'a> Occluder<'a> {
         let is_visible = |offset_across: DVec2| {
             let point = lit_point(offset_across);
             // The thousandth keeps points that rounding moves just outside the edge.
-            let inside = (axis.offset_across(point * axis_ratios) - self.offset_across).length() <= radius * 1.001;
-            inside && towards_camera.dot(point) > min_component
+            let is_in_penumbra = (axis.offset_across(point * axis_ratios) - self.offset_across).length() <= radius * 1.001;
+            is_in_penumbra && towards_camera.dot(point) > min_component
         };
         let penumbra_is_visible = (0..96).any(|k| {
             let direction = DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 96.0);
@@ -429,11 +431,13 @@ mod tests {
                 max_blocked_fraction: 0.0,
                 has_umbra: false,
             };
-            select_occluders(&[occluder], sun, &receiver, extent, None, min_blocked).occluders.len()
+            let every_shadow_matters = None;
+            select_occluders(&[occluder], sun, &receiver, extent, every_shadow_matters, min_blocked).occluders.len()
         };
         assert_eq!([count(1.0, MIN_BLOCKED_IN_IMAGES), count(5.0, MIN_BLOCKED_IN_IMAGES), count(1.0, 0.0)], [0, 1, 1]);
         assert_eq!(max_occluders(catalog.bodies(), venus).0, 0);
-        let reason = select_occluders(&[], sun, &receiver, extent, Some(0.01), 0.0).reason.to_string();
+        let (min_change, min_blocked) = (Some(0.01), 0.0);
+        let reason = select_occluders(&[], sun, &receiver, extent, min_change, min_blocked).reason.to_string();
         assert!(reason.contains("1.00e-2"), "the reason names the threshold: {reason}");
     }
 

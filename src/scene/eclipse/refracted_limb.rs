@@ -10,13 +10,13 @@
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere;
+use crate::scene::body_report::{Appearance, BodyReport};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, NEAR_DEPTH_KM, Placement, ViewRays, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::eclipse::refraction::{self, RefractingLayers};
-use crate::scene::in_view::{Appearance, BodyInView};
 use crate::scene::light::photometry;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::DISC_ONLY_FROM_PX;
@@ -251,12 +251,12 @@ pub(crate) fn refracted_limbs(
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
     tint: impl Fn(DVec3) -> DVec3,
-    reports: &mut [BodyInView],
+    reports: &mut [BodyReport],
 ) -> Vec<RefractedLimb> {
     let Some(sun) = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0) else { return Vec::new() };
     let mut all = Vec::new();
     for p in placed.iter().filter(|p| refraction::refracts(p.body) && p.distance_km > 0.0 && request.pixel_view == PixelView::Final) {
-        let is_disc = |b: &&mut BodyInView| b.id == p.body.id && matches!(b.appearance, Appearance::Disc | Appearance::DiscAndPoint);
+        let is_disc = |b: &&mut BodyReport| b.id == p.body.id && matches!(b.appearance, Appearance::Disc | Appearance::DiscAndPoint);
         let Some(report) = reports.iter_mut().find(is_disc) else { continue };
         let own_effects = request.effects.for_catalog_body(p.body);
         let effects = own_effects.as_ref().unwrap_or(&request.effects);

@@ -126,7 +126,8 @@ impl ShadowCone {
     /// Square of half the line's chord in the unit sphere: positive where the line meets the ground, negative where it misses.
     pub(crate) fn half_chord_sq(&self, line: ConeLine) -> f64 {
         let (point, direction) = self.in_unit_sphere(line);
-        nearest_point_and_half_chord_sq(point, direction).1
+        let (_nearest_point, half_chord_sq) = nearest_point_and_half_chord_sq(point, direction);
+        half_chord_sq
     }
 
     /// Where the line first meets the ground behind the occluder, on the unit sphere; `None` if it misses.
@@ -163,11 +164,11 @@ impl ShadowCone {
         let mut lines = Vec::new();
         let mut begin_angle = None;
         for k in first_miss..first_miss + SEARCH_GENERATORS {
-            let (now, next) = (step * f64::from(k), step * f64::from(k + 1));
+            let (angle, next_angle) = (step * f64::from(k), step * f64::from(k + 1));
             match (begin_angle, meets_ground(k % SEARCH_GENERATORS), meets_ground((k + 1) % SEARCH_GENERATORS)) {
-                (None, false, true) => begin_angle = Some(grazing_angle(next, now)),
+                (None, false, true) => begin_angle = Some(grazing_angle(next_angle, angle)),
                 (Some(from), true, false) => {
-                    lines.extend(self.arc(kind, from, grazing_angle(now, next)));
+                    lines.extend(self.arc(kind, from, grazing_angle(angle, next_angle)));
                     begin_angle = None;
                 }
                 _ => {}

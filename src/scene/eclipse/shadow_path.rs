@@ -101,7 +101,8 @@ impl PassageGeometry<'_, '_> {
     fn at(&self, time_s: f64) -> Option<(Receiver<'_>, ShadowCone)> {
         let receiver = Receiver::at(self.ephemeris, self.receiver.body, self.receiver.time.plus_seconds(time_s)).ok()?;
         let axis = Axis::of(&receiver, self.sun)?;
-        let found = candidates(self.ephemeris, std::iter::once(self.occluder.body), self.sun, &receiver, 0.0);
+        let min_blocked = 0.0;
+        let found = candidates(self.ephemeris, std::iter::once(self.occluder.body), self.sun, &receiver, min_blocked);
         found.first().map(|occluder| (receiver, ShadowCone::of(axis, occluder, &receiver)))
     }
 
@@ -242,7 +243,8 @@ mod tests {
 
     /// Distance in kilometres from a place on the ground, given in geodetic degrees, to the nearest point of a polyline.
     fn distance_km(radii_km: DVec3, line: &[DVec3], latitude_deg: f64, longitude_deg: f64) -> f64 {
-        let place = crate::ephemeris::topocentric::ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0).0;
+        let height_km = 0.0;
+        let (place, _normal) = crate::ephemeris::topocentric::ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
         let to_segment = |ends: &[DVec3]| {
             let [a, b] = [ends[0] * radii_km, ends[1] * radii_km];
             let t = ((place - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);

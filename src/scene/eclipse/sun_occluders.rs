@@ -4,6 +4,7 @@
 //! computed from their shadows, such as the mean fraction of sunlight per channel. The candidates are computed once per placed body and cached in it.
 
 use crate::catalog::{Body, NaifId};
+use crate::ephemeris::BEST_SOURCE;
 use crate::message::Reason;
 use crate::scene::atmosphere::clouds;
 use crate::scene::camera::Camera;
@@ -36,7 +37,7 @@ pub(crate) fn receiver_and_candidates<'p, 'a>(
     let body = placed.body;
     let sun = placed.catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
     let (receiver, candidates) = placed.sun_occluders.get_or_init(|| {
-        let state = context.ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, placed.emitted_at, None);
+        let state = context.ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, placed.emitted_at, BEST_SOURCE);
         let receiver = Receiver {
             body,
             position_km: placed.position_km,
@@ -78,7 +79,7 @@ pub(crate) fn sun_occluders<'a>(
         ReceivingPart::Body => {
             let clouds = body.clouds.as_ref().map_or(1.0, |c| clouds::shell_scale(body, c));
             let air = body.atmosphere.as_ref().map_or(1.0, |a| 1.0 + a.top_km / body.radii_km.x);
-            let mesh = meshes::model(context, body).map_or(1.0, |m| m.max_radius);
+            let mesh = meshes::mesh_of(context, body).map_or(1.0, |m| m.max_radius);
             (air.max(clouds).max(mesh), ReceiverShape::Ball)
         }
     };
@@ -127,7 +128,8 @@ fn evaluate_shadow_with_model<T>(
     model_choice: EclipseModelChoice,
     evaluate: impl FnOnce(&ApproximateShadow<'_>, DVec3) -> T,
 ) -> Option<T> {
-    let mut found = sun_occluders(context, placed, diameter_px, ReceivingPart::Body, None)?;
+    let no_camera = None;
+    let mut found = sun_occluders(context, placed, diameter_px, ReceivingPart::Body, no_camera)?;
     let model = choose_eclipse_model(&mut found.occluders, model_choice).model;
     ApproximateShadow::of(&found.occluders, model, &found.receiver, found.sun).map(|shadow| evaluate(&shadow, found.camera))
 }

@@ -16,6 +16,7 @@ use crate::scene::thresholds::MAX_LIGHTS;
 pub struct Capabilities {
     /// Whether the semi-axes differ.
     pub is_flattened: bool,
+    /// The maps that the draws of the body can read.
     pub maps: MapSet,
     /// Whether the body emits light, as the Sun does.
     pub is_emissive: bool,
@@ -70,10 +71,11 @@ pub struct FeatureSelection {
     pub ellipsoid: bool,
     /// Properties of the mesh that is drawn in place of the ellipsoid; `None` without a mesh.
     pub mesh: Option<MeshFlags>,
+    /// The maps that are read.
     pub maps: MapSet,
-    /// Procedural relief and albedo finer than the maps.
+    /// Whether the ground has procedural relief and albedo finer than the maps.
     pub detail: bool,
-    /// Procedural billows finer than the cloud map.
+    /// Whether the clouds have procedural billows finer than the cloud map.
     pub cloud_detail: bool,
     /// Whether the body's custom surface is drawn.
     pub custom_surface: bool,

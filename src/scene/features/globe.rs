@@ -43,8 +43,8 @@ fn min_pixel_width(camera: &Camera, placement: &camera::Placement, body: &Body) 
 }
 
 /// The factor on the colour of a draw that shows a body's light times `light_factor`; both factors are linear RGB. For a body that shines by itself the result
-/// is `light_factor`. For others it is 1: the lights that fall on them are dimmed instead. This also dims the glint and the light scattered by air, which do
-/// not depend on the colour.
+/// is `light_factor`. For others it is 1: the lights that fall on them are dimmed instead. Dimmed lights also dim the glint and the light scattered by
+/// air, which do not depend on the colour.
 pub(crate) fn colour_factor(body: &Body, light_factor: DVec3) -> DVec3 {
     if matches!(body.photometry, Photometry::Emissive { .. }) { light_factor } else { DVec3::ONE }
 }
@@ -106,6 +106,7 @@ pub(crate) fn uniforms_of_fraction(
     } else {
         std::iter::once(&lights::sunlight(placed.body_to_sun_km)).chain(secondary_lights).map(to_body_frame).collect()
     };
+    let ground_scale = 1.0;
     let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
         albedo: camera::narrow(reflectance * placed.radiance_scale() * colour_factor(body, light_factor)),
@@ -123,7 +124,7 @@ pub(crate) fn uniforms_of_fraction(
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),
         clouds: clouds::uniforms(body),
         eclipse: EclipseUniforms::default(),
-        air: air::uniforms(body, 1.0),
+        air: air::uniforms(body, ground_scale),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
         detail: detail::uniforms(Capabilities::of(body).detail, camera, placement, &rays),

@@ -47,8 +47,8 @@ pub(crate) struct DecisionInputs<'c, 'a> {
     pub diameter_px: f64,
     /// The rectangle that bounds the globe or mesh in the image; `None` if the body is outside the image.
     pub rect: Option<ClipRect>,
-    /// The body's shape model, if it is drawn as triangles.
-    pub model: Option<&'c Arc<Mesh>>,
+    /// The triangles of the body's shape model, if it is drawn as these; otherwise `None`.
+    pub mesh: Option<&'c Arc<Mesh>>,
     /// The geometry of the body's rings, if the rings, or the globe that they shade and light, may be in the image.
     pub ring_view: Option<RingView<'c>>,
     /// Fraction of the body's light that is drawn as a disc; the rest is drawn as a point.
@@ -65,11 +65,11 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
             _ if placed.distance_km <= 0.0 => 0.0,
             Outline::Open | Outline::Beside | Outline::Behind => 2.0 * placed.body.radii_km.x / placed.distance_km / camera.pixel_tangent(),
         };
-        let model = meshes::model(frame.context, placed.body);
-        let rect = model.map_or_else(|| placed.outline.rect(camera), |m| meshes::rect(camera, &placed.placement, m));
+        let mesh = meshes::mesh_of(frame.context, placed.body);
+        let rect = mesh.map_or_else(|| placed.outline.rect(camera), |m| meshes::rect(camera, &placed.placement, m));
         let ring_view = ring_view(frame, placed).filter(|v| rect.is_some() || v.meets_frame());
-        let disc_fraction = point::drawn_disc_share(frame.context.request.effects.override_of(Effect::Points), diameter_px);
-        Self { frame, placed, diameter_px, rect, model, ring_view, disc_fraction, glare_fraction: 0.0 }
+        let disc_fraction = point::drawn_disc_fraction(frame.context.request.effects.override_of(Effect::Points), diameter_px);
+        Self { frame, placed, diameter_px, rect, mesh, ring_view, disc_fraction, glare_fraction: 0.0 }
     }
 
     /// Fraction of the body's light that the draws of its disc show.

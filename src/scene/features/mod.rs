@@ -11,13 +11,13 @@ pub mod possible;
 use crate::catalog::{Map, NaifId};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::multi_scatter_in_shadow;
+use crate::scene::body_report::Appearance;
 use crate::scene::camera::ClipRect;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::decision::{Decision, DecisionLog};
 use crate::scene::draw::features::{AirPass, AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
 use crate::scene::draw::uniforms::{DrawUniforms, Light};
 use crate::scene::draw::{BodyPart, Draw, MapFiles, Point};
-use crate::scene::in_view::Appearance;
 use crate::scene::light::lights;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::{self, DISC_ONLY_FROM_PX, POINT_ONLY_BELOW_PX};
@@ -32,6 +32,7 @@ use std::sync::Arc;
 /// Everything decided about one body.
 pub(crate) struct DecidedBody {
     pub appearance: Appearance,
+    /// See [`DecisionInputs::diameter_px`].
     pub diameter_px: f64,
     pub decisions: Vec<Decision>,
     /// The draws of the body, the globe first.
@@ -260,8 +261,8 @@ fn globe_draw(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: Cl
     let radiance_factor = || placed.radiance_scale() * globe::colour_factor(body, globe::tint(inputs) * inputs.drawn_fraction());
     let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, radiance_factor())).collect();
     let mut uniforms = DrawUniforms { ring: decided.ring.clone(), overlays, ..uniforms };
-    if let Some(model) = inputs.model.filter(|_| features.shape == Shape::Mesh) {
-        mesh_decision::set_uniforms(&mut uniforms, inputs, model, decided.self_shadow);
+    if let Some(mesh) = inputs.mesh.filter(|_| features.shape == Shape::Mesh) {
+        mesh_decision::set_uniforms(&mut uniforms, inputs, mesh, decided.self_shadow);
     }
     Draw {
         body: body.id,
@@ -276,7 +277,7 @@ fn globe_draw(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: Cl
 /// Completes the draws of a body and returns them, the globe first, with the decisions about it.
 fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decided: Decisions<'_>) -> (Vec<Draw>, Vec<Decision>) {
     for draw in [&mut globe, &mut decided.clouds].into_iter().flatten().filter(|d| d.features.air.model != AtmosphereModel::None) {
-        draw.uniforms.air.ground_depth = atmosphere::ground_depth::terms(&draw.uniforms.air);
+        draw.uniforms.air.optical_depth_above_ground = atmosphere::optical_depth_above_ground::terms(&draw.uniforms.air);
     }
     if let Some((globe, clouds)) = globe.as_mut().zip(decided.clouds.as_ref())
         && globe.features.air_pass == AirPass::ReadWithClouds

@@ -196,6 +196,7 @@ mod tests {
         let many_lights = FeatureSelection { secondary_light_count: u8::MAX, ..FeatureSelection::default() };
         assert_eq!(many_lights.globe_features(mars, PixelView::Final).lights, MAX_LIGHTS);
         assert!(all.iter().all(|f| f.lights <= MAX_LIGHTS && (f.surface == Surface::Emissive) == (f.lights == 0)));
+        // The built-in catalog has no shape models.
         assert!(!all.iter().any(|f| f.shape == Shape::Mesh));
         let with_mesh_flag = DrawFeatures { flags: MeshFlags { two_sided: true, ..MeshFlags::default() }, ..features };
         assert!(!all.contains(&with_mesh_flag));

@@ -115,9 +115,9 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
     let request = context.request;
     let is_metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
     let is_overexposed = |p: &&PlacedBody<'_>| {
-        let drawn = request.effects.override_of_body(p.body, Effect::Night) != Some(false);
+        let is_drawn = request.effects.override_of_body(p.body, Effect::Night) != Some(false);
         let has_map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-        drawn && has_map && night_lights::white_radiance(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+        is_drawn && has_map && night_lights::white_radiance(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
     };
     placed.iter().filter(|_| is_metered).filter(is_overexposed).map(|p| p.body.id).collect()
 }

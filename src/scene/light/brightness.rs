@@ -43,13 +43,13 @@ impl Irradiance {
 pub(crate) fn globe_irradiance(body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> Irradiance {
     let radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer_km.normalize());
     let (alpha, sun_distance_km, viewer_distance_km) = (phase_angle_rad, sun_distance_km(sun_km), viewer_km.length());
-    let (mut mean_of_ground, of_air) =
+    let (mut of_uniform_ground, of_air) =
         disc_light::ground_and_air_irradiance(body, alpha, sun_distance_km, viewer_distance_km, radius_sq_km2);
-    if let Some(km2) = ellipsoid::phase_times_radius_sq_km2(body, sun_km.normalize_or_zero(), viewer_km.normalize()) {
-        mean_of_ground = body.geometric_albedo * km2 * (KM_PER_AU / (sun_distance_km * viewer_distance_km)).powi(2);
+    if let Some(phase_times_radius_sq) = ellipsoid::phase_times_radius_sq_km2(body, sun_km.normalize_or_zero(), viewer_km.normalize()) {
+        of_uniform_ground = body.geometric_albedo * phase_times_radius_sq * (KM_PER_AU / (sun_distance_km * viewer_distance_km)).powi(2);
     }
     Irradiance {
-        of_ground: mean_of_ground * photometry::light_curve(body, sun_km.normalize_or_zero(), viewer_km.normalize()),
+        of_ground: of_uniform_ground * photometry::light_curve(body, sun_km.normalize_or_zero(), viewer_km.normalize()),
         of_air,
         of_rings: DVec3::ZERO,
     }

@@ -106,7 +106,8 @@ pub(crate) fn activity(time: Instant) -> f64 {
 
 /// Ludendorff's index a + b: the flattening of the isophote at two solar radii.
 pub fn flattening(time: Instant) -> f64 {
-    LUDENDORFF_INDEX.0 + (LUDENDORFF_INDEX.1 - LUDENDORFF_INDEX.0) * activity(time)
+    let (at_minimum, at_maximum) = LUDENDORFF_INDEX;
+    at_minimum + (at_maximum - at_minimum) * activity(time)
 }
 
 /// Distance from the Sun's centre, in solar radii, within which the corona is brighter than `min_radiance`; at most 1e5 (465 au).
@@ -146,8 +147,8 @@ fn diameter_px(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
     2.0 * sun.body.radii_km.x / sun.distance_km / camera.pixel_tangent()
 }
 
-/// Weight of the corona for the light meter: 0 where [`corona`] leaves it out at any exposure. So that the exposure does not jump, it grows from 0
-/// to 1 between [`MIN_SUN_PX`] and twice that diameter. Where the glare decides, the corona's contrast is so low that its weight needs no transition.
+/// Weight of the corona for the light meter: 0 where [`corona`] leaves it out at any exposure. So that the exposure does not jump, the weight grows
+/// from 0 to 1 between [`MIN_SUN_PX`] and twice that diameter. Where the glare decides, the corona's contrast is so low that its weight needs no transition.
 pub(crate) fn meter_weight(request: &ViewRequest, camera: &Camera, sun: &PlacedBody<'_>, glare: Option<&VeilingGlare>) -> f64 {
     match request.effects.override_of_body(sun.body, Effect::Corona) {
         Some(on) => f64::from(u8::from(on)),
@@ -182,7 +183,8 @@ pub(crate) fn corona(
     let mut sin_corona_radius = radius_at_radiance(cutoff / MAX_TO_MEAN_RATIO) * sin_sun_radius;
     let fade_cosines = fade_cosines(sun.distance_km);
     if fade_cosines.is_some() {
-        sin_corona_radius = sin_corona_radius.min(zodiacal::CORONA_BLEND_DEG.1.to_radians().sin());
+        let (_, outer_deg) = zodiacal::CORONA_BLEND_DEG;
+        sin_corona_radius = sin_corona_radius.min(outer_deg.to_radians().sin());
     }
     // No direction has a cosine below -1, so this corona does not fade.
     let [inner_cosine, outer_cosine] = fade_cosines.unwrap_or([-2.0, -3.0]);

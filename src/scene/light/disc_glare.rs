@@ -61,14 +61,14 @@ pub(crate) fn of(inputs: &DecisionInputs<'_, '_>) -> Option<DiscGlare> {
     // The sprite is drawn after the air around the camera.
     let transmittance = inputs.transmittance();
     let brightness = |flux: DVec3| point::disc_brightness(frame.threshold.relative_to_white(flux.max_element()), 1.0, diameter_px);
-    let sunlit = point::flux(frame.camera, placed) * transmittance;
+    let by_sunlight = point::flux(frame.camera, placed) * transmittance;
     let by_planet_shine = flux_by_planet_shine(inputs) * transmittance;
     // Eclipses are evaluated only for a disc that would have glare without them.
-    if brightness(sunlit + by_planet_shine) <= 1.0 {
+    if brightness(by_sunlight + by_planet_shine) <= 1.0 {
         return None;
     }
-    let sunlit = sunlit * sun_occluders::visible_sunlight(frame.context, placed, diameter_px);
-    let flux = sunlit + by_planet_shine;
+    let by_sunlight = by_sunlight * sun_occluders::visible_sunlight(frame.context, placed, diameter_px);
+    let flux = by_sunlight + by_planet_shine;
     let (fraction, radius_px) = point::disc_glare(brightness(flux), diameter_px);
     if fraction <= 0.0 {
         return None;
@@ -76,7 +76,7 @@ pub(crate) fn of(inputs: &DecisionInputs<'_, '_>) -> Option<DiscGlare> {
     // Sunlight comes from the lit part, planet-shine from all of the disc.
     let line_of_sight = placed.placement.centre_km / placed.distance_km;
     let across_to_sun = placed.body_to_sun_km.reject_from_normalized(line_of_sight).normalize_or_zero();
-    let offset_radii = middle_of_lit_part(placed.phase_angle_rad) * sunlit.max_element() / flux.max_element();
+    let offset_radii = middle_of_lit_part(placed.phase_angle_rad) * by_sunlight.max_element() / flux.max_element();
     let radius_km = placed.body.radii_km.element_sum() / 3.0;
     let clip = clip_near_frame(placed.placement.centre_km + across_to_sun * (offset_radii * radius_km))?;
     let sprite = Point {

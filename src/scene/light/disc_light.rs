@@ -33,20 +33,20 @@ fn forward_light(body: &Body, alpha: f64) -> DVec3 {
     }
 }
 
-/// Part of the published law that is left to the ground, and to a rim that continues it, by haze and dust. `alpha`: up to the law's limit.
+/// Part of the published law's light that haze and dust leave to the ground and to a rim that continues it. `alpha`: up to the law's limit.
 fn part_without_haze(body: &Body, law: &PhaseLaw, alpha: f64) -> f64 {
     let haze = luminance(forward_light(body, alpha).to_array());
     (1.0 - haze / (body.geometric_albedo * law.brightness(alpha.to_degrees())).max(1e-12)).max(MIN_GROUND_PART)
 }
 
 /// Light of a rim that continues the ground's colour at a phase angle of 90 degrees, where the light of the ground is the photometric model's phase function;
-/// at other phase angles it is proportional to their sine. It is a sum over heights, so callers compute it once.
+/// at other phase angles it is proportional to their sine. The function sums over heights, so callers call it once.
 fn rim_of_model(body: &Body) -> f64 {
     rim::continued_light(body) / model_geometric_albedo(&body.photometry)[0].max(1e-12)
 }
 
-/// Factor on the photometric model that gives ground and air together the published law; beyond its limit that at the limit, and 1 without a law. Bright and
-/// dark sides are left out. `rim`: from [`rim_of_model`].
+/// Factor on the photometric model that gives ground and air together the published law; beyond the law's limit, the factor at the limit; 1 without a law.
+/// Bright and dark sides are left out. `rim`: from [`rim_of_model`].
 fn model_factor(body: &Body, rim: f64, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
     let alpha = alpha.min(law.limit_deg.to_radians());
@@ -66,7 +66,7 @@ fn phase_of_ground_and_rim(body: &Body, rim: impl FnOnce() -> f64, alpha: f64) -
     }
 }
 
-/// The rim's part of this light.
+/// The rim's part of the light of ground and rim together. `rim`: from [`rim_of_model`].
 fn rim_part(body: &Body, rim: f64, alpha: f64) -> f64 {
     let rim = rim * alpha.sin().max(0.0);
     if rim > 0.0 { rim / (rim + model_phase(&body.photometry, alpha)) } else { 0.0 }
@@ -93,8 +93,8 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     (model_factor(body, rim_of_model(body), alpha) / measured_side_curve(body, alpha)).powf(weight)
 }
 
-/// By how much [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter, which does not know their light in front of
-/// the disc, takes the ground for so bright if the air is drawn.
+/// By how much [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter does not compute their light
+/// in front of sunlit ground; if the air is drawn, the meter makes the ground brighter by this factor instead.
 pub(crate) fn haze_over_ground(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
     part_without_haze(body, law, alpha.min(law.limit_deg.to_radians())).powf(-correction_weight(distance_radii))
@@ -110,7 +110,8 @@ pub(crate) fn max_mean_radiance(body: &Body) -> f64 {
     2.0 * f64::from(body.colour.y) * body.geometric_albedo + rows.iter().map(|[_, _, green, _]| *green).fold(0.0, f64::max)
 }
 
-/// Squared size of the body for a viewer, times the Sun's irradiance on it: the factor that makes an irradiance of a mean radiance.
+/// Solid angle of the body's disc divided by pi, times the Sun's irradiance on the body: the factor from the disc's mean radiance under irradiance 1 to the
+/// irradiance at the viewer.
 pub(crate) fn sunlit_solid_angle(sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
     radius_sq_km2 * (KM_PER_AU / (viewer_distance_km * sun_distance_km)).powi(2)
 }
@@ -147,7 +148,7 @@ pub fn ground_and_air_irradiance(
     (ground * sunlit_solid_angle, air * sunlit_solid_angle)
 }
 
-/// Irradiance by ground and air, linear RGB: of a body with bright and dark sides that of the side that was measured, at full phase and crescent alike.
+/// Irradiance by ground and air, linear RGB; for a body with bright and dark sides as if every viewer saw the side that was measured.
 /// Parameters as for [`ground_and_air_irradiance`].
 pub(crate) fn irradiance_without_sides(
     body: &Body,
@@ -176,7 +177,9 @@ mod tests {
         for body in Catalog::embedded().bodies().iter().filter(|body| body.id != NaifId::SUN) {
             for k in 0..=720 {
                 let alpha = f64::from(k) * std::f64::consts::PI / 720.0;
-                let mean_radiance = irradiance_without_sides(body, alpha, KM_PER_AU, 1.0, 1.0).y;
+                // With this size and distance the irradiance is the mean radiance.
+                let (viewer_distance_km, radius_sq_km2) = (1.0, 1.0);
+                let mean_radiance = irradiance_without_sides(body, alpha, KM_PER_AU, viewer_distance_km, radius_sq_km2).y;
                 let ratio = mean_radiance / max_mean_radiance(body);
                 assert!(ratio <= 1.0, "{} at {} degrees: {ratio} of the bound", body.name, alpha.to_degrees());
                 nearest_to_bound = nearest_to_bound.max(ratio);

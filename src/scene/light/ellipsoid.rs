@@ -17,10 +17,10 @@ use std::sync::LazyLock;
 const SPHERE_FROM_AXIS_RATIO: f64 = 0.99;
 
 /// Number of nodes of the integral in longitude, and in latitude.
-const NODES: usize = 8;
+const NODE_COUNT: usize = 8;
 
 /// Fraction of the range of longitudes, and weight.
-static LONGITUDES: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(NODES));
+static LONGITUDES: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| gauss_legendre(NODE_COUNT));
 
 /// Sine and cosine of the latitude, and weight: the share of the unit sphere's area per radian of longitude.
 static LATITUDES: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
@@ -28,7 +28,7 @@ static LATITUDES: LazyLock<Vec<[f64; 3]>> = LazyLock::new(|| {
         let (sin, cos) = (PI * (node - 0.5)).sin_cos();
         [sin, cos, PI * weight * cos]
     };
-    gauss_legendre(NODES).into_iter().map(of_node).collect()
+    gauss_legendre(NODE_COUNT).into_iter().map(of_node).collect()
 });
 
 /// Phase function times squared radius of a circle with the outline's area, km²; `None` for spheres, bodies with a published phase law and emissive bodies:

@@ -7,8 +7,8 @@
 //! degrees. CIE 146:2002 gives it for 1 to 30 degrees; closer to the Sun it is extrapolated. About a tenth of the light is scattered. The law represents the
 //! glare of eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's limb (or within a pixel, if that is
 //! wider) the glare is constant. The glare of a partly hidden Sun is centred on the middle of the visible part, and its constant core shrinks with the visible
-//! light. The glare is therefore bright around the last bead, and faint at the opposite limb of the Moon. It is drawn as far as it can change a display level:
-//! farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, a hundred times the glare's. A Sun outside the frame has
+//! light. The glare is therefore bright around the last bead, and faint at the opposite limb of the Moon. The glare is drawn as far as it can change a display
+//! level: farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, a hundred times the glare's. A Sun outside the frame has
 //! no glare, as if the lens had a hood, and light meter and corona do not count any, either. Left out: streaks and ghosts, which are specific to a lens. Not
 //! here: the glare of points (`scene::point`) and of small discs (`light::disc_glare`).
 

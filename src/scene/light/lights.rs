@@ -77,7 +77,7 @@ pub(crate) fn planet_shine(
     let others = sources.iter().filter(|s| s.body.id != receiver.id && s.body.id != NaifId::SUN);
     let mut by_bound: Vec<(f64, &Reflector<'_>)> = others.map(|s| (max_reflected_light(s, receiver_km), s)).collect();
     by_bound.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-    // Strongest first. Of most sources the bound shows that they are too weak.
+    // Strongest first. Of most sources the bound shows that they are too weak: weaker than the last of the `MAX_LIGHTS` - 1 lights that can be returned.
     let mut all: Vec<IncidentLight> = Vec::new();
     for (bound, source) in by_bound {
         if all.get(usize::from(MAX_LIGHTS) - 2).is_some_and(|weakest| weakest.irradiance.y > bound) {

@@ -35,8 +35,8 @@ fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
     (1.0 - 0.5 * sigma_sq / (sigma_sq + 0.33), 0.45 * sigma_sq / (sigma_sq + 0.09))
 }
 
-/// Radiance of a facet under unit irradiance, for an albedo map of value 1, as in shaders/lib/photometry. It is 0 if the Sun or the viewer is below the facet's
-/// horizon, and always 1 for an emissive body.
+/// Radiance of a facet under unit irradiance, for an albedo map of value 1, as in shaders/lib/photometry. The radiance is 0 if the Sun or the viewer is below
+/// the facet's horizon, and always 1 for an emissive body.
 pub fn reflectance(model: &Photometry, cos_incidence: f64, cos_emission: f64, cos_phase: f64) -> f64 {
     let (mu0, mu) = (cos_incidence, cos_emission);
     if mu0 <= 0.0 || mu <= 0.0 {

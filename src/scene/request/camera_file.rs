@@ -37,10 +37,10 @@ trait DescribedObject {
 impl DescribedObject for CameraFile {
     const DESCRIPTION: &'static str = "an object {\"position\": {…}, \"look\": {…}, …}";
 }
-impl DescribedObject for PositionFile {
+impl DescribedObject for PositionFields {
     const DESCRIPTION: &'static str = "an object {\"body\": …, \"radii\": [x, y, z]}";
 }
-impl DescribedObject for LookFile {
+impl DescribedObject for LookFields {
     const DESCRIPTION: &'static str = "an object {\"at\": …} or {\"direction\": [x, y, z]}";
 }
 
@@ -48,17 +48,17 @@ impl DescribedObject for LookFile {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraFile {
-    position: Object<PositionFile>,
-    look: Object<LookFile>,
+    position: Object<PositionFields>,
+    look: Object<LookFields>,
     #[serde(default)]
-    up: Option<UpFile>,
+    up: Option<UpField>,
     #[serde(default)]
     fov_deg: Option<f64>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct PositionFile {
+struct PositionFields {
     body: String,
     #[serde(default)]
     axes: Axes,
@@ -71,7 +71,7 @@ struct PositionFile {
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct LookFile {
+struct LookFields {
     at: Option<String>,
     direction: Option<[f64; 3]>,
     #[serde(default)]
@@ -80,14 +80,14 @@ struct LookFile {
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(untagged, expecting = "expected \"up\" as a word (north, zenith, celestial, ecliptic) or as {\"direction\": [x, y, z]}")]
-enum UpFile {
+enum UpField {
     Named(String),
-    Along(DirectionFile),
+    Along(DirectionFields),
 }
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct DirectionFile {
+struct DirectionFields {
     direction: [f64; 3],
     #[serde(default)]
     axes: Axes,
@@ -178,8 +178,8 @@ impl CameraFile {
         }
         match &self.up {
             None => request.up = request.position.default_up(),
-            Some(UpFile::Named(name)) => request.up = up_by_name(name)?,
-            Some(UpFile::Along(d)) => request.up = Up::Along { direction: direction(d.direction, "camera file, up")?, axes: d.axes },
+            Some(UpField::Named(name)) => request.up = up_by_name(name)?,
+            Some(UpField::Along(d)) => request.up = Up::Along { direction: direction(d.direction, "camera file, up")?, axes: d.axes },
         }
         if self.fov_deg.is_some() {
             request.fov_deg = self.fov_deg;

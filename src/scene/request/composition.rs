@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Default full angle of a fisheye: a hemisphere, degrees.
-pub const FISHEYE_DEG: f64 = 180.0;
+pub const DEFAULT_FISHEYE_DEG: f64 = 180.0;
 /// Full angles that a fisheye can show, degrees.
 pub const FISHEYE_RANGE_DEG: RangeInclusive<f64> = 1.0..=360.0;
 /// Range of the tilt of a dome, degrees.

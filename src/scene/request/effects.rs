@@ -143,8 +143,8 @@ impl Effect {
 /// The effects that the user switched on or off.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct EffectOverrides {
-    on: BTreeSet<Effect>,
-    off: BTreeSet<Effect>,
+    switched_on: BTreeSet<Effect>,
+    switched_off: BTreeSet<Effect>,
     eclipse_model: Option<EclipseModel>,
     air_model: Option<AtmosphereModel>,
     /// Overrides for single bodies, by their names as [`normalized_name`] writes them; they take precedence over overrides for all bodies.
@@ -196,7 +196,8 @@ impl EffectOverrides {
 
     /// Switches an effect on or off for all bodies.
     pub fn set(&mut self, effect: Effect, on: bool) {
-        let (chosen, opposite) = if on { (&mut self.on, &mut self.off) } else { (&mut self.off, &mut self.on) };
+        let (chosen, opposite) =
+            if on { (&mut self.switched_on, &mut self.switched_off) } else { (&mut self.switched_off, &mut self.switched_on) };
         chosen.insert(effect);
         opposite.remove(&effect);
         if !on {
@@ -214,7 +215,7 @@ impl EffectOverrides {
         self.under_names(body.aliases.iter().chain(std::iter::once(&body.name)).map(String::as_str))
     }
 
-    /// Whether the user switched an effect of a body on or off.
+    /// Whether the user switched an effect of a body on or off; `None` if neither.
     pub(crate) fn override_of_body(&self, body: &Body, effect: Effect) -> Option<bool> {
         self.for_catalog_body(body).as_ref().unwrap_or(self).override_of(effect)
     }
@@ -239,7 +240,7 @@ impl EffectOverrides {
                 self.set(effect, on);
             }
             if own.model_name(effect).is_some() {
-                self.off.remove(&effect);
+                self.switched_off.remove(&effect);
             }
         }
         self.eclipse_model = own.eclipse_model.or(self.eclipse_model);
@@ -263,8 +264,8 @@ impl EffectOverrides {
 
     /// Removes an effect's override and its chosen model, so that the threshold decides.
     pub fn clear_override(&mut self, effect: Effect) {
-        self.on.remove(&effect);
-        self.off.remove(&effect);
+        self.switched_on.remove(&effect);
+        self.switched_off.remove(&effect);
         self.clear_model(effect);
     }
 
@@ -313,21 +314,21 @@ impl EffectOverrides {
             }
             _ => return Err(unknown()),
         }
-        self.off.remove(&effect);
+        self.switched_off.remove(&effect);
         Ok(())
     }
 
-    /// The eclipse model that the user chose.
+    /// The eclipse model that the user chose, if any.
     pub fn eclipse_model(&self) -> Option<EclipseModel> {
         self.eclipse_model
     }
 
-    /// The atmosphere model that the user chose.
+    /// The atmosphere model that the user chose, if any.
     pub fn air_model(&self) -> Option<AtmosphereModel> {
         self.air_model
     }
 
-    /// Name of the model that the user chose.
+    /// Name of the model that the user chose, if any.
     pub fn model_name(&self, effect: Effect) -> Option<&'static str> {
         match effect {
             Effect::Eclipse => self.eclipse_model.map(EclipseModel::name),
@@ -338,9 +339,9 @@ impl EffectOverrides {
 
     /// Whether the user switched the effect on or off; `None` if neither.
     pub fn override_of(&self, effect: Effect) -> Option<bool> {
-        if self.on.contains(&effect) {
+        if self.switched_on.contains(&effect) {
             Some(true)
-        } else if self.off.contains(&effect) {
+        } else if self.switched_off.contains(&effect) {
             Some(false)
         } else {
             None

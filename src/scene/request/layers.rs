@@ -30,7 +30,7 @@ macro_rules! layers {
             pub const NAMES: [&str; [$($name),*].len()] = [$($name),*];
 
             /// The switch of the layer with this name; `None` if there is no such layer.
-            pub fn by_name(&mut self, name: &str) -> Option<&mut bool> {
+            pub fn switch_by_name(&mut self, name: &str) -> Option<&mut bool> {
                 match name {
                     $($name => Some(&mut self.$field),)*
                     _ => None,
@@ -104,8 +104,8 @@ impl Layers {
     pub fn to_text(mut self) -> String {
         let mut default = Self::default();
         let differing = Self::NAMES.into_iter().filter_map(|name| {
-            let on = *self.by_name(name)?;
-            (on != *default.by_name(name)?).then(|| format!("{}{name}", if on { '+' } else { '-' }))
+            let on = *self.switch_by_name(name)?;
+            (on != *default.switch_by_name(name)?).then(|| format!("{}{name}", if on { '+' } else { '-' }))
         });
         differing.collect::<Vec<_>>().join(",")
     }
@@ -120,7 +120,7 @@ impl Layers {
                 (_, Some(name)) => (false, name),
                 (None, None) => return Err(error("write + or - before its name".into())),
             };
-            *layers.by_name(&name.to_ascii_lowercase()).ok_or_else(|| error(suggestion_or_list(name, &Self::NAMES)))? = on;
+            *layers.switch_by_name(&name.to_ascii_lowercase()).ok_or_else(|| error(suggestion_or_list(name, &Self::NAMES)))? = on;
         }
         Ok(layers)
     }

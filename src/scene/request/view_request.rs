@@ -226,8 +226,8 @@ pub struct ViewRequest {
     pub up: Up,
     /// How the image is put together.
     pub composition: Composition,
-    /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: a default that depends on the position; from a body's
-    /// centre, the field of view that fits the target.
+    /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: a default that depends on the position:
+    /// [`FOV_AT_FITTED_DISTANCE_DEG`] or [`FOV_OTHERWISE_DEG`]; from a body's centre, the field of view that fits the target.
     pub fov_deg: Option<f64>,
     /// Width in pixels, 1..=16384.
     pub width: u32,
@@ -254,7 +254,7 @@ pub struct ViewRequest {
     /// The language of texts in the image: caption, names of bodies, numbers.
     pub language: TextLanguage,
     /// Whether draws may interpolate the air from the coarse image, which other draws fill. `false` for a probe of one pixel, which runs each draw alone.
-    pub coarse_air: bool,
+    pub may_use_coarse_air: bool,
 }
 
 /// Default field of view for [`Position::AboveTarget`] without a distance; the distance then follows from it. It is that of a long lens, so that nearly a
@@ -289,7 +289,7 @@ impl ViewRequest {
             pixel_view: PixelView::Final,
             purpose: Purpose::Display,
             language: TextLanguage::English,
-            coarse_air: true,
+            may_use_coarse_air: true,
         }
     }
 

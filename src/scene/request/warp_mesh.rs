@@ -89,8 +89,8 @@ impl WarpMesh {
         }
         let mut triangles = Vec::new();
         let mut is_counter_clockwise: Option<bool> = None;
-        let cell_columns = if is_polar { columns } else { columns - 1 };
-        for (row, column) in (0..rows - 1).flat_map(|r| (0..cell_columns).map(move |c| (r, c))) {
+        let cells_per_row = if is_polar { columns } else { columns - 1 };
+        for (row, column) in (0..rows - 1).flat_map(|r| (0..cells_per_row).map(move |c| (r, c))) {
             let next = (column + 1) % columns;
             let cell = [row * columns + column, row * columns + next, (row + 1) * columns + next, (row + 1) * columns + column];
             let [a, b, c, d] = cell.map(|k| nodes[k].screen);

@@ -49,8 +49,8 @@ fn phase_of_lobes(lobes: &[[f64; 2]], alpha: f64) -> f64 {
 /// Phase function of large particles with the opposition surge, from the cosine of the phase angle.
 pub fn large_particle_phase(cos_alpha: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
-    let [height, width] = OPPOSITION;
-    power_law_phase(alpha) * (1.0 + height / (1.0 + (0.5 * alpha).tan() / width))
+    let [amplitude, width] = OPPOSITION;
+    power_law_phase(alpha) * (1.0 + amplitude / (1.0 + (0.5 * alpha).tan() / width))
 }
 
 #[cfg(test)]

@@ -73,8 +73,8 @@ impl<'a> RadialSums<'a> {
         let [lower_mean, upper_mean] = [lower_index, lower_index + 1].map(|slant_index| {
             let slant = (slant_index as f64 / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
             let sums = self.by_slant[slant_index].get_or_insert_with(|| SlantSums::new(self.intervals, &self.conditions, slant));
-            let [inner, outer] = ends.map(|(radius, interval)| sums.integral_to(self.intervals, radius, interval));
-            [0, 1].map(|particle| (outer[particle] - inner[particle]) / (to - from))
+            let [inner_integral, outer_integral] = ends.map(|(radius, interval)| sums.integral_to(self.intervals, radius, interval));
+            [0, 1].map(|particle| (outer_integral[particle] - inner_integral[particle]) / (to - from))
         });
         [0, 1].map(|particle| lower_mean[particle] + upper_weight * (upper_mean[particle] - lower_mean[particle]))
     }

@@ -15,22 +15,22 @@ use std::sync::LazyLock;
 
 /// Number of radii at which points of the rings are tested for being hidden or shadowed by the globe. With four times as many radii and azimuths the light of
 /// the rings changes by less than 0.002 mag.
-const RADII: usize = 24;
+const RADIUS_COUNT: usize = 24;
 /// Number of azimuths tested at each radius.
-const AZIMUTHS: usize = 72;
+const AZIMUTH_COUNT: usize = 72;
 /// Numbers of cells across and along the lit and visible part of the globe, for the globe's light that the rings transmit; more along it, because the edges of
 /// shadows mostly run across. The error of the fraction is at most 0.025 (test below); mostly it is below 0.005.
 const LUNE_COLUMNS: usize = 12;
 const LUNE_ROWS: usize = 48;
-/// Width of opaque rings, in equatorial radii and for both ways of the light together, below which rings count as transparent. They take at
+/// Width of opaque rings, in equatorial radii and for both ways of the light together, below which rings count as transparent. Such rings take at
 /// most 0.006 of the globe's light (Uranus; Neptune 0.0002, Jupiter less) at phase angles up to 175 degrees (test below).
 const MIN_BLOCKED_WIDTH: f64 = 0.015;
 /// Smallest extent in radius over which transmittance is averaged, equatorial radii: it keeps the division by the extent accurate.
 const MIN_EXTENT: f64 = 1e-6;
 
-/// Unit vectors in the rings' plane, at the middles of `AZIMUTHS` equal angles.
-static DIRECTIONS: LazyLock<[DVec2; AZIMUTHS]> =
-    LazyLock::new(|| std::array::from_fn(|k| DVec2::from_angle((k as f64 + 0.5) * TAU / AZIMUTHS as f64)));
+/// Unit vectors in the rings' plane, at the middles of `AZIMUTH_COUNT` equal angles.
+static DIRECTIONS: LazyLock<[DVec2; AZIMUTH_COUNT]> =
+    LazyLock::new(|| std::array::from_fn(|k| DVec2::from_angle((k as f64 + 0.5) * TAU / AZIMUTH_COUNT as f64)));
 
 /// The light of rings and their effect on the globe's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,10 +58,10 @@ impl RingLight {
         let (mu, mu0) = (viewer.z.abs().max(MIN_COSINE), sun.z.abs().max(MIN_COSINE));
         let is_same_side = viewer.z * sun.z > 0.0;
         let globe = Globe { axes: body.radii_km / unit_km };
-        let (innermost, width) = (first.inner, (last.outer - first.inner) / RADII as f64);
+        let (innermost, width) = (first.inner, (last.outer - first.inner) / RADIUS_COUNT as f64);
         let visible_fractions: Vec<f64> =
-            (0..RADII).map(|k| globe.visible_fraction(innermost + (k as f64 + 0.5) * width, sun, viewer)).collect();
-        let visible_at = |r: f64| visible_fractions[(((r - innermost) / width) as usize).min(RADII - 1)];
+            (0..RADIUS_COUNT).map(|k| globe.visible_fraction(innermost + (k as f64 + 0.5) * width, sun, viewer)).collect();
+        let visible_at = |r: f64| visible_fractions[(((r - innermost) / width) as usize).min(RADIUS_COUNT - 1)];
         let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
         let (large_particle_phase, dust_phase) = (large_particle_phase(cos_phase), dust_phase(cos_phase.acos()));
         let reflected = |interval: &RingInterval| {
@@ -98,7 +98,7 @@ impl Globe {
             };
             !is_blocked(sun.truncate(), sun_sq) && !is_blocked(viewer.truncate(), viewer_sq)
         };
-        DIRECTIONS.iter().filter(is_visible).count() as f64 / AZIMUTHS as f64
+        DIRECTIONS.iter().filter(is_visible).count() as f64 / AZIMUTH_COUNT as f64
     }
 
     /// Fraction of a Lambert globe's light that the rings transmit, both on the way from the Sun and on the way to the viewer. The lit and visible part of the
@@ -131,7 +131,7 @@ impl Globe {
                 let north = pole * cos_latitude - outward * sin_latitude;
                 let normal = (unit_point / self.axes).normalize();
                 let light = normal.dot(sun).max(0.0) * unit_point.dot(to_viewer).max(0.0) * cos_latitude;
-                let cell = [east * (cell_width_rad * cos_latitude), north * cell_height_rad].map(|side| side * self.axes);
+                let cell = [east * (cell_width_rad * cos_latitude), north * cell_height_rad].map(|edge| edge * self.axes);
                 if light == 0.0 {
                     continue;
                 }

@@ -27,7 +27,7 @@ use std::sync::Arc;
 /// Table size: number of hour angles, and number of heights on one side of the plane.
 pub use crate::scene::constants::{RING_SHINE_COLUMNS as COLUMNS, RING_SHINE_ROWS as ROWS};
 /// Approximate number of annuli of about equal weight into which the rings are grouped.
-const ANNULI: usize = 32;
+const ANNULUS_COUNT: usize = 32;
 /// Number of Gauss-Legendre nodes on an arc.
 const ARC_NODES: usize = 12;
 /// Number of slants 2^(k/8) at which an annulus' light is tabulated, as in a [`RingTable`](crate::scene::draw::tables::RingTable).
@@ -104,7 +104,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     if total.is_nan() || total <= 0.0 {
         return Vec::new();
     }
-    let weight_per_annulus = total / ANNULI as f64;
+    let weight_per_annulus = total / ANNULUS_COUNT as f64;
     let mut groups: Vec<Vec<RingInterval>> = vec![Vec::new()];
     // Weight of the last group.
     let mut group_weight = 0.0;
@@ -282,10 +282,11 @@ impl RingShineGeometry<'_> {
         let rows: Vec<Vec<(DVec3, f64)>> = (0..2 * ROWS)
             .into_par_iter()
             .map(|n| {
-                let height = max_height * ((n % ROWS) as f64 / (ROWS - 1) as f64).powi(2);
+                let (side, row) = (n / ROWS, n % ROWS);
+                let height = max_height * (row as f64 / (ROWS - 1) as f64).powi(2);
                 let light_at_column = |column: usize| {
                     let hour_angle = PI * column as f64 / (COLUMNS - 1) as f64;
-                    (self.irradiance_per_height(&annuli, &gauss, n / ROWS, height.max(EQUATOR_HEIGHT), hour_angle), height)
+                    (self.irradiance_per_height(&annuli, &gauss, side, height.max(EQUATOR_HEIGHT), hour_angle), height)
                 };
                 (0..COLUMNS).map(light_at_column).collect()
             })
@@ -302,8 +303,8 @@ impl RingShineGeometry<'_> {
         cache.shines.get(geometry.cache_key().collect(), || geometry.interpolate(cache).map(Arc::new))
     }
 
-    /// Interpolates between the tables of the knots below and above the Sun's elevation. Frames that span a year need few knots. This saves time, because
-    /// computing a table takes as long as drawing two frames.
+    /// Interpolates between the tables of the knots below and above the Sun's elevation. Frames that span a year need few knots. Interpolation saves time,
+    /// because computing a table takes as long as drawing two frames.
     fn interpolate(&self, cache: &RingShineCache) -> Option<RingShine> {
         let table_at_knot = |sin_elevation: f64| {
             // A Sun whose disc does not touch the plane is treated as a point.

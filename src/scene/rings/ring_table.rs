@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Maximum number of slants in a ring's table: 2^(k/8), k = 0..=96.
 pub(crate) use crate::scene::constants::RING_SLANTS as SLANTS;
-/// Maximum number of radii in a table: half of the widest texture that every GPU supports.
+/// Maximum number of nodes in a table, the edges of its intervals: half of the widest texture that every GPU supports.
 pub(crate) const MAX_NODES: usize = 4096;
 
 /// An interval of radius, from `inner` to `outer` equatorial radii, with constant optical depth.
@@ -206,7 +206,7 @@ impl RingConditions {
 }
 
 impl RingTable {
-    /// The table for the draws of a ring. `None` without a ring, or with more than [`MAX_NODES`] edges. `unit_km`: the body's equatorial radius.
+    /// The table for the draws of a ring. `None` without a ring, or with more than [`MAX_NODES`] nodes. `unit_km`: the body's equatorial radius.
     pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, conditions: &RingConditions) -> Option<Self> {
         Self::of_intervals(&intervals(rings, unit_km), conditions)
     }
@@ -296,19 +296,21 @@ mod tests {
         Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.5, 0.25, 0.125], dust_fraction: 0.0 }
     }
 
+    /// The radii of the tests' rings are in equatorial radii.
+    const UNIT_KM: f64 = 1.0;
     /// The conditions of the albedo view, with rows for every slant.
     const ALBEDO_VIEW: RingConditions = RingConditions { sunlight: None, slants: [0, SLANTS - 1] };
 
     #[test]
     fn a_later_ring_lies_over_an_earlier_one() {
-        let cut = intervals([ring(1.0, 4.0, 1.0), ring(2.0, 3.0, 0.0)].iter(), 1.0);
+        let cut = intervals([ring(1.0, 4.0, 1.0), ring(2.0, 3.0, 0.0)].iter(), UNIT_KM);
         let taus: Vec<_> = cut.iter().map(|s| (s.inner, s.outer, s.tau)).collect();
         assert_eq!(taus, [(1.0, 2.0, 1.0), (2.0, 3.0, 0.0), (3.0, 4.0, 1.0)]);
     }
 
     #[test]
     fn rows_contain_the_removed_light_and_its_integral() {
-        let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), 1.0, &ALBEDO_VIEW).expect("a table");
+        let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), UNIT_KM, &ALBEDO_VIEW).expect("a table");
         assert_eq!((table.width, table.height, table.radius_range), (4, RING_HEADER_ROWS + RING_ROWS_PER_SLANT * SLANTS, [1.0, 3.0]));
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
         for k in 0..SLANTS {
@@ -320,7 +322,7 @@ mod tests {
             assert_eq!((at(value, 1, 3), at(integral, 2, 3)), (0.0, at(integral, 1, 3)), "a gap adds nothing");
             assert!((at(integral, 3, 3) - first - 0.5 * last).abs() < 1e-6, "slant {k}");
         }
-        assert!(RingTable::of([].iter(), 1.0, &ALBEDO_VIEW).is_none());
+        assert!(RingTable::of([].iter(), UNIT_KM, &ALBEDO_VIEW).is_none());
     }
 
     /// At the lowest Sun for which one slant is used: the mean of the removed light over each half of the disc, for optical depths around the worst.
@@ -380,7 +382,7 @@ mod tests {
     #[test]
     fn dust_is_summed_apart_from_large_particles() {
         let faint = Ring { dust_fraction: 0.8, ..ring(4.0, 5.0, 1e-6) };
-        let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0, &ALBEDO_VIEW).expect("a table");
+        let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), UNIT_KM, &ALBEDO_VIEW).expect("a table");
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
         let (large, dust) = (RING_HEADER_ROWS + 1, RING_HEADER_ROWS + 3);
         assert_eq!([0, 3].map(|c| at(dust, 2, c)), [0.0; 2], "no dust inside the faint ring");

@@ -269,15 +269,16 @@ impl<'a> RingView<'a> {
         // sphere around the globe and the penumbra of that sphere. For rings farther out the distance from the axis grows by more than the penumbra widens.
         // shaders/lib/ring/body_shadow.wesl makes the same test for each pixel.
         let inner = inner_km / self.body.radii_km.x;
-        let (axis_distance, penumbra_radius) = (inner * self.sun.z.abs(), 1.0 + inner * self.sun_tangent(sun_radius_km));
+        let (shadow_distance, penumbra_radius) = (inner * self.sun.z.abs(), 1.0 + inner * self.sun_tangent(sun_radius_km));
         let outer = outer_km / self.body.radii_km.x;
         let oblateness_offset = stated_errors::sphere_shadow_offset(self.body.radii_km.z / self.body.radii_km.x, self.sun.z, outer);
         let penumbra_width = 2.0 * self.sun_tangent(sun_radius_km) * outer;
         let offset_px = oblateness_offset.max(penumbra_width) * self.pixels_per_radius();
         let model = if offset_px > MAX_EDGE_ERROR_PX { BodyShadow::EllipsoidPenumbra } else { BodyShadow::Sphere };
-        let reason = reason!("body-shadow-axis", radii = format_args!("{axis_distance:.3}"), limit = format_args!("{penumbra_radius:.3}"))
-            .and(reason!("body-shadow-edges", size = format_args!("{offset_px:.1}")));
-        (ThresholdCheck { on: axis_distance <= penumbra_radius, reason }, model)
+        let reason =
+            reason!("body-shadow-axis", radii = format_args!("{shadow_distance:.3}"), limit = format_args!("{penumbra_radius:.3}"))
+                .and(reason!("body-shadow-edges", size = format_args!("{offset_px:.1}")));
+        (ThresholdCheck { on: shadow_distance <= penumbra_radius, reason }, model)
     }
 
     /// The rectangle around the part of the rings out to a radius that is in the frame. The rectangle changes continuously with the camera, also where the

@@ -47,7 +47,7 @@ pub struct SkyBackground {
     pub inner_cosine: f32,
     pub outer_cosine: f32,
     /// 1: zodiacal light fades out where the corona replaces it; 0: it continues up to the Sun.
-    pub corona: f32,
+    pub fades_into_corona: f32,
 }
 
 /// Number of rays along each side of the grid that samples the frame for its brightest zodiacal light.
@@ -56,7 +56,8 @@ const GRID_RAYS: u32 = 17;
 /// The brightest zodiacal light in the frame, radiance.
 fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64 {
     // As in the shader: closer to the Sun the law keeps its value at the inner elongation.
-    let max_cosine = zodiacal::CORONA_BLEND_DEG.0.to_radians().cos();
+    let (inner_deg, _) = zodiacal::CORONA_BLEND_DEG;
+    let max_cosine = inner_deg.to_radians().cos();
     let clip = |k: u32| 2.0 * f64::from(k) / f64::from(GRID_RAYS - 1) - 1.0;
     let brightness_at = |k: u32| {
         let ray = camera.ray(DVec2::new(clip(k % GRID_RAYS), clip(k / GRID_RAYS))).normalize();
@@ -65,8 +66,8 @@ fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64
     (0..GRID_RAYS * GRID_RAYS).map(brightness_at).fold(0.0, f64::max) * unit_radiance
 }
 
-/// The background of a frame with the decisions about its parts; none in pixel views other than the final image. `has_corona`: whether the frame draws the
-/// Sun's corona.
+/// The background of a frame (`None` if neither of its parts is drawn) with the decisions about its parts; neither in pixel views other than the final image.
+/// `has_corona`: whether the frame draws the Sun's corona.
 pub(crate) fn background(
     request: &ViewRequest,
     camera: &Camera,
@@ -118,6 +119,7 @@ pub(crate) fn background(
     let map_from_icrf = map.frame.icrf_from_frame().transpose();
     let texel_rad = TAU / f64::from(map.width);
     let axis = |v: DVec3| narrow(map_from_icrf * v);
+    let (inner_deg, outer_deg) = zodiacal::CORONA_BLEND_DEG;
     let background = SkyBackground {
         map_file: draws_map.then(|| map.file.clone()),
         middle: axis(camera.forward),
@@ -130,10 +132,10 @@ pub(crate) fn background(
         ecliptic_pole: axis(ecliptic_pole()),
         zodiacal_law: zodiacal::LAW.map(|row| narrow4(DVec4::from_array(row))),
         log_offset: narrow_scalar(zodiacal::LOG_OFFSET),
-        inner_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.0.to_radians().cos()),
-        outer_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.1.to_radians().cos()),
+        inner_cosine: narrow_scalar(inner_deg.to_radians().cos()),
+        outer_cosine: narrow_scalar(outer_deg.to_radians().cos()),
         // The corona is not boosted, so a blend from boosted zodiacal light into it would be visible: the zodiacal light then continues up to the Sun.
-        corona: if has_corona && request.stars_boost_stops == 0.0 { 1.0 } else { 0.0 },
+        fades_into_corona: if has_corona && request.stars_boost_stops == 0.0 { 1.0 } else { 0.0 },
     };
     ((draws_map || draws_zodiacal).then_some(background), vec![milky_way, zodiacal_light])
 }

@@ -34,13 +34,13 @@ pub const SOLAR_WIND_KM_S: f64 = 400.0;
 const MIN_BETA: f64 = 0.03;
 const MAX_BETA: f64 = 1.0;
 /// Number of values of beta for which grains are computed; the grains of one beta form a line, a syndyne.
-const SYNDYNES: usize = 14;
+const SYNDYNE_COUNT: usize = 14;
 /// Speed at which grains leave the coma in all directions, which widens the dust tail, au per day: 0.2 km/s.
 const GRAIN_SPEED_AU_PER_DAY: f64 = 0.2 * SECONDS_PER_DAY / KM_PER_AU;
 /// Largest age of grains since their release, days.
 const MAX_AGE_DAYS: f64 = 60.0;
 /// Number of stations, the points along the centre line of a ribbon.
-const STATIONS: usize = 24;
+const STATION_COUNT: usize = 24;
 /// Irradiance of each tail divided by the irradiance of the head, for tails that are complete (see [`TAILS_AU`]).
 const DUST_FRACTION: f64 = 0.4;
 const ION_FRACTION: f64 = 0.12;
@@ -54,9 +54,10 @@ const ORBIT_OPACITY: f64 = 0.6;
 /// production.
 const ION_LENGTH_AU: f64 = 0.25;
 const MAX_ION_LENGTH_AU: f64 = 0.8;
-/// Radius of the dense part of a coma, au (80 000 km), and tangent of the ion tail's half opening angle.
-const COMA_AU: f64 = 80_000.0 / KM_PER_AU;
-const ION_SPREAD: f64 = 0.03;
+/// Radius of the dense part of a coma: 80 000 km.
+const COMA_RADIUS_AU: f64 = 80_000.0 / KM_PER_AU;
+/// Tangent of the ion tail's half opening angle.
+const ION_HALF_ANGLE_TANGENT: f64 = 0.03;
 /// Integral over x from -1 to 1, the edges, of an ion ribbon's cross profile, (1 - x^2)^2 exp(-2 x^2).
 const RIBBON_PROFILE_INTEGRAL: f64 = 0.839_4;
 /// Mean over x from -1 to 1, the edges, of a dust patch's cross profile, 1 - x^2 (3 - 2 |x|).
@@ -220,12 +221,13 @@ impl CometProjection<'_> {
     /// `irradiance`: irradiance of the entire tail.
     fn dust(&self, orbit: &HeliocentricOrbit, days: f64, irradiance: f64, segments: &mut Vec<TailSegment>) {
         // Ages are more densely spaced for recently released grains.
-        let age_days = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
+        let age_days = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATION_COUNT - 1) as f64).powi(2);
         // The values of beta are evenly spaced in the logarithm; the light per value falls to zero at both ends of the range.
-        let log_beta_fraction = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
+        let log_beta_fraction = |line: usize| line as f64 / (SYNDYNE_COUNT - 1) as f64;
         let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(log_beta_fraction(line));
-        let syndynes: Vec<Vec<DVec3>> =
-            (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain_position_au(orbit, days, age_days(k), beta(line))).collect()).collect();
+        let syndynes: Vec<Vec<DVec3>> = (0..SYNDYNE_COUNT)
+            .map(|line| (0..STATION_COUNT).map(|k| grain_position_au(orbit, days, age_days(k), beta(line))).collect())
+            .collect();
         let projected: Vec<Vec<Option<ProjectedPoint>>> =
             syndynes.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
         // Grains are produced and lit in inverse proportion to the squared distance from the Sun. The exponential thins out old grains, so that the tail has
@@ -235,16 +237,16 @@ impl CometProjection<'_> {
             let old_grains_factor = (-age_days(k) / (0.4 * MAX_AGE_DAYS)).exp();
             (age_days(k + 1) - age_days(k)) / (release_au * release_au * current_au * current_au) * old_grains_factor
         };
-        let production: Vec<f64> = (0..STATIONS - 1).map(production).collect();
+        let production: Vec<f64> = (0..STATION_COUNT - 1).map(production).collect();
         let beta_weight: Vec<f64> =
-            (0..SYNDYNES - 1).map(|line| (PI * 0.5 * (log_beta_fraction(line) + log_beta_fraction(line + 1))).sin().powi(2)).collect();
+            (0..SYNDYNE_COUNT - 1).map(|line| (PI * 0.5 * (log_beta_fraction(line) + log_beta_fraction(line + 1))).sin().powi(2)).collect();
         let total = production.iter().sum::<f64>() * beta_weight.iter().sum::<f64>();
         // A cross-section of the strip between two syndynes: its centre, and the vector in pixels from there to the strip's edge.
         let section = |line: usize, k: usize| -> Option<(ProjectedPoint, DVec2)> {
             let (a, b) = (projected[line][k]?, projected[line + 1][k]?);
-            let [previous, next] = [k.saturating_sub(1), (k + 1).min(STATIONS - 1)].map(|j| projected[line][j].unwrap_or(a));
+            let [previous, next] = [k.saturating_sub(1), (k + 1).min(STATION_COUNT - 1)].map(|j| projected[line][j].unwrap_or(a));
             // The speed of release widens the strip with age. At the age 0 the width added on each side is half the radius of the coma.
-            let spread_px = (0.5 * COMA_AU + GRAIN_SPEED_AU_PER_DAY * age_days(k)) * a.px_per_au;
+            let spread_px = (0.5 * COMA_RADIUS_AU + GRAIN_SPEED_AU_PER_DAY * age_days(k)) * a.px_per_au;
             // Each strip extends to the centre line of the next, so that neighbours overlap.
             let gap = b.px - a.px;
             let across_strip = gap.try_normalize().or_else(|| (next.px - previous.px).perp().try_normalize()).unwrap_or(DVec2::X);
@@ -252,7 +254,7 @@ impl CometProjection<'_> {
         };
         let radiance = |line: usize, k: usize| -> Option<f64> {
             let ((a, edge_a), (b, edge_b)) = (section(line, k)?, section(line, k + 1)?);
-            let length_px = (b.px - a.px).length().max(0.5 * COMA_AU * a.px_per_au);
+            let length_px = (b.px - a.px).length().max(0.5 * COMA_RADIUS_AU * a.px_per_au);
             // The edges are half widths, so their sum is the mean width.
             let width_px = edge_a.length() + edge_b.length();
             let effective_area_px = length_px * width_px * PATCH_PROFILE_MEAN;
@@ -260,14 +262,14 @@ impl CometProjection<'_> {
         };
         // Mean radiance of the patches before and after a section.
         let mean_radiance = |line: usize, k: usize| {
-            let adjacent = [k.checked_sub(1), (k + 1 < STATIONS).then_some(k)].into_iter().flatten().filter_map(|k| radiance(line, k));
+            let adjacent = [k.checked_sub(1), (k + 1 < STATION_COUNT).then_some(k)].into_iter().flatten().filter_map(|k| radiance(line, k));
             let (sum, count) = adjacent.fold((0.0, 0.0), |(sum, count), r| (sum + r, count + 1.0));
             if count > 0.0 { narrow_scalar(sum / count) } else { 0.0 }
         };
         // A B-V of 0.8 is slightly redder than sunlight.
         let colour = narrow(star_colour(Some(0.8)));
-        for line in 0..SYNDYNES - 1 {
-            for k in 0..STATIONS - 1 {
+        for line in 0..SYNDYNE_COUNT - 1 {
+            for k in 0..STATION_COUNT - 1 {
                 let (Some((a, edge_a)), Some((b, edge_b))) = (section(line, k), section(line, k + 1)) else { continue };
                 if self.is_outside(&a, &b, edge_a.length().max(edge_b.length())) {
                     continue;
@@ -297,16 +299,24 @@ impl CometProjection<'_> {
     fn ions(&self, state: &ConicState, irradiance: f64, length_au: f64, segments: &mut Vec<TailSegment>) {
         let direction = ion_direction(state);
         // Distance of a station from the comet; stations are denser near the comet.
-        let distance_au = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
-        let stations: Vec<_> = (0..STATIONS).map(|k| self.project(state.position + direction * distance_au(k))).collect();
+        let distance_au = |k: usize| length_au * (k as f64 / (STATION_COUNT - 1) as f64).powf(1.5);
+        let stations: Vec<_> = (0..STATION_COUNT).map(|k| self.project(state.position + direction * distance_au(k))).collect();
         // The tail starts narrower than the coma and is at least 1.4 pixels wide, so that the drawn line has no gaps.
-        let half_px =
-            |k: usize| stations[k].map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_AU + ION_SPREAD * distance_au(k)) * s.px_per_au + 0.7);
+        let half_px = |k: usize| {
+            stations[k]
+                .map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_RADIUS_AU + ION_HALF_ANGLE_TANGENT * distance_au(k)) * s.px_per_au + 0.7)
+        };
         // Relative light of the part of the tail beyond a station: an exponential that falls by e^3 over the length, lowered to 0 at the end.
         let light_beyond = |k: usize| (-3.0 * distance_au(k) / length_au).exp() - (-3.0_f64).exp();
         let segment_irradiance: Vec<f64> =
-            (0..STATIONS - 1).map(|k| irradiance * (light_beyond(k) - light_beyond(k + 1)) / light_beyond(0)).collect();
-        self.ribbon(&stations, &segment_irradiance, &(0..STATIONS).map(half_px).collect::<Vec<_>>(), of_luminance_1(ION_RGB), segments);
+            (0..STATION_COUNT - 1).map(|k| irradiance * (light_beyond(k) - light_beyond(k + 1)) / light_beyond(0)).collect();
+        self.ribbon(
+            &stations,
+            &segment_irradiance,
+            &(0..STATION_COUNT).map(half_px).collect::<Vec<_>>(),
+            of_luminance_1(ION_RGB),
+            segments,
+        );
     }
 }
 
@@ -342,15 +352,16 @@ pub(crate) fn comets(
     let (camera, days) = (&viewer.camera, request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
     let projection =
         CometProjection { camera, camera_au: (camera.position_km - sun_position_km) / KM_PER_AU, velocity_km_s: viewer.velocity_km_s };
+    let (start_au, complete_au) = TAILS_AU;
     let mut in_frame = Comets::default();
-    let (mut brightest, mut heads_shown) = (None::<(f64, String)>, 0);
+    let (mut brightest, mut shown_head_count) = (None::<(f64, String)>, 0);
     for comet in catalog_comets() {
         let (state, emission_days) = state_at_emission(&comet.orbit, days, projection.camera_au);
         let (sun_distance_au, distance_au) = (state.position.length(), state.position.distance(projection.camera_au));
         let Some(magnitude) = total_magnitude(comet.brightness, distance_au, sun_distance_au) else { continue };
         let head_irradiance = irradiance_of_magnitude(magnitude);
         let head = projection.project(state.position);
-        let tail_growth = smoothstep((TAILS_AU.0 - sun_distance_au) / (TAILS_AU.0 - TAILS_AU.1));
+        let tail_growth = smoothstep((start_au - sun_distance_au) / (start_au - complete_au));
         // Tails are visible only if the head is, because the head is brighter than any part of its tails. The head may be outside the frame, so its peak
         // radiance is computed for the middle of the frame.
         let peak_radiance = head_irradiance * PI / camera.pixel_tangent().powi(2) * point_peak();
@@ -367,7 +378,7 @@ pub(crate) fn comets(
         if head.px.abs().cmpgt(camera.half_size() + radius_px).any() {
             continue;
         }
-        heads_shown += 1;
+        shown_head_count += 1;
         if tail_growth > 0.0 && request.layers.orbits {
             in_frame.orbits.extend(projection.orbit(&state));
         }
@@ -381,13 +392,13 @@ pub(crate) fn comets(
     // Segments that are too faint to be visible would only cost time.
     let min_radiance = narrow_scalar(white * MIN_LEVEL);
     in_frame.tails.retain(|t| t.radiance[0].max(t.radiance[1]) > min_radiance);
-    let heads = match brightest {
+    let heads_reason = match brightest {
         Some((magnitude, name)) => {
-            reason!("comets-brightest", count = heads_shown, comet = &name, magnitude = format_args!("{magnitude:.1}"))
+            reason!("comets-brightest", count = shown_head_count, comet = &name, magnitude = format_args!("{magnitude:.1}"))
         }
         None => reason!("comets-none"),
     };
-    let reason = heads.and(reason!("comets-tails", count = in_frame.tails.len()));
-    let on = heads_shown > 0 || !in_frame.tails.is_empty();
+    let reason = heads_reason.and(reason!("comets-tails", count = in_frame.tails.len()));
+    let on = shown_head_count > 0 || !in_frame.tails.is_empty();
     (in_frame, decided(on, reason))
 }

@@ -66,17 +66,17 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
     for (layer, image) in layers.iter().filter_map(|l| Some((l, l.image.as_ref()?))) {
         let size = DVec2::new(f64::from(image.width), f64::from(image.height));
         let Some(from_icrf) = image_from_icrf(&image.wcs, size, velocity_km_s) else { continue };
-        // The centre of the sky image, and its size in pixels of the frame, from the size of a texel at the centre.
-        let middle = from_icrf.inverse() * DVec3::new(0.5, 0.5, 1.0);
+        // The direction of the centre of the sky image, and its size in pixels of the frame, from the size of a texel at the centre.
+        let image_centre = from_icrf.inverse() * DVec3::new(0.5, 0.5, 1.0);
         let distance_px = |step: DVec2| {
             let direction = from_icrf.inverse() * (DVec2::splat(0.5) + step).extend(1.0);
-            direction.normalize().distance(middle.normalize()) / camera.pixel_tangent()
+            direction.normalize().distance(image_centre.normalize()) / camera.pixel_tangent()
         };
         let texel = DVec2::ONE / size;
         let span_px = DVec2::new(distance_px(DVec2::X * texel) * size.x, distance_px(DVec2::Y * texel) * size.y);
         // The image is tested as a sphere at the distance 1; a sphere of radius 2 is in the frame whatever its direction.
         let (radius, margin_px) = ((0.5 * span_px.length() * camera.pixel_tangent()).min(2.0), 1.0);
-        let is_in_frame = camera.sphere_may_be_in_frame(camera.in_axes(middle.normalize()), radius, margin_px);
+        let is_in_frame = camera.sphere_may_be_in_frame(camera.in_axes(image_centre.normalize()), radius, margin_px);
         let on = is_in_frame && span_px.max_element() > MIN_SIZE_PX;
         let [width, height] = [span_px.x, span_px.y].map(|px| Argument::Number(format!("{px:.1}")));
         let name = &layer.name;

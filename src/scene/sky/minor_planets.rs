@@ -84,7 +84,7 @@ pub(crate) fn minor_planets(
     let marker_level = MARKER_LEVEL * (FULL_LEVEL_COUNT / columns.slope.len() as f64).powf(0.25).min(1.0);
     let days = request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
     let colour = star_colour(Some(B_V));
-    let drawn = MinorPlanets {
+    let minor_planets = MinorPlanets {
         times: Arc::new(columns.times(days)),
         axes: [camera.right / camera.tan_half_fov.x, camera.up / camera.tan_half_fov.y, camera.forward].map(narrow),
         camera_parts: two_parts((camera.position_km - sun_position_km) / KM_PER_AU),
@@ -95,7 +95,7 @@ pub(crate) fn minor_planets(
         marker_flux: narrow_scalar(marker_level * white / point_peak()),
         columns,
     };
-    let count = drawn.times.len();
+    let count = minor_planets.times.len();
     let reason = reason!("minor-orbits", count = count).and(reason!("minor-brightness", level = format_args!("{marker_level:.2}")));
-    (Some(drawn), decided(count > 0, reason))
+    (Some(minor_planets), decided(count > 0, reason))
 }

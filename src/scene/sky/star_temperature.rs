@@ -63,8 +63,8 @@ const MAX_B_V: f64 = 2.4;
 /// Effective temperature in kelvin that stars of this colour index have on average. The module's comment states its errors.
 pub fn temperature_k(b_v: f64) -> f64 {
     let b_v = b_v.clamp(HOT[0].0, MAX_B_V);
-    if let Some([(left, left_k), (right, right_k)]) = HOT.array_windows::<2>().find(|[_, (right, _)]| b_v < *right) {
-        return left_k + (right_k - left_k) * (b_v - left) / (right - left);
+    if let Some([(bluer, bluer_k), (redder, redder_k)]) = HOT.array_windows::<2>().find(|[_, (redder, _)]| b_v < *redder) {
+        return bluer_k + (redder_k - bluer_k) * (b_v - bluer) / (redder - bluer);
     }
     if b_v < REDDEST_OF_FIT { 10_f64.powf(FLOWER.iter().rev().fold(0.0, |sum, c| sum * b_v + c)) } else { black_body_k(b_v) }
 }

@@ -105,8 +105,8 @@ mod tests {
         assert!(brightness(0.5, 0.0) / brightness(0.5, 0.866) > 2.0);
     }
 
-    /// From outside the ecliptic, any combination of elongation and latitude occurs: the law stays between 60 and its value in the ecliptic at the smallest
-    /// elongation.
+    /// From outside the ecliptic, any combination of elongation and latitude occurs: the law stays between 60 (the table's least value is 72) and its value
+    /// in the ecliptic at the smallest elongation.
     #[test]
     fn the_law_stays_finite_for_every_direction() {
         let (brightest, faintest) = (brightness(CORONA_BLEND_DEG.0.to_radians().cos(), 0.0), 60.0);

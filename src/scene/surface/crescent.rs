@@ -40,7 +40,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let (diameter_px, phase_angle_rad) = (inputs.diameter_px, inputs.placed.phase_angle_rad);
     let chosen = &mut decisions.chosen;
     let is_possible =
-        !Capabilities::of(inputs.body()).is_emissive && chosen.eclipse.occluders == 0 && !chosen.detail && inputs.model.is_none();
+        !Capabilities::of(inputs.body()).is_emissive && chosen.eclipse.occluders == 0 && !chosen.detail && inputs.mesh.is_none();
     if is_possible && averaged_part(diameter_px, phase_angle_rad) > 0.0 {
         let width_px = 0.5 * diameter_px * width_radii(phase_angle_rad);
         let (from, to) = FADE_WIDTHS_PX;

@@ -118,8 +118,14 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
     });
     DetailUniforms {
         // The cell and the position within it are stored separately; a single number would lose up to four digits of the position.
-        lattice: std::array::from_fn(|k| narrow(row(k).0.fract()).extend(narrow_scalar(row(k).1))),
-        cells: std::array::from_fn(|k| narrow(row(k).0.floor()).extend(0.0)),
+        lattice: std::array::from_fn(|k| {
+            let (position, cell) = row(k);
+            narrow(position.fract()).extend(narrow_scalar(cell))
+        }),
+        cells: std::array::from_fn(|k| {
+            let (position, _) = row(k);
+            narrow(position.floor()).extend(0.0)
+        }),
         largest: narrow_scalar(largest),
         camera: camera_row,
         reference: reference_rows,

@@ -27,8 +27,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if !available.is_flattened {
         log.record(Effect::Ellipsoid.name(), false, reason!("axes-equal"));
     }
-    let disc = || (true, reason!("albedo-disc", size = format_args!("{:.1}", inputs.diameter_px)));
-    let albedo = log.record_effect_with_map(Effect::Albedo, body.maps.albedo.as_ref(), disc);
+    let always_drawn = || (true, reason!("albedo-disc", size = format_args!("{:.1}", inputs.diameter_px)));
+    let albedo = log.record_effect_with_map(Effect::Albedo, body.maps.albedo.as_ref(), always_drawn);
     let mut maps = MapSet { albedo, ..MapSet::default() };
     if available.custom_surface > 0 {
         decisions.chosen.custom_surface = log.record_effect(Effect::CustomSurface, true, reason!("by-surface"));
@@ -41,7 +41,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     // Relief is drawn without sunlight too, because it is visible in planet-shine.
     maps.normal = log.record_effect_with_map(Effect::Normal, body.maps.normal.as_ref(), || (true, reason!("slopes-show")));
     let sunlit_ground = sunlit_ground_in_view(inputs);
-    let glint = || if sunlit_ground.0 { sunlit_ground.clone() } else { reflected_glint(inputs) };
+    let is_sunlit_ground_in_view = sunlit_ground.0;
+    let glint = || if is_sunlit_ground_in_view { sunlit_ground.clone() } else { reflected_glint(inputs) };
     maps.specular = log.record_effect_with_map(Effect::Specular, body.maps.specular.as_ref(), glint);
     maps.night = log.record_effect_with_map(Effect::Night, body.maps.night.as_ref(), || {
         let white = night_lights::white_radiance(body);

@@ -6,7 +6,7 @@
 use crate::catalog::NaifId;
 use crate::mesh::Mesh;
 use crate::message::reason;
-use crate::scene::decision::with_invented;
+use crate::scene::decision::with_invented_note;
 use crate::scene::draw::uniforms::{DrawUniforms, MeshInstance};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions, FrameContext};
@@ -26,7 +26,7 @@ pub(crate) fn sun_direction_and_radius(frame: &FrameContext<'_>, placed: &Placed
     Some(((placed.body_from_icrf * placed.body_to_sun_km).normalize(), radius_rad))
 }
 
-/// Decides on the mesh and on its self-shadowing. A model that is present is always drawn: [`meshes::model`] returns none if the user switched it off.
+/// Decides on the mesh and on its self-shadowing. A mesh that is present is always drawn: [`meshes::mesh_of`] returns none if the user switched it off.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (name, body, log) = (Effect::Mesh.name(), inputs.body(), &mut decisions.log);
     let resources = inputs.frame.context.resources;
@@ -38,20 +38,16 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         log.record(name, false, reason!("unreadable-mesh", file = &shape_model.file));
         return decisions;
     }
-    let Some(model) = inputs.model else {
+    let Some(mesh) = inputs.mesh else {
         let is_switched_off = log.is_switched_off(Effect::Mesh);
         log.record(name, false, if is_switched_off { reason!("set-by-you") } else { reason!("unread-mesh", file = &shape_model.file) });
         return decisions;
     };
-    let reason = reason!(
-        "mesh-triangles",
-        count = model.triangle_count(),
-        file = &shape_model.file,
-        radii = format_args!("{:.3}", model.max_radius)
-    );
-    let reason = with_invented(reason, shape_model.invented.as_deref(), |how| reason!("shape-invented", how = how));
+    let reason =
+        reason!("mesh-triangles", count = mesh.triangle_count(), file = &shape_model.file, radii = format_args!("{:.3}", mesh.max_radius));
+    let reason = with_invented_note(reason, shape_model.invented.as_deref(), |how| reason!("shape-invented", how = how));
     log.record_effect(Effect::Mesh, true, reason);
-    decisions.chosen.mesh = Some(meshes::flags(body, model));
+    decisions.chosen.mesh = Some(meshes::flags(body, mesh));
     let Some((to_sun, sun_radius_rad)) = sun_direction_and_radius(inputs.frame, inputs.placed) else { return decisions };
     let reason =
         reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * sun_radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
@@ -66,7 +62,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 pub(crate) fn set_uniforms(
     uniforms: &mut DrawUniforms,
     inputs: &DecisionInputs<'_, '_>,
-    model: &Arc<Mesh>,
+    mesh: &Arc<Mesh>,
     self_shadow: Option<(DVec3, f64)>,
 ) {
     let (anchor, matrix) = meshes::clip_from_unit_sphere(inputs.frame.camera, &inputs.placed.placement);
@@ -74,8 +70,8 @@ pub(crate) fn set_uniforms(
     uniforms.clip_from_unit_sphere = matrix;
     let loaded = || inputs.frame.context.resources.sun_altitudes.get(&inputs.body().id).cloned();
     let sun_altitudes = match self_shadow {
-        Some((to_sun, sun_radius_rad)) => loaded().unwrap_or_else(|| Arc::new(model.sun_altitudes(to_sun, sun_radius_rad))),
-        None => Arc::new(vec![UNOBSTRUCTED_SUN_ALTITUDE; model.vertex_count()]),
+        Some((to_sun, sun_radius_rad)) => loaded().unwrap_or_else(|| Arc::new(mesh.sun_altitudes(to_sun, sun_radius_rad))),
+        None => Arc::new(vec![UNOBSTRUCTED_SUN_ALTITUDE; mesh.vertex_count()]),
     };
-    uniforms.mesh = Some(MeshInstance { model: Arc::clone(model), sun_altitudes });
+    uniforms.mesh = Some(MeshInstance { model: Arc::clone(mesh), sun_altitudes });
 }

@@ -23,33 +23,34 @@ const NEAR_RADII: f64 = 8.0;
 /// smaller and could not order the triangles. With this minimum, depth between bodies is wrong by up to this fraction of the distance.
 const MIN_DEPTH_RATIO: f64 = 1e-5;
 
-/// The shape model with which a body is drawn; `None` if the catalog has none, if it is unreadable or not loaded yet, or if the user switched it off.
-pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mesh>> {
+/// The triangles of the shape model with which a body is drawn; `None` if the catalog has no model, if its file is unreadable or not loaded yet, or if the user
+/// switched it off.
+pub(crate) fn mesh_of<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mesh>> {
     body.mesh
         .as_ref()
         .filter(|m| !context.resources.is_unreadable(&m.file) && context.request.effects.override_of(Effect::Mesh) != Some(false))?;
     context.resources.meshes.get(&body.id)
 }
 
-/// Whether a body's model is needed: the body is large enough and the file is readable.
+/// Whether a body's shape model is needed: the body is large enough, the file is readable, and the user has not switched meshes off.
 pub(crate) fn is_required(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> bool {
     let is_large = 2.0 * placed.body.radii_km.max_element() / placed.distance_km.max(1e-9) / camera.pixel_tangent() > POINT_ONLY_BELOW_PX;
     let has_readable_model = placed.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
     is_large && has_readable_model && context.request.effects.override_of(Effect::Mesh) != Some(false)
 }
 
-/// The rectangle of the image that the model may touch; `None` if it is outside.
-pub(crate) fn rect(camera: &Camera, placement: &Placement, model: &Mesh) -> Option<ClipRect> {
-    let bounds = Placement { radii_km: placement.radii_km * model.max_radius.max(1e-9), ..*placement };
+/// The rectangle of the image that the mesh may touch; `None` if the mesh is outside the image.
+pub(crate) fn rect(camera: &Camera, placement: &Placement, mesh: &Mesh) -> Option<ClipRect> {
+    let bounds = Placement { radii_km: placement.radii_km * mesh.max_radius.max(1e-9), ..*placement };
     if bounds.camera_is_inside() { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &bounds).rect(camera) }
 }
 
-/// The flags of a draw of the model.
-pub(crate) fn flags(body: &Body, model: &Mesh) -> MeshFlags {
+/// The flags of a draw of the mesh.
+pub(crate) fn flags(body: &Body, mesh: &Mesh) -> MeshFlags {
     body.mesh.as_ref().map_or_else(MeshFlags::default, |m| MeshFlags {
         two_sided: m.two_sided,
         alpha_texture: m.has_map_alpha,
-        vertex_colour: m.uses_vertex_colours && model.colours.is_some(),
+        vertex_colour: m.uses_vertex_colours && mesh.colours.is_some(),
     })
 }
 

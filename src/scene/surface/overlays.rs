@@ -72,12 +72,14 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
         }
         OverlayProjection::Orthographic { latitude_deg, longitude_deg, width_km, height_km } => {
             // The point of the ground in the image's middle, and the normal there.
-            let (middle_km, up) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
+            let ground_height_km = 0.0;
+            let (middle_km, up) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, ground_height_km);
             let east = DVec3::Z.cross(up).normalize();
             let north = up.cross(east);
             let radius_km = body.radii_km.x;
             let scale = DVec4::new(radius_km / width_km, radius_km / height_km, middle_km.dot(north) / radius_km, 1.0);
-            ([east, north, up], scale, DVec4::new(0.0, 1.0, 0.0, 1.0), false)
+            let (limits, wraps_around) = (DVec4::new(0.0, 1.0, 0.0, 1.0), false);
+            ([east, north, up], scale, limits, wraps_around)
         }
     };
     let colour_and_opacity = (factor * DVec3::from_array(overlay.gain)).extend(overlay.opacity);

@@ -3,17 +3,17 @@
 //! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if the entire disc is hidden and exactly 1 if no part of it is; and the limbs of
 //! nearer bodies as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden body is a sphere. A point's flux is multiplied by
 //! its visible fraction (`points`); a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air,
-//! and shadows (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral. The error is below 1e-4 of the disc's
+//! and shadows (eclipse). The light is summed over [`CHORD_COUNT`] chords of the disc, each with a closed-form integral. The error is below 1e-4 of the disc's
 //! light: a sum over 6000 chords differs by at most 7e-5, for one round body of 0.01 to 4 radii of the disc (computed outside this program).
 //! tests/eclipse/overlapping_limbs.rs compares images with the closed forms of shaders/lib/eclipse.
 
 use crate::catalog::NaifId;
 use crate::message::reason;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::{Camera, Placement, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{BodyPart, Draw, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_darkening;
-use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
 use crate::scene::visibility::lunar_limb;
 use crate::scene::visibility::order::is_in_front;
@@ -77,12 +77,12 @@ impl Limb {
 }
 
 /// Number of chords into which a disc is divided.
-const CHORDS: usize = 720;
+const CHORD_COUNT: usize = 720;
 
-/// For each chord, its distance from the middle of the disc and half its length, in radii of the disc. The ends of all chords are evenly spaced along the disc's
-/// limb.
-static CHORD_SIZES: LazyLock<[(f64, f64); CHORDS]> =
-    LazyLock::new(|| std::array::from_fn(|k| (PI * ((k as f64 + 0.5) / CHORDS as f64 - 0.5)).sin_cos()));
+/// For each chord, its distance from the middle of the disc and half its length, in radii of the disc. The ends of all chords are evenly spaced along the
+/// disc's limb.
+static CHORD_SIZES: LazyLock<[(f64, f64); CHORD_COUNT]> =
+    LazyLock::new(|| std::array::from_fn(|k| (PI * ((k as f64 + 0.5) / CHORD_COUNT as f64 - 0.5)).sin_cos()));
 
 /// Integral of a limb-darkened disc's radiance along a chord of half length h, from the chord's middle to x; see shaders/lib/ring/body_shadow.wesl.
 fn radiance_along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
@@ -139,7 +139,8 @@ fn visit_visible_parts(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)
 /// are smooth here. If they cover the disc, some light may remain in valleys of the Moon's limb; the result is then the point of the disc's limb that is
 /// farthest from the largest body.
 pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
-    let occluding = bodies_in_front_of(placed, farther, 0.0);
+    let margin_rad = 0.0;
+    let occluding = bodies_in_front_of(placed, farther, margin_rad);
     let Some((limbs, [along, across])) = limbs_on_disc(&occluding, farther) else { return DVec3::ZERO };
     let (mut area, mut moment) = (0.0, DVec2::ZERO);
     visit_visible_parts(&limbs, |y, h, from, to| {
@@ -186,7 +187,8 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'
 }
 
 fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
-    let occluding = bodies_in_front_of(placed, farther, 0.0);
+    let margin_rad = 0.0;
+    let occluding = bodies_in_front_of(placed, farther, margin_rad);
     let Some(first) = occluding.first() else { return DVec3::ONE };
     // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.
     let covers_disc = |p: &PlacedBody<'_>| {
@@ -213,18 +215,18 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
 
 /// Records as a decision the fraction of a body's light that nearer bodies leave visible, in the green channel; the decision is on if they hide all light. Does
 /// nothing if all light is visible or a fraction is recorded already.
-pub(super) fn record_visible_fraction(bodies: &mut [BodyInView], farther: NaifId, visible: DVec3) {
+pub(super) fn record_visible_fraction(bodies: &mut [BodyReport], body: NaifId, visible: DVec3) {
     if visible == DVec3::ONE {
         return;
     }
     let reason = reason!("hidden", part = format_args!("{:.6}", visible.y));
     let decision = Decision { effect: "hidden", on: visible == DVec3::ZERO, reason, stated_error: None };
-    let is_unrecorded = |b: &&mut BodyInView| b.id == farther && b.decisions.iter().all(|d| d.effect != decision.effect);
+    let is_unrecorded = |b: &&mut BodyReport| b.id == body && b.decisions.iter().all(|d| d.effect != decision.effect);
     bodies.iter_mut().filter(is_unrecorded).for_each(|b| b.decisions.push(decision.clone()));
 }
 
 /// Stores the limbs of nearer bodies in the draws of emissive discs, and records the visible fractions as decisions.
-pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyInView]) {
+pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyReport]) {
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == BodyPart::Globe).map(|d| (d.body, d.features.shape)).collect();
     let moon_limb = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());

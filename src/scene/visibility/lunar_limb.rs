@@ -9,13 +9,13 @@ use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
 use crate::ephemeris::limb_profile::{LIMB_POINTS, LimbProfile};
 use crate::message::reason;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{AnchorForm, Camera, Placement, narrow, narrow_scalar};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{BodyPart, Detail, Draw, LimbTable, LimbUniforms, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_darkening;
-use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
 use crate::scene::visibility::limb_profiles::LimbProfileCache;
 use glam::{DVec2, DVec3};
@@ -25,7 +25,7 @@ use std::sync::Arc;
 const _: () = assert!(LIMB_POINTS == LIMB_COLUMNS * LIMB_ROWS);
 /// Smallest range of limb heights, in pixels, for which the profile is drawn.
 const MIN_SPAN_PX: f64 = 0.25;
-/// Largest sine of the limb's angle, which keeps the tangent finite. It is not reached: a profile exists only for cameras at least one radius above the
+/// Largest sine of the limb's angle, which keeps the tangent finite. The limit is not reached: a profile exists only for cameras at least one radius above the
 /// Moon, where the sine is at most about 0.5.
 const MAX_LIMB_SINE: f64 = 0.999;
 
@@ -119,7 +119,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
 }
 
 /// Applies the stored profile to the Moon's draw, if the image resolves its heights; records the decision.
-pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyInView]) {
+pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyReport]) {
     let Some(moon) = placed.iter().find(|p| p.body.id == NaifId::MOON) else { return };
     let Some(profile) = moon.limb_profile.as_deref() else { return };
     let [min_km, max_km] = profile.range_km();
@@ -156,7 +156,7 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
 }
 
 /// Updates the reported features of bodies whose draws were changed.
-pub(crate) fn update_features(draws: &[Draw], bodies: &mut [BodyInView]) {
+pub(crate) fn update_features(draws: &[Draw], bodies: &mut [BodyReport]) {
     for changed in draws.iter().filter(|d| d.features.limb_heights) {
         let of_body = || draws.iter().filter(|d| d.body == changed.body).map(|d| d.features).collect();
         bodies.iter_mut().filter(|b| b.id == changed.body).for_each(|b| b.features = of_body());

@@ -8,10 +8,10 @@
 use super::hidden::{gap_is_below, record_visible_fraction, visible_fraction};
 use super::order::is_in_front;
 use crate::catalog::NaifId;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::{narrow, narrow_scalar};
 use crate::scene::draw::{BodyPart, Draw, Point};
 use crate::scene::features::inputs::FrameContext;
-use crate::scene::in_view::BodyInView;
 use crate::scene::numeric::smooth_rise;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::POINT_RADIUS_PX;
@@ -25,7 +25,7 @@ use std::sync::Arc;
 /// the sky, which is in front of the planets' discs, becomes larger than the radiance of the discs.
 const DUSK_SUN_SINES: (f64, f64) = (-0.1045, 0.0);
 /// Number of lines of sight to a body along which the rings of a planet are evaluated.
-const LINES_OF_SIGHT: u32 = 64;
+const LINE_OF_SIGHT_COUNT: u32 = 64;
 
 /// A planet whose rings are drawn.
 struct RingedPlanet<'p, 'a> {
@@ -58,9 +58,9 @@ impl RingedPlanet<'_, '_> {
         }
         let diameter = DVec3::Z.reject_from(line_of_sight).try_normalize().unwrap_or(DVec3::ZERO);
         let (mut transmitted, mut total, mut are_behind) = (0.0, 0.0, false);
-        for k in 0..LINES_OF_SIGHT {
+        for k in 0..LINE_OF_SIGHT_COUNT {
             // The disc is wide in proportion to the cosine, and so is the distance between lines of sight that are evenly spaced in angle.
-            let (sine, cosine) = (PI * ((f64::from(k) + 0.5) / f64::from(LINES_OF_SIGHT) - 0.5)).sin_cos();
+            let (sine, cosine) = (PI * ((f64::from(k) + 0.5) / f64::from(LINE_OF_SIGHT_COUNT) - 0.5)).sin_cos();
             let point = centre + diameter * (radius * sine);
             let to_camera = (camera - point).normalize();
             let is_beyond_plane = point.z * camera.z < 0.0;
@@ -88,7 +88,7 @@ pub(crate) fn apply(
     placed: &[PlacedBody<'_>],
     draws: &[Draw],
     points: &mut Vec<Point>,
-    bodies: &mut [BodyInView],
+    bodies: &mut [BodyReport],
 ) {
     let has_draw = |body: NaifId, part: BodyPart| draws.iter().any(|d| d.body == body && d.part == part);
     let drawn_discs: Vec<_> = placed.iter().filter(|p| has_draw(p.body.id, BodyPart::Globe)).collect();

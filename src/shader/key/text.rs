@@ -199,6 +199,7 @@ mod tests {
     /// Parts in random order give the same key. The written order does not depend on the order that was parsed.
     #[test]
     fn parts_are_read_in_any_order() {
+        // Random numbers below `n` (xorshift).
         let mut state = 0x2545_f491_4f6c_dd1d_u64;
         let mut below = |n: usize| {
             state ^= state << 13;

@@ -4,7 +4,7 @@
 //! [`BodyPositions`] with invented bodies.
 
 use crate::catalog::NaifId;
-use crate::ephemeris::Source;
+use crate::ephemeris::BEST_SOURCE;
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
@@ -14,7 +14,7 @@ use glam::{DMat3, DVec3};
 pub trait BodyPositions {
     /// The vector from the centre of `from` to the centre of `to` at one instant, without light time and aberration; ICRF kilometres.
     fn geometric_between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
-    /// Converts the camera's offset from `camera_body`, `offset_km`, to its offset from `body`; both in ICRF kilometres. The camera is free: it is placed by
+    /// Converts `offset_km`, the camera's offset from `camera_body`, to its offset from `body`; both in ICRF kilometres. The camera is free: it is placed by
     /// an offset from a body's centre, not on its ground. Each offset is measured from the body's light-time position (without aberration): its centre when
     /// it emitted the light that reaches the camera at `time`.
     ///
@@ -25,9 +25,6 @@ pub trait BodyPositions {
     /// The rotation from ICRF to body-fixed axes. Its rows are the body's axes in ICRF.
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3>;
 }
-
-/// Selects the best source that covers the time.
-const BEST_SOURCE: Option<Source> = None;
 
 /// Positions from a session's ephemeris.
 pub struct SessionPositions<'a>(pub &'a Session);
@@ -43,6 +40,7 @@ impl BodyPositions for SessionPositions<'_> {
         let ephemeris = self.0.ephemeris();
         let emission_time = time.plus_seconds(-offset_km.length() / SPEED_OF_LIGHT_KM_S);
         let camera_body_state = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, BEST_SOURCE).ok()?;
+        // Relative to the solar system's barycentre, as is `body_km`.
         let camera_km = camera_body_state.state.pos_km + offset_km;
         let (body_km, _) = ephemeris.light_time_position(body, camera_km, time).ok()?;
         Some(camera_km - body_km)

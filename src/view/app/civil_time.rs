@@ -66,6 +66,7 @@ fn offset_text(offset_s: i32) -> String {
     format!("UTC{}{:02}:{:02}", if offset_s < 0 { '-' } else { '+' }, minutes / 60, minutes % 60)
 }
 
+/// The civil time of an instant in a zone, rounded to whole seconds; `None` outside the calendar's range of years.
 fn civil_time<Z: TimeZone>(t: Instant, zone: &Z) -> Option<NaiveDateTime> {
     // The fraction of a second is cut off below. Half a second is added before, so that the result is rounded to whole seconds.
     let iso = t.plus_seconds(0.5).to_utc_iso();
@@ -76,16 +77,17 @@ fn civil_time<Z: TimeZone>(t: Instant, zone: &Z) -> Option<NaiveDateTime> {
     utc.checked_add_signed(Duration::seconds(zone.offset_from_utc_datetime(&utc).fix().local_minus_utc().into()))
 }
 
-/// The instants of a civil time, ordered by time: none outside the calendar's range of years, two of a civil time that occurs twice.
+/// The instants of a civil time in a zone, ordered by time: none outside the calendar's range of years, two of a civil time that occurs twice.
 fn instants<Z: TimeZone>(civil: NaiveDateTime, zone: &Z) -> Vec<Instant> {
     let mut found = utc_times(civil, zone);
     if found.is_empty() {
+        // The zone skips this civil time.
         found = civil.checked_add_signed(Duration::hours(1)).map_or(Vec::new(), |later| utc_times(later, zone));
     }
     found.into_iter().filter_map(|utc| Instant::parse(&utc.format("%Y-%m-%dT%H:%M:%SZ").to_string()).ok()).collect()
 }
 
-/// The one of some instants that is nearest to `near`.
+/// The instant that is nearest to `near`; `None` if there is none to choose from.
 fn nearest(instants: Vec<Instant>, near: Instant) -> Option<Instant> {
     let distance_s = |t: &Instant| (t.tdb_seconds_past_j2000() - near.tdb_seconds_past_j2000()).abs();
     instants.into_iter().min_by(|a, b| distance_s(a).total_cmp(&distance_s(b)))

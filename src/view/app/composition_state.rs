@@ -4,7 +4,7 @@
 //! In: fields of a link or a file, controls of the Effects panel. Out: a [`Composition`]. Always: the default is a perspective image without
 //! stereo, which links and files omit. Not here: the warp mesh, which distorts the image for one projector; `orrery view --warp` loads it.
 
-use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_DEG, FISHEYE_RANGE_DEG};
+use crate::scene::request::composition::{DEFAULT_FISHEYE_DEG, DOME_TILT_RANGE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::{Composition, Projection, Stereo, StereoLayout};
 use crate::view::app::option_serde;
 use serde::{Deserialize, Serialize};
@@ -32,7 +32,7 @@ impl Default for CompositionState {
     fn default() -> Self {
         Self {
             projection: Projection::Perspective,
-            fisheye_deg: FISHEYE_DEG,
+            fisheye_deg: DEFAULT_FISHEYE_DEG,
             is_zenith_centred: false,
             dome_tilt_deg: 0.0,
             stereo: None,

@@ -27,7 +27,7 @@ pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
     let has_zero_offset =
         |word: &str| ["+00:00", "+0000", "+00"].into_iter().any(|offset| word.strip_suffix(offset).is_some_and(ends_in_digit));
     let names_utc = |word: &str| UTC_WORDS.contains(&word) || word.strip_suffix('z').is_some_and(ends_in_digit) || has_zero_offset(word);
-    // Only the words for now, such as `today`, are date texts without a digit.
+    // Only words such as `today` and `tomorrow` are date texts without a digit.
     let is_relative_to_now = !text.contains(|c: char| c.is_ascii_digit());
     text.split([' ', ',']).any(names_utc) || is_relative_to_now || text.starts_with("jd_tdb:")
 }

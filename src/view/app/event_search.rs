@@ -141,7 +141,7 @@ pub struct EventSearch {
     searched_s: f64,
     /// Length of the next step, unless the span ends before. Below [`MIN_STEP_S`], the search is over.
     step_s: f64,
-    /// Why the last failed step failed: a part of it is outside the ephemeris. From then on, `step_s` is halved after each step.
+    /// Why the last failed step failed: a part of it is outside the ephemeris. From then on, `step_s` is halved after each step. `None`: no step has failed.
     failure: Option<EphemerisError>,
 }
 
@@ -351,8 +351,9 @@ impl SkyEvent {
     ///
     /// # Errors
     /// If the ephemeris does not cover the event.
-    pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, home: Home) -> Result<EventFromPlace, EphemerisError> {
-        let place = GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
+    pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, observer_place: Home) -> Result<EventFromPlace, EphemerisError> {
+        let place =
+            GeodeticPosition { latitude_deg: observer_place.latitude_deg, longitude_deg: observer_place.longitude_deg, height_km: 0.0 };
         let seen = match self {
             Self::Solar(e) => e.seen_from(place),
             Self::Lunar(e) => Some(e.seen_from(place)),

@@ -10,8 +10,8 @@
 //!
 //! A changed metered value becomes known only when the first image with the new value is finished. The decay towards it is then counted from the request
 //! of the last image with the old value. During continuous drawing, this start is too early by at most the interval between two requests. The first image
-//! with the new value is ahead by one more interval, because it was requested before the last image with the old value was finished. If no image was
-//! requested for several time constants before the change, the first images after the change have the metered exposure at once.
+//! with the new value is ahead of this decay by one more interval, because it was requested before the last image with the old value was finished. If no
+//! image was requested for several time constants before the change, the first images after the change have the metered exposure at once.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -205,15 +205,16 @@ mod tests {
     fn stops_approach_with_the_time_constant_at_any_frame_rate() {
         for rate_hz in [5.0, 20.0, 100.0] {
             let (mut adaptation, view) = (ExposureAdaptation::default(), view(NaifId::EARTH));
-            let mut step = |now_s: f64, metered_stops: f64| {
+            let mut draw = |now_s: f64, metered_stops: f64| {
                 let stops = draw_at_once(&mut adaptation, &view, now_s, metered_stops);
                 (stops, adaptation.needs_another_image())
             };
-            assert_eq!(step(0.0, 0.0), (0.0, false), "the first image has the metered exposure");
+            assert_eq!(draw(0.0, 0.0), (0.0, false), "the first image has the metered exposure");
             let (mut last_stops, mut stops_at_time_constant) = (0.0, f64::NAN);
+            // Four seconds: ten time constants.
             for k in 1..=(4.0 * rate_hz) as u32 {
                 let now_s = f64::from(k) / rate_hz;
-                let (stops, needs_another_image) = step(now_s, 10.0);
+                let (stops, needs_another_image) = draw(now_s, 10.0);
                 assert!((stops > last_stops || last_stops == 10.0) && stops <= 10.0, "{stops} after {last_stops}");
                 assert_eq!(needs_another_image, stops != 10.0);
                 if (now_s - TIME_CONSTANT_S).abs() < 1e-9 {
@@ -271,7 +272,8 @@ mod tests {
     fn stops_approach_with_the_time_constant_while_images_overlap() {
         for image_s in [0.05, 0.1] {
             for step_s in [1.0, 1.03, 1.06, 1.09] {
-                let images = images_of_a_step(image_s, step_s, true);
+                let has_own_time = true;
+                let images = images_of_a_step(image_s, step_s, has_own_time);
                 let interval_s = image_s + 1.0 / FRAME_RATE_HZ + 1e-9;
                 assert!(images.windows(2).all(|pair| pair[1].requested_s - pair[0].requested_s <= interval_s));
                 let first_after_step = images.iter().position(|image| image.requested_s >= step_s).expect("images after the step");
@@ -292,7 +294,7 @@ mod tests {
                 let time_s = covered.requested_s - step_s;
                 assert!((time_s - TIME_CONSTANT_S).abs() <= interval_s, "{time_s} s with images of {image_s} s");
                 // Negative control: each image is recorded with the time of the newest request.
-                let error = largest_error(&images_of_a_step(image_s, step_s, false));
+                let error = largest_error(&images_of_a_step(image_s, step_s, !has_own_time));
                 assert!(error > 0.5, "{error} stops with the time of the newest request");
             }
         }

@@ -77,7 +77,7 @@ mod tests {
     fn a_sequence_gets_the_first_number_for_which_no_frame_exists() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name).display().to_string();
-        let sequence = |name: &str, frames| free_sequence(&at(name), frames).expect(name);
+        let sequence = |name: &str, frame_count| free_sequence(&at(name), frame_count).expect(name);
         // A name without a placeholder, such as the field's default, gets a frame number.
         assert_eq!(sequence("orrery.png", 100).path(7).display().to_string(), at("orrery-00007.png"));
         assert_eq!(sequence("x-%d.exr", 100).path(7).display().to_string(), at("x-7.exr"));

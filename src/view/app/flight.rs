@@ -67,12 +67,13 @@ impl Flight {
         let (start_distance_km, end_distance_km) = (start_km.length().max(1e-6), end_km.length().max(1e-6));
         let log_distance = start_distance_km.ln() + (end_distance_km.ln() - start_distance_km.ln()) * eased;
         let direction = slerp(start_km.try_normalize().unwrap_or(DVec3::X), end_km.try_normalize().unwrap_or(DVec3::X), eased);
-        let turned_fraction = ease_in_out(fraction / FACING_FROM_FRACTION);
+        // How far the camera has turned from its first direction towards the target, 0 to 1.
+        let facing_fraction = ease_in_out(fraction / FACING_FROM_FRACTION);
         // The entire turn is from facing the target to the final direction of the camera; `turn_so_far` is the part that has been made.
         let facing_at_end = (-end_km).try_normalize().unwrap_or(self.end.forward);
         let turn_so_far = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing_at_end, self.end.forward), eased);
         let towards_target = (turn_so_far * -direction).normalize();
-        let forward = slerp(self.start.forward, towards_target, turned_fraction);
+        let forward = slerp(self.start.forward, towards_target, facing_fraction);
         let up = self.start.up.lerp(self.end.up, eased);
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
         Pose { offset_km: direction * log_distance.exp(), forward, up }
@@ -110,6 +111,7 @@ mod tests {
             flight.elapsed_s = FLIGHT_S * f64::from(i) / f64::from(steps);
             let now = flight.pose();
             assert!(now.offset_km.length() < last.offset_km.length(), "step {i}");
+            // The distance falls by a factor of 5990, whose logarithm is 8.7; the easing is at most 1.875 / 400 in a step: a factor of 1.042.
             let ratio = last.offset_km.length() / now.offset_km.length();
             assert!(ratio < 1.06, "step {i}: {ratio}");
             assert!(angle_rad(now.forward, last.forward) < 0.06, "step {i}");

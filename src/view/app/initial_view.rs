@@ -61,11 +61,12 @@ fn camera_direction(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, pol
 fn camera_direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
     // About this axis, a positive angle turns the Sun's direction away from the Moon's: for a camera in the turned direction, the Moon is beyond the Earth.
     let axis = moon_radii.cross(sunward).try_normalize()?;
-    let [min, max] = SUN_ANGLE_RANGE_DEG;
-    let steps = ((max - min) / SUN_ANGLE_STEP_DEG) as u32;
-    let mut angles: Vec<f64> = (0..=steps).map(|k| min + f64::from(k) * SUN_ANGLE_STEP_DEG).collect();
-    angles.sort_by(|a, b| (a - SUN_ANGLE_DEG).abs().total_cmp(&(b - SUN_ANGLE_DEG).abs()));
-    let directions = angles.iter().flat_map(|&angle| POLE_OFFSETS.map(|offset| camera_direction(Some(sunward), axis, angle, offset, pole)));
+    let [min_deg, max_deg] = SUN_ANGLE_RANGE_DEG;
+    let steps = ((max_deg - min_deg) / SUN_ANGLE_STEP_DEG) as u32;
+    let mut angles_deg: Vec<f64> = (0..=steps).map(|k| min_deg + f64::from(k) * SUN_ANGLE_STEP_DEG).collect();
+    angles_deg.sort_by(|a, b| (a - SUN_ANGLE_DEG).abs().total_cmp(&(b - SUN_ANGLE_DEG).abs()));
+    let at_angle = |&angle_deg: &f64| POLE_OFFSETS.map(|offset| camera_direction(Some(sunward), axis, angle_deg, offset, pole));
+    let directions = angles_deg.iter().flat_map(at_angle);
     directions.into_iter().find(|&direction| shows_moon(direction, moon_radii, pole))
 }
 
@@ -89,7 +90,8 @@ mod tests {
         a.cross(b).length().atan2(a.dot(b))
     }
 
-    /// The camera's direction for a Moon in the ecliptic at an elongation. The Sun is along x; the Earth's pole is 23 degrees from the ecliptic's.
+    /// The camera's direction for a Moon in the ecliptic at an angle of 0 to 360 degrees east of the Sun. The Sun is along x; the Earth's pole is 23 degrees
+    /// from the ecliptic's.
     fn direction_for_elongation(elongation_deg: f64) -> Option<DVec3> {
         let pole = DVec3::new(0.0, -0.39, 0.92).normalize();
         // The Moon's mean distance is 60.3 Earth radii.
@@ -109,11 +111,11 @@ mod tests {
 
     #[test]
     fn the_moon_is_shown_beside_the_earth_unless_it_is_near_the_sun() {
-        for elongation in (0..360).step_by(5) {
-            let from_sun_deg = f64::from(180 - (elongation - 180_i32).abs());
-            let found = direction_for_elongation(f64::from(elongation));
-            assert!(found.is_some() || from_sun_deg < 75.0, "{elongation}");
-            assert!(found.is_none() || from_sun_deg > 50.0, "{elongation}");
+        for elongation_deg in (0..360).step_by(5) {
+            let from_sun_deg = f64::from(180 - (elongation_deg - 180_i32).abs());
+            let found = direction_for_elongation(f64::from(elongation_deg));
+            assert!(found.is_some() || from_sun_deg < 75.0, "{elongation_deg}");
+            assert!(found.is_none() || from_sun_deg > 50.0, "{elongation_deg}");
         }
     }
 }

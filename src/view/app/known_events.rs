@@ -42,8 +42,8 @@ impl KnownEvents {
 
     /// Start and end of the searched span, TDB seconds past J2000; `None` before the searches start.
     fn searched_span(&self) -> Option<(f64, f64)> {
-        let [back, forward] = self.searches.as_ref()?.each_ref().map(|search| search.searched_until().tdb_seconds_past_j2000());
-        Some((back, forward))
+        let [first_tdb_s, last_tdb_s] = self.searches.as_ref()?.each_ref().map(|search| search.searched_until().tdb_seconds_past_j2000());
+        Some((first_tdb_s, last_tdb_s))
     }
 
     /// How far from the searched span the middle of the displayed span may be, seconds, before the searches start again. This is the length of a step, or
@@ -130,9 +130,9 @@ mod tests {
     }
 
     /// Number of steps until a span has been searched. `is_covered`: whether the ephemeris covers the next step of a search.
-    fn steps_needed(known: &mut KnownEvents, from_s: f64, to_s: f64, is_covered: impl Fn(&EventSearch) -> bool) -> usize {
+    fn steps_needed(known: &mut KnownEvents, from_tdb_s: f64, to_tdb_s: f64, is_covered: impl Fn(&EventSearch) -> bool) -> usize {
         let mut steps = 0;
-        while let Some(next) = known.next_search(from_s, to_s) {
+        while let Some(next) = known.next_search(from_tdb_s, to_tdb_s) {
             known.add_result(&next, advanced(&next, is_covered(&next)), Vec::new());
             steps += 1;
             assert!(steps < 1000, "no end");
@@ -155,17 +155,17 @@ mod tests {
     #[test]
     fn the_unsearched_parts_shrink_from_the_middle_to_the_ends() {
         let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
-        let (from_s, to_s) = (0.0, 100.0 * DAY_S);
-        assert_eq!(known.unsearched(from_s, to_s), [Some((from_s, to_s)), None]);
+        let (from_tdb_s, to_tdb_s) = (0.0, 100.0 * DAY_S);
+        assert_eq!(known.unsearched(from_tdb_s, to_tdb_s), [Some((from_tdb_s, to_tdb_s)), None]);
         for step in 1..=4 {
-            let next = known.next_search(from_s, to_s).expect("a search");
+            let next = known.next_search(from_tdb_s, to_tdb_s).expect("a search");
             known.add_result(&next, advanced(&next, true), Vec::new());
-            let [before, after] = known.unsearched(from_s, to_s).map(|part| part.map_or(0.0, |(a, b)| b - a));
+            let [before, after] = known.unsearched(from_tdb_s, to_tdb_s).map(|part| part.map_or(0.0, |(a, b)| b - a));
             assert_eq!(before + after, (100.0 - 10.0 * f64::from(step)) * DAY_S);
             assert!((before - after).abs() <= 10.0 * DAY_S, "{before} {after}");
         }
-        steps_needed(&mut known, from_s, to_s, |_| true);
-        assert_eq!(known.unsearched(from_s, to_s), [None; 2]);
+        steps_needed(&mut known, from_tdb_s, to_tdb_s, |_| true);
+        assert_eq!(known.unsearched(from_tdb_s, to_tdb_s), [None; 2]);
         steps_needed(&mut known, 50.0 * DAY_S, 150.0 * DAY_S, |_| false);
         assert_eq!(known.unsearched(50.0 * DAY_S, 150.0 * DAY_S), [None; 2], "nothing is searched beyond the ephemeris");
     }
@@ -191,8 +191,9 @@ mod tests {
     fn both_sides_of_a_distant_date_are_searched() {
         for years_past_j2000 in [-12_000.0, -3500.0, 1500.0, 9000.0] {
             let mut known = KnownEvents::new(&[EventKind::Solar], 10.0);
-            let middle_s = years_past_j2000 * DAYS_PER_JULIAN_YEAR * DAY_S;
-            assert_eq!(steps_needed(&mut known, middle_s - 100.0 * DAY_S, middle_s + 100.0 * DAY_S, |_| true), 20, "{years_past_j2000}");
+            let middle_tdb_s = years_past_j2000 * DAYS_PER_JULIAN_YEAR * DAY_S;
+            let (from_tdb_s, to_tdb_s) = (middle_tdb_s - 100.0 * DAY_S, middle_tdb_s + 100.0 * DAY_S);
+            assert_eq!(steps_needed(&mut known, from_tdb_s, to_tdb_s, |_| true), 20, "{years_past_j2000}");
         }
     }
 
@@ -208,8 +209,8 @@ mod tests {
             let mut known = KnownEvents::new(&[EventKind::Solar], 500.0);
             let steps = steps_needed(&mut known, -2000.0 * DAY_S, 2000.0 * DAY_S, is_covered);
             assert!(steps < 30, "{end_days}: {steps} steps");
-            let (first_s, last_s) = known.searched_span().expect("a span");
-            let unsearched_days = if end_days < 0.0 { first_s / DAY_S - end_days } else { end_days - last_s / DAY_S };
+            let (first_tdb_s, last_tdb_s) = known.searched_span().expect("a span");
+            let unsearched_days = if end_days < 0.0 { first_tdb_s / DAY_S - end_days } else { end_days - last_tdb_s / DAY_S };
             assert!((0.0..2.0).contains(&unsearched_days), "{end_days}: {unsearched_days} days are left");
         }
     }
@@ -226,8 +227,8 @@ mod tests {
         assert!(steps(50.0, 150.0) > 0);
         assert_eq!(steps(50.5, 150.5), 0, "no search starts again after a move of less than `MIN_STEP_S`");
         assert!(steps(-350.0, -250.0) > 0);
-        let (first_s, last_s) = known.searched_span().expect("a span");
-        assert!(first_s <= -350.0 * DAY_S && last_s >= -250.0 * DAY_S, "{} to {} days", first_s / DAY_S, last_s / DAY_S);
+        let (first_tdb_s, last_tdb_s) = known.searched_span().expect("a span");
+        assert!(first_tdb_s <= -350.0 * DAY_S && last_tdb_s >= -250.0 * DAY_S, "{} to {} days", first_tdb_s / DAY_S, last_tdb_s / DAY_S);
     }
 
     #[test]
@@ -236,8 +237,8 @@ mod tests {
         let first = known.next_search(0.0, 20.0 * DAY_S).expect("a search");
         let mut lengths_days = Vec::new();
         while let Some(next) = known.next_search(0.0, 20.0 * DAY_S) {
-            let [start_s, end_s] = [next.searched_until(), next.end_of_step()].map(Instant::tdb_seconds_past_j2000);
-            lengths_days.push((end_s - start_s).abs() / DAY_S);
+            let [start_tdb_s, end_tdb_s] = [next.searched_until(), next.end_of_step()].map(Instant::tdb_seconds_past_j2000);
+            lengths_days.push((end_tdb_s - start_tdb_s).abs() / DAY_S);
             known.add_result(&next, advanced(&next, false), Vec::new());
         }
         // Steps of 10, 5, 2.5 and 1.25 days on each side.

@@ -128,8 +128,8 @@ mod tests {
     #[test]
     fn elevation_is_latitude_about_the_pole() {
         let orbit = OrbitCamera { azimuth_rad: 0.3, elevation_rad: 0.5, distance_radii: 2.0 };
-        let up = orbit.offset_km(1.0, POLE).normalize_or_zero().dot(POLE.normalize_or_zero());
-        assert!((up - 0.5_f64.sin()).abs() < 1e-12, "{up}");
+        let latitude_sine = orbit.offset_km(1.0, POLE).normalize_or_zero().dot(POLE.normalize_or_zero());
+        assert!((latitude_sine - 0.5_f64.sin()).abs() < 1e-12, "{latitude_sine}");
     }
 
     #[test]

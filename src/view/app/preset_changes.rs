@@ -5,14 +5,12 @@
 
 use super::view_state::ViewState;
 
-/// The settings that a preset may change besides camera and time.
+/// The settings that a preset may change besides camera and time; the fields are those of [`ViewState`] and of its layers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PresetSettings {
     orbits: bool,
     constellations: bool,
-    /// Stops, as in [`ViewState`].
     stars_boost: f64,
-    /// As in [`ViewState`]; `None`: automatic exposure.
     exposure_stops: Option<f64>,
 }
 

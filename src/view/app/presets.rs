@@ -90,7 +90,7 @@ impl Preset {
     }
 
     /// The view of this preset; settings that it does not change come from `base_view`.
-    pub fn view(self, positions: &dyn BodyPositions, now: Instant, home: Home, base_view: &ViewState) -> Option<ViewState> {
+    pub fn view(self, positions: &dyn BodyPositions, now: Instant, observer_place: Home, base_view: &ViewState) -> Option<ViewState> {
         let with_time_running = |view: ViewState| ViewState { paused: Some(false), ..view };
         match self {
             Self::WholeSystem => system_view(OUTER_DISTANCE_AU, positions, now, base_view),
@@ -99,13 +99,13 @@ impl Preset {
                 Some(with_time_running(base_view.paused_view(now, NaifId::MOON, CameraPose::Centre { body: NaifId::EARTH }, MOON_FOV_DEG)))
             }
             Self::SkyTonight => {
-                let time = dark_time(positions, now, home)?;
+                let time = dark_time(positions, now, observer_place)?;
                 // North or south, where the Moon and the planets culminate.
-                let azimuth_deg = if home.latitude_deg < 0.0 { 0.0 } else { 180.0 };
+                let azimuth_deg = if observer_place.latitude_deg < 0.0 { 0.0 } else { 180.0 };
                 let camera_pose = CameraPose::Ground {
                     body: NaifId::EARTH,
-                    latitude_deg: home.latitude_deg,
-                    longitude_deg: home.longitude_deg,
+                    latitude_deg: observer_place.latitude_deg,
+                    longitude_deg: observer_place.longitude_deg,
                     height_km: SKY_CAMERA_HEIGHT_KM,
                     azimuth_deg,
                     altitude_deg: SKY_ALTITUDE_DEG,
@@ -127,14 +127,15 @@ fn system_view(distance_au: f64, positions: &dyn BodyPositions, now: Instant, ba
     orbit.elevation_rad = SYSTEM_ELEVATION_DEG.to_radians();
     orbit.distance_radii = distance_au * KM_PER_AU / SUN_RADIUS_KM;
     let view = base_view.paused_view(now, NaifId::SUN, inertial_orbit_pose(NaifId::SUN, orbit), DEFAULT_FOV_DEG);
+    // `paused: None`: time runs or is paused as before.
     Some(ViewState { orbits: true, exposure_stops: Some(SYSTEM_EXPOSURE_STOPS), paused: None, ..view })
 }
 
 /// The first time from `now` on at which the sky over a place is dark; if the sky stays bright for a day, the time of the lowest Sun. `None` if the ephemeris
 /// ends before the search does.
-fn dark_time(positions: &dyn BodyPositions, now: Instant, home: Home) -> Option<Instant> {
-    // Only the direction of the vertical is used; it does not depend on the radii.
-    let (_, up) = ground_point_km(DVec3::ONE, home.latitude_deg, home.longitude_deg, 0.0);
+fn dark_time(positions: &dyn BodyPositions, now: Instant, observer_place: Home) -> Option<Instant> {
+    // Only the direction of the vertical is used; it depends neither on the radii nor on the height.
+    let (_, up) = ground_point_km(DVec3::ONE, observer_place.latitude_deg, observer_place.longitude_deg, 0.0);
     let sun_altitude_sine = |time: Instant| -> Option<f64> {
         let sun = positions.geometric_between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;
         Some((positions.body_from_icrf(NaifId::EARTH, time)? * sun).dot(up))

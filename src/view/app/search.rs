@@ -45,7 +45,7 @@ pub enum SearchTarget {
     Body(NaifId),
     Preset(Preset),
     /// A view of *What to see now*.
-    Now(NowItem),
+    WhatToSeeNow(NowItem),
     /// A moment's name in the catalog.
     Moment(String),
     /// Hipparcos number.
@@ -196,7 +196,7 @@ fn presets_and_now_items(text: &str) -> impl Iterator<Item = Suggestion> {
     });
     // The other items of *What to see now* are found as events and moments. Each of these two has its search words.
     let now_items = [(NowItem::Moon, "moon tonight now"), (NowItem::Saturn, "saturn now rings")]
-        .map(|(item, words)| (format!("{} {words}", item.name()), suggestion(item.name(), text!("now"), SearchTarget::Now(item))));
+        .map(|(item, words)| (format!("{} {words}", item.name()), suggestion(item.name(), text!("now"), SearchTarget::WhatToSeeNow(item))));
     presets.into_iter().chain(now_items).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)
 }
 

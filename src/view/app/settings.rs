@@ -247,9 +247,10 @@ impl Settings {
         let ui_scale = read.ui_scale.clamp(*UI_SCALE_RANGE.start(), *UI_SCALE_RANGE.end());
         let settings = Self { ui_scale, home: read.home.or_default(), ..read };
         if let Some(invalid_fields) = invalid_fields {
+            let no_base = None;
             let outcome = match set_aside(path) {
                 // The valid part is written at once: the settings writer waits for a change.
-                Ok(kept_as) => match settings.save_over(path, None, Some(&text)) {
+                Ok(kept_as) => match settings.save_over(path, no_base, Some(&text)) {
                     Ok(()) => kept_as,
                     Err(e) => format!("{kept_as}; {e}"),
                 },
@@ -348,6 +349,7 @@ mod tests {
     #[test]
     fn text_leaves_room_for_the_panels() {
         let (usual, large, tiny) = ([1264.0, 736.0], [3840.0, 2160.0], [400.0, 300.0]);
+        // The panels need a width of 600 points: 2.1067 is 1264 / 600.
         for (ui_scale, size, expected) in [(3.0, usual, 2.1067), (2.0, usual, 2.0), (3.0, large, 3.0), (2.0, tiny, 1.0), (0.6, tiny, 0.6)] {
             let scale = scale_within(ui_scale, size);
             assert!((scale - expected).abs() < 1e-3, "{ui_scale} in {size:?}: {scale}");

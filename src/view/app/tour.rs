@@ -111,7 +111,7 @@ const NEAR_RADII: f64 = 1.2;
 /// Fraction by which a path is raised in its middle, per radian of the angle between its ends as seen from the body's centre.
 const LIFT_PER_RAD: f64 = 0.3;
 
-/// What a tour shows at a time after its start.
+/// What a tour shows at one instant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TourFrame {
     pub view: ViewState,
@@ -203,18 +203,18 @@ impl Tour {
         self.stops.len()
     }
 
-    /// The text of a stop. `stop`: the stop's index, from 0.
-    pub fn text(&self, stop: usize) -> &str {
-        self.stops.get(stop).map_or("", |s| s.text.as_str())
+    /// The text of a stop. `stop_index`: from 0.
+    pub fn text(&self, stop_index: usize) -> &str {
+        self.stops.get(stop_index).map_or("", |s| s.text.as_str())
     }
 
-    /// Time at which the camera arrives at a stop, real seconds from the start of the tour. `stop`: the stop's index, from 0.
-    pub fn arrival_s(&self, stop: usize) -> f64 {
-        let departure_s: f64 = self.stops.iter().take(stop).map(|s| s.travel_s + s.hold_s).sum();
-        departure_s + self.stops.get(stop).map_or(0.0, |s| s.travel_s)
+    /// Time at which the camera arrives at a stop, real seconds from the start of the tour. `stop_index`: from 0.
+    pub fn arrival_s(&self, stop_index: usize) -> f64 {
+        let departure_s: f64 = self.stops.iter().take(stop_index).map(|s| s.travel_s + s.hold_s).sum();
+        departure_s + self.stops.get(stop_index).map_or(0.0, |s| s.travel_s)
     }
 
-    /// What the tour shows `elapsed_s` seconds after its start, clamped to the tour.
+    /// What the tour shows `elapsed_s` real seconds after its start, clamped to the tour.
     pub fn at(&self, elapsed_s: f64) -> TourFrame {
         // Real seconds since the start of the camera path to the stop `index`; once `travel_s` is subtracted, since the arrival at this stop.
         let mut remaining_s = elapsed_s.max(0.0);

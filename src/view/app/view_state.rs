@@ -53,7 +53,8 @@ pub enum CameraPose {
         yaw_deg: f64,
         pitch_deg: f64,
     },
-    /// On the surface, or above it: planetographic latitude, east longitude, height above the ellipsoid; azimuth from north through east.
+    /// On the surface, or above it: planetographic latitude, east longitude, height above the ellipsoid; azimuth (from north through east) and altitude of
+    /// the direction that the camera faces, unless it tracks another body.
     Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, azimuth_deg: f64, altitude_deg: f64 },
     /// At a body's centre, facing the target; this body is not drawn.
     Centre { body: NaifId },
@@ -169,8 +170,8 @@ pub(crate) const MIN_FOV_DEG: f64 = 1e-4;
 pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 
 impl ViewState {
-    /// The view of a body from `offset_km` relative to its centre. `pole`: direction of its pole; both vectors are in ICRF. All other fields have their
-    /// defaults.
+    /// The view of a body from `offset_km` relative to its centre. `radius_km`: its equatorial radius. `pole`: direction of its pole; both vectors are in ICRF.
+    /// All other fields have their defaults.
     pub fn around(body: NaifId, offset_km: DVec3, radius_km: f64, pole: DVec3, time: Instant) -> Self {
         let orbit = OrbitCamera::from_offset(offset_km, radius_km, pole);
         Self {
@@ -313,6 +314,7 @@ impl ViewState {
                 if tracks_other_body {
                     return Ok(RequestPose { position, look: Look::Target, up: Up::Zenith });
                 }
+                // The vertical is the same at every height.
                 let (_, normal) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
                 let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
                 let axes = Axes::BodyFixed;

@@ -183,6 +183,7 @@ impl Viewer {
         self.selectable_bodies.iter().find(|s| s.id == id)
     }
 
+    /// The name of a body in the window's language.
     pub(crate) fn name(&self, id: NaifId) -> &str {
         body_name(self.catalog_name(id))
     }
@@ -315,7 +316,7 @@ impl Viewer {
 
     /// The current view, or a flight's destination, as the history stores it.
     fn history_entry(&self) -> HistoryEntry {
-        HistoryEntry { view: self.destination(), preset_changes: self.preset_changes }
+        HistoryEntry { view: self.view_after_flight(), preset_changes: self.preset_changes }
     }
 
     /// Stores the view in the history before the camera goes elsewhere, then undoes the brightness of stars and the exposure that a preset has set, but not
@@ -329,22 +330,22 @@ impl Viewer {
 
     /// The view from which new views take quality, effects and layers: the current one, or a flight's destination, without the changes of a preset.
     pub(crate) fn base_view(&self) -> ViewState {
-        let mut view = self.destination();
+        let mut view = self.view_after_flight();
         if let Some(changes) = self.preset_changes {
             changes.undo(&mut view);
         }
         view
     }
 
-    /// The current view; during a flight, its destination.
-    pub fn destination(&self) -> ViewState {
+    /// The view at the end of the flight in progress; without a flight, the current view.
+    pub fn view_after_flight(&self) -> ViewState {
         let camera_pose = self.flight.as_ref().map_or(self.view.camera_pose, |(_, end_pose)| *end_pose);
         ViewState { camera_pose, ..self.view.clone() }
     }
 
     /// The view as it is saved and shared, including whether time is paused.
-    pub fn shareable(&self) -> ViewState {
-        ViewState { paused: Some(self.time_rate.is_paused()), ..self.destination() }
+    pub fn shareable_view(&self) -> ViewState {
+        ViewState { paused: Some(self.time_rate.is_paused()), ..self.view_after_flight() }
     }
 
     /// Restores the previous or the next view of the history, if there is one.
@@ -380,23 +381,23 @@ impl Viewer {
         let time = self.view.time();
         let camera_body = self.view.camera_pose.body();
         let icrf_from_body = positions.body_from_icrf(camera_body, time)?.transpose();
-        // `tracking_up`: the up direction if the camera tracks another body, as in `ViewState::request`: celestial north in an orbit, the zenith on the ground.
-        // `None` in poses that use neither `tracks` nor `roll_deg`.
-        let (offset_km, forward, up, tracking_up) = match self.view.camera_pose {
+        // `up_if_tracking`: the up direction if the camera tracks another body, as in `ViewState::request`: celestial north in an orbit, the zenith on the
+        // ground. `None` in poses that use neither `tracks` nor `roll_deg`.
+        let (offset_km, forward, up, up_if_tracking) = match self.view.camera_pose {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up, None),
             CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let orbit = OrbitCamera::from_degrees(azimuth_deg, elevation_deg, distance_radii);
                 let (icrf_from_axes, pole) =
                     if is_body_fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
-                let offset = orbit.offset_km(self.radius_km(camera_body), pole);
-                let (forward, up) = rotated_view(-offset.normalize(), pole, yaw_deg, pitch_deg);
-                (icrf_from_axes * offset, icrf_from_axes * forward, icrf_from_axes * up, Some(DVec3::Z))
+                let offset_in_axes_km = orbit.offset_km(self.radius_km(camera_body), pole);
+                let (forward, up) = rotated_view(-offset_in_axes_km.normalize(), pole, yaw_deg, pitch_deg);
+                (icrf_from_axes * offset_in_axes_km, icrf_from_axes * forward, icrf_from_axes * up, Some(DVec3::Z))
             }
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let radii_km = self.selectable_body(camera_body).map_or(DVec3::ONE, |s| s.radii_km);
-                let (offset, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
+                let (body_fixed_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
                 let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
-                (icrf_from_body * offset, icrf_from_body * forward, icrf_from_body * up, Some(icrf_from_body * normal))
+                (icrf_from_body * body_fixed_km, icrf_from_body * forward, icrf_from_body * up, Some(icrf_from_body * normal))
             }
             CameraPose::Centre { .. } => {
                 // A flight from here draws the body, which the view from its centre omits. The pose is outside, on the side of the target.
@@ -405,10 +406,11 @@ impl Viewer {
             }
         };
         // Forward and up vectors, if the camera tracks another body.
-        let tracked = tracking_up
+        let tracked = up_if_tracking
             .filter(|_| self.view.tracks && self.view.target != camera_body)
             .and_then(|up| Some(((positions.geometric_between_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
-        let roll_rad = if tracking_up.is_some() { self.view.roll_deg.to_radians() } else { 0.0 };
+        let uses_roll = up_if_tracking.is_some();
+        let roll_rad = if uses_roll { self.view.roll_deg.to_radians() } else { 0.0 };
         // A positive roll turns the up vector about `forward` by a negative angle.
         let (forward, up) = tracked.unwrap_or_else(|| (forward, DQuat::from_axis_angle(forward, -roll_rad) * up));
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
@@ -436,7 +438,8 @@ impl Viewer {
         let end_pose = inertial_orbit_pose(id, orbit);
         let offset_km = orbit.offset_km(radius_km, pole);
         let forward = -offset_km.normalize();
-        let (_, up) = rotated_view(forward, pole, 0.0, 0.0);
+        let (yaw_deg, pitch_deg) = (0.0, 0.0);
+        let (_, up) = rotated_view(forward, pole, yaw_deg, pitch_deg);
         match start_pose {
             Some(start) => {
                 self.view.camera_pose = CameraPose::Free { body: id, offset_km: start.offset_km, forward: start.forward, up: start.up };
@@ -482,6 +485,7 @@ impl Viewer {
         if camera_body == target {
             return;
         }
+        // An unknown distance counts as infinite: the field of view is then the least.
         let distance_km = positions.geometric_between_km(camera_body, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
         // Half the angle that the target's disc spans.
         let half_disc_deg = (self.radius_km(target) / distance_km).min(1.0).asin().to_degrees();

@@ -14,7 +14,7 @@ pub enum Language {
     English,
     German,
     /// English with marks around each message, for tests and for authors of texts; never offered to users.
-    Marked,
+    MarkedEnglish,
 }
 
 /// An unknown language code.
@@ -43,7 +43,7 @@ impl Language {
         match self {
             Self::English => "en",
             Self::German => "de",
-            Self::Marked => "en-x-marked",
+            Self::MarkedEnglish => "en-x-marked",
         }
     }
 
@@ -52,14 +52,14 @@ impl Language {
         match self {
             Self::English => "English",
             Self::German => "Deutsch",
-            Self::Marked => "English between marks",
+            Self::MarkedEnglish => "English between marks",
         }
     }
 
     /// A title as it is written inside a sentence. German nouns keep their capitals.
     pub(crate) fn inside_sentence(self, title: &str) -> String {
         match self {
-            Self::English | Self::Marked => title.to_lowercase(),
+            Self::English | Self::MarkedEnglish => title.to_lowercase(),
             Self::German => title.to_owned(),
         }
     }
@@ -67,7 +67,7 @@ impl Language {
     /// The language of the texts that scenes draw into images.
     pub(crate) fn in_images(self) -> TextLanguage {
         match self {
-            Self::English | Self::Marked => TextLanguage::English,
+            Self::English | Self::MarkedEnglish => TextLanguage::English,
             Self::German => TextLanguage::German,
         }
     }
@@ -82,8 +82,8 @@ impl Language {
     /// # Errors
     /// The code is unknown; the error lists the known languages.
     pub fn by_code(code: &str) -> Result<Self, UnknownLanguage> {
-        let found =
-            [Self::English, Self::German, Self::Marked].into_iter().find(|language| language.code().eq_ignore_ascii_case(code.trim()));
+        let has_code = |language: &Self| language.code().eq_ignore_ascii_case(code.trim());
+        let found = [Self::English, Self::German, Self::MarkedEnglish].into_iter().find(has_code);
         found.ok_or_else(|| UnknownLanguage { code: crate::wording::echo_within(code, MAX_CODE_CHARS) })
     }
 

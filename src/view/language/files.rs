@@ -36,18 +36,18 @@ files!(
 /// The German texts of the shipped catalogs. The English texts are in the catalogs themselves.
 const GERMAN_CATALOGS: &str = include_str!("de/catalog.ftl");
 
-/// The contents of the files that translate the shipped catalogs; none for English and for `Language::Marked`, which is English with marks, for tests.
+/// The contents of the files that translate the shipped catalogs; none for English, with or without marks.
 pub(super) fn catalog_files(language: Language) -> &'static [&'static str] {
     match language {
-        Language::English | Language::Marked => &[],
+        Language::English | Language::MarkedEnglish => &[],
         Language::German => &[GERMAN_CATALOGS],
     }
 }
 
-/// The contents of a language's files, except those of [`catalog_files`]. For `Language::Marked` they are the English ones: `Messages` adds the marks.
+/// The contents of a language's files, except those of [`catalog_files`]. For `Language::MarkedEnglish` they are the English ones: `Messages` adds the marks.
 pub(super) fn message_files(language: Language) -> &'static [&'static str] {
     match language {
-        Language::English | Language::Marked => ENGLISH,
+        Language::English | Language::MarkedEnglish => ENGLISH,
         Language::German => GERMAN,
     }
 }

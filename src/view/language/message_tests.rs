@@ -18,7 +18,7 @@ fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
     }
 }
 
-/// The calls of a macro in a source file: the literal with which each begins, and the names of the arguments after it.
+/// The calls of a macro in a source file: the literal with which each begins, and the names of the arguments after it. `opening`: `reason!(` or `message!(`.
 fn calls<'c>(code: &'c str, opening: &str) -> Vec<(&'c str, BTreeSet<&'c str>)> {
     let mut found = Vec::new();
     for call in code.split(opening).skip(1) {

@@ -4,7 +4,7 @@
 //! English; if English lacks it too, its id is shown. Nothing panics. Texts without arguments are formatted once, so that panels can look
 //! them up in every frame. Not here: texts of the command line, of links and of saved files, which are the same in every language.
 //!
-//! [`Language::Marked`] is English with `«»` around each message and `‹›` around each text argument. Text that a panel shows without these marks does
+//! [`Language::MarkedEnglish`] is English with `«»` around each message and `‹›` around each text argument. Text that a panel shows without these marks does
 //! not come from the Fluent files.
 
 pub mod choice;
@@ -100,11 +100,11 @@ integer_arguments!(u8, u16, u32, u64, usize, i32, i64);
 
 /// The messages of a language.
 struct Messages {
-    /// Whether messages and text arguments get marks, as in [`Language::Marked`].
+    /// Whether messages and text arguments get marks, as in [`Language::MarkedEnglish`].
     is_marked: bool,
     /// The formatted messages without arguments, by id.
     without_arguments: HashMap<String, String>,
-    /// All messages of the language; for [`Language::Marked`] the English ones, without marks.
+    /// All messages of the language; for [`Language::MarkedEnglish`] the English ones, without marks.
     bundle: FluentBundle<FluentResource>,
 }
 
@@ -114,7 +114,7 @@ impl Messages {
         let mut bundle = FluentBundle::new_concurrent(vec![language.identifier()]);
         // The Unicode isolation marks that Fluent puts around arguments would show as boxes.
         bundle.set_use_isolating(false);
-        let is_marked = language == Language::Marked;
+        let is_marked = language == Language::MarkedEnglish;
         let mut without_arguments = HashMap::new();
         let all_files = || files::message_files(language).iter().chain(files::catalog_files(language));
         for file in all_files() {
@@ -162,14 +162,14 @@ fn marked_argument<'v>(value: &FluentValue<'v>) -> FluentValue<'v> {
 
 static ENGLISH: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::English));
 static GERMAN: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::German));
-static MARKED: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::Marked));
+static MARKED: LazyLock<Messages> = LazyLock::new(|| Messages::of(Language::MarkedEnglish));
 
 /// The messages of a language, read at its first use, since a window normally uses one language.
 fn messages(language: Language) -> &'static Messages {
     match language {
         Language::English => &ENGLISH,
         Language::German => &GERMAN,
-        Language::Marked => &MARKED,
+        Language::MarkedEnglish => &MARKED,
     }
 }
 

@@ -81,9 +81,8 @@ pub fn catalog_entry_text<'t>(kind: &str, name: &str, part: &str, english: &'t s
 
 /// The message with this id, or else the English text.
 fn catalog_translation<'t>(id: &str, english: &'t str) -> Cow<'t, str> {
-    // `Marked` shows English texts, and the message files for English have no texts of catalogs. Whether a text can be translated, and is therefore marked,
-    // is decided by the German file.
-    if current() == Language::Marked {
+    // The message files for English have no texts of catalogs. Whether a text can be translated, and is therefore marked, is decided by the German file.
+    if current() == Language::MarkedEnglish {
         let is_translated = messages(Language::German).without_arguments.contains_key(id);
         return if is_translated { Cow::Owned(marked_message(english)) } else { Cow::Borrowed(english) };
     }
@@ -132,7 +131,7 @@ mod tests {
         assert_eq!(english_text("x: No such file or directory (os error 2)"), "x: keine solche Datei, kein solcher Ordner");
         assert_eq!(english_text("x: odd (os error 2)"), "x: odd (os error 2)");
         // `«»` is around each message, also around the decimal mark, which is a message of its own; `‹›` is around each text argument.
-        set(Language::Marked);
+        set(Language::MarkedEnglish);
         assert_eq!(
             reason_text(&both.messages()[0].clone().into()),
             "«the nearest penumbra, of ‹«Moon»›, misses by ‹1«.»50› times its own radius»"
@@ -150,7 +149,7 @@ mod tests {
         // `invented`: the kind of texts about maps and shapes that are invented. Only the first of these two texts is in the shipped catalogs.
         let how = Argument::CatalogText("invented", "the northern half, which no spacecraft saw lit; my own part".into());
         assert_eq!(argument_text(&how), "die Nordhälfte, die keine Raumsonde beleuchtet sah; my own part");
-        set(Language::Marked);
+        set(Language::MarkedEnglish);
         assert_eq!((catalog_text("moment", "Earthrise"), catalog_text("moment", "Mine")), ("«Earthrise»".into(), "Mine".into()));
         set(Language::English);
         assert_eq!(catalog_text("moment", "Earthrise"), "Earthrise");

@@ -1,3 +1,5 @@
+//! Tests of views as text: what is written is read back exactly, and invalid text is rejected in one line.
+
 use super::*;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Quality, ToneMap};

@@ -13,7 +13,7 @@ use crate::view::language::{body_name, text};
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
 /// The place typed into the fields for *Stand on surface*: planetographic latitude, east longitude. If the Earth is selected, the fields edit the
-/// observer's place instead (`InformationPanel::home`), for which events and the times of rise and set are also computed.
+/// observer's place instead (`InformationPanel::observer_place`), for which events and the times of rise and set are also computed.
 #[derive(Default)]
 pub(crate) struct TypedPlace {
     latitude_deg: f64,
@@ -39,10 +39,10 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         }
     });
     view_from_list(interface, ui, selected, actions);
-    let on_earth = selected == NaifId::EARTH;
-    let (typed_place, home) = (&mut interface.typed_place, &mut interface.information.home);
-    let (latitude_deg, longitude_deg) = if on_earth {
-        (&mut home.latitude_deg, &mut home.longitude_deg)
+    let is_earth = selected == NaifId::EARTH;
+    let (typed_place, observer_place) = (&mut interface.typed_place, &mut interface.information.observer_place);
+    let (latitude_deg, longitude_deg) = if is_earth {
+        (&mut observer_place.latitude_deg, &mut observer_place.longitude_deg)
     } else {
         (&mut typed_place.latitude_deg, &mut typed_place.longitude_deg)
     };

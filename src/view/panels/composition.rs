@@ -11,14 +11,14 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{text, text_by_id};
 use egui::{ComboBox, Slider, Ui};
 
-/// Message ids of the name and the tooltip of each projection.
+/// Each projection, with the message ids of its name and its tooltip.
 const PROJECTIONS: [(Projection, &str, &str); 3] = [
     (Projection::Perspective, "projection-perspective", "projection-perspective-hint"),
     (Projection::Fisheye, "projection-fisheye", "projection-fisheye-hint"),
     (Projection::Equirectangular, "projection-sphere", "projection-sphere-hint"),
 ];
 
-/// Message ids of the name and the tooltip of each stereo layout.
+/// Each stereo layout (`None`: no stereo pair), with the message ids of its name and its tooltip.
 const STEREO: [(Option<StereoLayout>, &str, &str); 4] = [
     (None, "stereo-off", "stereo-off-hint"),
     (Some(StereoLayout::Anaglyph), "stereo-anaglyph", "stereo-anaglyph-hint"),

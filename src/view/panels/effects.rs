@@ -62,12 +62,12 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let view = &mut interface.viewer.view;
     ui.separator();
     let mut overrides = view.effects.clone();
-    let name = interface.viewer.catalog_name(interface.viewer.selected).to_owned();
+    let selected_name = interface.viewer.catalog_name(interface.viewer.selected).to_owned();
     ui.horizontal_wrapped(|ui| {
         ui.label(text!("effects-apply-to"));
         ui.selectable_value(&mut interface.edits_selected_body_only, false, text!("effects-all-bodies"))
             .on_hover_text(text!("effects-all-bodies-hint"));
-        ui.selectable_value(&mut interface.edits_selected_body_only, true, text!("effects-one-body", name = body_name(&name)))
+        ui.selectable_value(&mut interface.edits_selected_body_only, true, text!("effects-one-body", name = body_name(&selected_name)))
             .on_hover_text(text!("effects-one-body-hint"));
         if ui.button(text!("effects-reset")).on_hover_text(text!("effects-reset-hint")).clicked() {
             overrides = EffectOverrides::default();
@@ -80,9 +80,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .and_then(|d| d.scene.body(interface.viewer.selected))
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
-    let only_body = interface.edits_selected_body_only.then(|| name.clone());
+    let only_body = interface.edits_selected_body_only.then(|| selected_name.clone());
     // Costs are measured for effects that are drawn or were switched by hand. Each such effect is paired with whether it is drawn.
-    let edited = if interface.edits_selected_body_only { overrides.of_body(&name) } else { &mut overrides };
+    let edited = if interface.edits_selected_body_only { overrides.of_body(&selected_name) } else { &mut overrides };
     let set_by_hand: Vec<Effect> = Effect::ALL.into_iter().filter(|e| edited.override_of(*e).is_some()).collect();
     let has_cost = |effect: Effect, decision: &Decision| decision.on || set_by_hand.contains(&effect);
     let effect_with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));

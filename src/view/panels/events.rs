@@ -71,9 +71,16 @@ type SeenFromPlace = Result<EventFromPlace, String>;
 /// The chosen event as seen from a place.
 struct EventAtPlace {
     event: Arc<SkyEvent>,
-    home: Home,
+    observer_place: Home,
     pending: Pending<SeenFromPlace>,
     seen: Option<SeenFromPlace>,
+}
+
+/// The instant at which a search starts, and whether it runs backward from there.
+#[derive(Clone, Copy)]
+struct SearchStart {
+    start: Instant,
+    is_backward: bool,
 }
 
 /// State of the Events panel.
@@ -87,8 +94,8 @@ pub(crate) struct EventsPanel {
     /// The running search step, and the fraction of the search (0 to 1) that was done before this step.
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
-    /// Whether the search that found the rows runs backward, and the instant at which it starts.
-    searched: Option<(bool, Instant)>,
+    /// The search that found the rows; `None` before the first search.
+    searched: Option<SearchStart>,
     /// Why the search has ended before the end of its range.
     failure: Option<EphemerisError>,
     /// The event whose details are shown.
@@ -100,30 +107,30 @@ pub(crate) struct EventsPanel {
 }
 
 impl EventsPanel {
-    /// The span and rate at which the chosen event is played, or would be played with this camera; `None` if no event is chosen. `home`: the observer's
-    /// place.
-    pub(crate) fn playback_of_chosen(&self, camera_pose: &CameraPose, home: Home) -> Option<EventPlayback> {
+    /// The span and rate at which the chosen event is played, or would be played with this camera; `None` if no event is chosen.
+    pub(crate) fn playback_of_chosen(&self, camera_pose: &CameraPose, observer_place: Home) -> Option<EventPlayback> {
         let chosen = self.chosen.as_ref()?;
-        let seen = self.seen_from(chosen, home).and_then(|seen| seen.as_ref().ok());
-        let at_place = seen.filter(|seen| seen.is_visible && details::stands_at(camera_pose, home)).map(|seen| chosen.playback_at(seen));
-        Some(self.playback.or(at_place).unwrap_or_else(|| chosen.playback()))
+        let seen = self.seen_from(chosen, observer_place).and_then(|seen| seen.as_ref().ok());
+        let seen_from_camera = seen.filter(|seen| seen.is_visible && details::stands_at(camera_pose, observer_place));
+        let at_camera = seen_from_camera.map(|seen| chosen.playback_at(seen));
+        Some(self.playback.or(at_camera).unwrap_or_else(|| chosen.playback()))
     }
 
-    /// An event as seen from a place, if that was asked for and has arrived. `self.at_place` may still hold that of another event or place.
-    fn seen_from(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&SeenFromPlace> {
-        self.at_place.as_ref().filter(|asked| Arc::ptr_eq(&asked.event, event) && asked.home == home)?.seen.as_ref()
+    /// An event as seen from a place, if the answer of the query worker has arrived. `self.at_place` may still belong to another event or place.
+    fn seen_from(&self, event: &Arc<SkyEvent>, observer_place: Home) -> Option<&SeenFromPlace> {
+        self.at_place.as_ref().filter(|asked| Arc::ptr_eq(&asked.event, event) && asked.observer_place == observer_place)?.seen.as_ref()
     }
 
     /// Whether the search includes the kind of an event.
     fn includes_kind_of(&self, event: &SkyEvent) -> bool {
-        EventKind::ALL.into_iter().zip(self.kinds).any(|(kind, on)| on && kind == event.kind())
+        EventKind::ALL.into_iter().zip(self.kinds).any(|(kind, is_searched)| is_searched && kind == event.kind())
     }
 
     /// Whether the time of an event is within the span of the last search.
     fn covers(&self, event: &SkyEvent) -> bool {
-        let Some((is_backward, start)) = self.searched else { return false };
-        let later_s = event.greatest().tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
-        let distance_s = if is_backward { -later_s } else { later_s };
+        let Some(SearchStart { start, is_backward }) = self.searched else { return false };
+        let after_start_s = event.greatest().tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
+        let distance_s = if is_backward { -after_start_s } else { after_start_s };
         (0.0..=self.range_s(start)).contains(&distance_s)
     }
 
@@ -204,8 +211,8 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     let panel = &mut interface.events;
     let mut changed = false;
     ui.horizontal_wrapped(|ui| {
-        for (kind, on) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
-            changed |= ui.checkbox(on, kind.name()).on_hover_text(text!("events-kind-hint", kind = kind.name())).changed();
+        for (kind, is_searched) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
+            changed |= ui.checkbox(is_searched, kind.name()).on_hover_text(text!("events-kind-hint", kind = kind.name())).changed();
         }
     });
     ui.horizontal(|ui| {
@@ -230,7 +237,7 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
 /// Starts a search from the displayed date; a running search is dropped. If the chosen event is displayed, the search starts beside it, so that it
 /// finds the event.
 fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
-    let time = interface.viewer.destination().time();
+    let time = interface.viewer.view_after_flight().time();
     let panel = &interface.events;
     let is_displayed = |event: &&Arc<SkyEvent>| panel.includes_kind_of(event) && event.playback().is_near(time.tdb_seconds_past_j2000());
     let displayed = panel.chosen.as_ref().filter(is_displayed);
@@ -242,10 +249,10 @@ fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
 /// that is not searched, is dropped, too, because its details would not belong to the list.
 fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant) {
     let panel = &mut interface.events;
-    let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
+    let kinds = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, is_searched)| is_searched.then_some(kind)).collect();
     panel.rows.clear();
     panel.failure = None;
-    panel.searched = Some((panel.is_backward, start));
+    panel.searched = Some(SearchStart { start, is_backward: panel.is_backward });
     if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event) || !panel.includes_kind_of(event)) {
         (panel.chosen, panel.at_place) = (None, None);
     }
@@ -333,17 +340,17 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
 
 /// A text about the result of the last search, and its tooltip.
 fn status_text(panel: &EventsPanel) -> (String, &'static str) {
-    let searched = panel.searched.map_or(String::new(), |(is_backward, start)| {
+    let searched_text = panel.searched.map_or(String::new(), |SearchStart { start, is_backward }| {
         let side = if is_backward { text!("events-before-date") } else { text!("events-after-date") };
         format!("{side} {}", minute_text(start))
     });
     match (&panel.failure, panel.rows.len()) {
         (Some(why), _) => (error_text(why), text!("events-end-hint")),
-        (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched), text!("events-none-hint")),
+        (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched_text), text!("events-none-hint")),
         (None, 0) => (text!("events-choose-kind").into(), text!("events-choose-kind-hint")),
-        (None, 1) => (text!("events-one", searched = searched), text!("events-one-hint")),
-        (None, MAX_ROWS) => (text!("events-most", count = MAX_ROWS, searched = searched), text!("events-some-hint")),
-        (None, n) => (text!("events-some", n = n, searched = searched), text!("events-some-hint")),
+        (None, 1) => (text!("events-one", searched = searched_text), text!("events-one-hint")),
+        (None, MAX_ROWS) => (text!("events-most", count = MAX_ROWS, searched = searched_text), text!("events-some-hint")),
+        (None, n) => (text!("events-some", n = n, searched = searched_text), text!("events-some-hint")),
     }
 }
 
@@ -417,8 +424,8 @@ pub(crate) fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: 
     let panel = &mut interface.events;
     let start = panel.start_beside(&event);
     let needs_search = panel.searched.is_some() && !(panel.covers(&event) && panel.includes_kind_of(&event));
-    for (kind, on) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
-        *on |= kind == event.kind();
+    for (kind, is_searched) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
+        *is_searched |= kind == event.kind();
     }
     panel.playback = None;
     panel.chosen = Some(event);

@@ -5,7 +5,7 @@
 mod sizes_and_distances;
 
 use self::sizes_and_distances::SizeComparison;
-use super::fact::line;
+use super::fact;
 use super::theme::MIN_LIST_HEIGHT;
 use super::{Interface, accessible};
 use crate::catalog::cities::{self, City};
@@ -14,7 +14,7 @@ use crate::ephemeris::Source;
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
 use crate::ephemeris::topocentric::{DiscPassage, Observer, ObserverSky, RiseSetTimes};
 use crate::message::Message;
-use crate::scene::{BodyInView, SubPoint};
+use crate::scene::{BodyReport, SubPoint};
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
@@ -89,7 +89,7 @@ pub(crate) struct InformationPanel {
     /// The unit of lengths, which all panels use.
     pub unit: LengthUnit,
     /// The observer's place on the Earth, which all panels use.
-    pub home: Home,
+    pub observer_place: Home,
     pub comparison: SizeComparison,
     /// Text in the city field.
     typed_city: String,
@@ -99,7 +99,7 @@ pub(crate) struct InformationPanel {
 impl InformationPanel {
     /// The panel's first state, with the unit and the observer's place of the settings.
     pub(crate) fn from_settings(settings: &Settings) -> Self {
-        Self { unit: settings.unit, home: settings.home, ..Self::default() }
+        Self { unit: settings.unit, observer_place: settings.home, ..Self::default() }
     }
 
     /// Drops the report, whose errors are texts in the language in which it was asked for.
@@ -151,43 +151,43 @@ pub(super) fn scaled_angle_text(angle_deg: f64) -> String {
 }
 
 /// Shows facts about a body as seen from the camera, and its constant properties.
-fn facts_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, catalog: &Catalog) {
+fn facts_from_camera(ui: &mut egui::Ui, body: &BodyReport, unit: LengthUnit, catalog: &Catalog) {
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
         if let Some([distance, light_time]) = distance_and_light_time(body.distance_km, radius_km, unit) {
-            line(ui, text!("fact-distance"), distance);
-            line(ui, text!("fact-light-time"), light_time);
+            fact::row(ui, text!("fact-distance"), distance);
+            fact::row(ui, text!("fact-light-time"), light_time);
         }
         let place_text = |p: SubPoint| latitude_longitude(p.lat_centric_deg, p.lon_east_deg);
         if body.is_seen_from_outside() {
-            line(ui, text!("fact-angular-diameter"), scaled_angle_text(body.angular_diameter_deg));
-            line(ui, text!("fact-size-on-screen"), format!("{} px", decimal(body.diameter_px, 1)));
-            line(ui, text!("fact-magnitude"), body.magnitude.map_or(text!("fact-none").into(), |m| signed(m, 2)));
+            fact::row(ui, text!("fact-angular-diameter"), scaled_angle_text(body.angular_diameter_deg));
+            fact::row(ui, text!("fact-size-on-screen"), format!("{} px", decimal(body.diameter_px, 1)));
+            fact::row(ui, text!("fact-magnitude"), body.magnitude.map_or(text!("fact-none").into(), |m| signed(m, 2)));
             if body.id != NaifId::SUN {
-                line(ui, text!("fact-phase-angle"), scaled_angle_text(body.phase_angle_deg));
+                fact::row(ui, text!("fact-phase-angle"), scaled_angle_text(body.phase_angle_deg));
                 let illuminated_fraction = (1.0 + body.phase_angle_deg.to_radians().cos()) / 2.0;
-                line(ui, text!("fact-illuminated"), format!("{} %", decimal(illuminated_fraction * 100.0, 1)));
+                fact::row(ui, text!("fact-illuminated"), format!("{} %", decimal(illuminated_fraction * 100.0, 1)));
             }
-            line(ui, text!("fact-sub-observer"), place_text(body.sub_observer));
+            fact::row(ui, text!("fact-sub-observer"), place_text(body.sub_observer));
         }
         if let Some(altitude_deg) = body.sun_altitude_deg {
-            line(ui, text!("fact-sun-altitude"), text!("fact-altitude-value", altitude = signed(altitude_deg, 2)));
+            fact::row(ui, text!("fact-sun-altitude"), text!("fact-altitude-value", altitude = signed(altitude_deg, 2)));
         }
         if let Some(sun) = body.sub_solar {
-            line(ui, text!("fact-sub-solar"), place_text(sun));
+            fact::row(ui, text!("fact-sub-solar"), place_text(sun));
         }
-        line(ui, text!("fact-latitudes"), text!("fact-latitudes-centric"));
-        line(ui, text!("fact-equatorial-radius"), unit.format_length(radius_km, radius_km));
+        fact::row(ui, text!("fact-latitudes"), text!("fact-latitudes-centric"));
+        fact::row(ui, text!("fact-equatorial-radius"), unit.format_length(radius_km, radius_km));
         if let Some(known) = catalog.body(body.id) {
-            line(ui, text!("fact-geometric-albedo"), decimal(known.geometric_albedo, 3));
+            fact::row(ui, text!("fact-geometric-albedo"), decimal(known.geometric_albedo, 3));
             for estimate in known.estimate_notes() {
-                line(ui, text!("fact-estimate"), message_text(&estimate));
+                fact::row(ui, text!("fact-estimate"), message_text(&estimate));
             }
             for (file, how_made) in &body.invented {
-                line(ui, text!("fact-invented-map"), format!("{file}: {}", reason_text(how_made)));
+                fact::row(ui, text!("fact-invented-map"), format!("{file}: {}", reason_text(how_made)));
             }
             if let Some(air) = &known.atmosphere {
-                line(
+                fact::row(
                     ui,
                     text!("fact-atmosphere"),
                     air.species.iter().map(|s| catalog_text("species", &s.name)).collect::<Vec<_>>().join(", "),
@@ -213,12 +213,12 @@ pub(super) fn duration_text(duration_s: f64) -> String {
 }
 
 /// Shows the body's position in the sky of the observer's place and the day's solar eclipse, which the query worker computes.
-fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
+fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyReport, time: Instant) {
     let panel = &mut interface.information;
     ui.strong(text!("place-heading"));
     place_fields(ui, panel);
     let tdb_s = time.tdb_seconds_past_j2000();
-    // For years outside the calendar. J2000 is at 12h TDB, so days of TDB start half a day before and after it.
+    // The day for years outside the calendar. J2000 is at 12h TDB, so days of TDB start half a day before and after it.
     let day_of_tdb = || {
         let start_s = ((tdb_s / SECONDS_PER_DAY - 0.5).floor() + 0.5) * SECONDS_PER_DAY;
         let [start, end] = [start_s, start_s + SECONDS_PER_DAY].map(Instant::from_tdb_seconds_past_j2000);
@@ -226,7 +226,7 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     };
     let inputs = ReportInputs {
         body: body.id,
-        place_deg: [panel.home.latitude_deg, panel.home.longitude_deg],
+        place_deg: [panel.observer_place.latitude_deg, panel.observer_place.longitude_deg],
         tdb_minutes: (tdb_s / 60.0).floor() as i64,
         day: interface.settings.time_zone.day(time).unwrap_or_else(day_of_tdb),
     };
@@ -237,16 +237,16 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     };
     Grid::new("from a place").num_columns(2).striped(true).show(ui, |ui| {
         if let Some(apparent) = &report.apparent {
-            line(ui, text!("fact-right-ascension"), localised(apparent.true_of_date.ra_text()));
-            line(ui, text!("fact-declination"), localised(apparent.true_of_date.dec_text()));
-            line(ui, text!("fact-source"), source_text(apparent.source, apparent.error_arcsec));
+            fact::row(ui, text!("fact-right-ascension"), localised(apparent.true_of_date.ra_text()));
+            fact::row(ui, text!("fact-declination"), localised(apparent.true_of_date.dec_text()));
+            fact::row(ui, text!("fact-source"), source_text(apparent.source, apparent.error_arcsec));
         }
         match &report.altitude_azimuth_deg {
             Some(Ok([altitude_deg, azimuth_deg])) => {
-                line(ui, text!("fact-altitude"), text!("fact-altitude-value", altitude = signed(altitude_deg, 2)));
-                line(ui, text!("fact-azimuth"), format!("{}°", decimal(azimuth_deg, 2)));
+                fact::row(ui, text!("fact-altitude"), text!("fact-altitude-value", altitude = signed(altitude_deg, 2)));
+                fact::row(ui, text!("fact-azimuth"), format!("{}°", decimal(azimuth_deg, 2)));
             }
-            Some(Err(why)) => line(ui, text!("fact-altitude"), why.clone()),
+            Some(Err(why)) => fact::row(ui, text!("fact-altitude"), why.clone()),
             None => {}
         }
         if let Some(Ok(times)) = &report.rise_set {
@@ -257,13 +257,12 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
                 (None, false) => text!("fact-down-all-day"),
             };
             let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), second_text);
-            line(ui, text!("fact-rise"), time_or_absent(times.rise));
-            line(
-                ui,
-                text!("fact-transit"),
-                times.transit.map_or("-".into(), |(t, deg)| text!("fact-transit-value", time = second_text(t), deg = decimal(deg, 1))),
-            );
-            line(ui, text!("fact-set"), time_or_absent(times.set));
+            fact::row(ui, text!("fact-rise"), time_or_absent(times.rise));
+            let transit_text = |(time, altitude_deg): (Instant, f64)| {
+                text!("fact-transit-value", time = second_text(time), deg = decimal(altitude_deg, 1))
+            };
+            fact::row(ui, text!("fact-transit"), times.transit.map_or("-".into(), transit_text));
+            fact::row(ui, text!("fact-set"), time_or_absent(times.set));
         }
     });
     solar_eclipse(ui, report);
@@ -275,7 +274,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
         let field = egui::TextEdit::singleline(&mut panel.typed_city).hint_text(text!("place-city")).desired_width(110.0);
         let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
         let found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
-        let is_chosen = |city: &City| panel.home == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+        let is_chosen = |city: &City| panel.observer_place == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
         let enter_pressed = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         let mut chosen = found.first().copied().filter(|_| enter_pressed);
         for city in found {
@@ -285,22 +284,22 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
             }
         }
         if let Some(city) = chosen {
-            panel.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+            panel.observer_place = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             panel.typed_city = city.name.to_owned();
         }
     });
-    let home = &mut panel.home;
+    let observer_place = &mut panel.observer_place;
     ui.horizontal_wrapped(|ui| {
         let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
         for (value_deg, limit_deg, label, accessible_name) in [
-            (&mut home.latitude_deg, 90.0, text!("place-latitude"), text!("place-latitude-hint")),
-            (&mut home.longitude_deg, MAX_TYPED_LONGITUDE_DEG, text!("place-longitude"), text!("place-longitude-hint")),
+            (&mut observer_place.latitude_deg, 90.0, text!("place-latitude"), text!("place-latitude-hint")),
+            (&mut observer_place.longitude_deg, MAX_TYPED_LONGITUDE_DEG, text!("place-longitude"), text!("place-longitude-hint")),
         ] {
             ui.label(label);
             accessible::number_field(ui, drag(value_deg, -limit_deg..=limit_deg), accessible_name);
         }
     });
-    home.longitude_deg = wrapped_longitude_deg(home.longitude_deg);
+    observer_place.longitude_deg = wrapped_longitude_deg(observer_place.longitude_deg);
 }
 
 /// Shows the solar eclipse of the report's day at its place, if any.
@@ -314,19 +313,19 @@ fn solar_eclipse(ui: &mut egui::Ui, report: &SkyReport) {
         Ok(Some(eclipse)) => {
             Grid::new("eclipse").num_columns(2).striped(true).show(ui, |ui| {
                 if let Some(first) = eclipse.begins {
-                    line(ui, text!("eclipse-first-contact"), second_text(first));
+                    fact::row(ui, text!("eclipse-first-contact"), second_text(first));
                 }
                 if let Some((second, third)) = eclipse.inner {
-                    line(ui, text!("eclipse-second-contact"), second_text(second));
-                    line(ui, text!("eclipse-third-contact"), second_text(third));
+                    fact::row(ui, text!("eclipse-second-contact"), second_text(second));
+                    fact::row(ui, text!("eclipse-third-contact"), second_text(third));
                 }
-                line(ui, text!("eclipse-greatest"), second_text(eclipse.greatest));
+                fact::row(ui, text!("eclipse-greatest"), second_text(eclipse.greatest));
                 if let Some(last) = eclipse.ends {
-                    line(ui, text!("eclipse-last-contact"), second_text(last));
+                    fact::row(ui, text!("eclipse-last-contact"), second_text(last));
                 }
-                line(ui, text!("event-magnitude"), decimal(eclipse.magnitude, 4));
-                line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(eclipse.altitude_deg, 1)));
-                line(ui, text!("eclipse-radii"), message_text(&report.eclipse_radii));
+                fact::row(ui, text!("event-magnitude"), decimal(eclipse.magnitude, 4));
+                fact::row(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(eclipse.altitude_deg, 1)));
+                fact::row(ui, text!("eclipse-radii"), message_text(&report.eclipse_radii));
             });
         }
         Err(why) => {

@@ -36,7 +36,7 @@ pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
     let view = &mut interface.viewer.view;
     egui::CollapsingHeader::new(text!("sky-heading")).show(ui, |ui| {
         for (name, label, tooltip) in SWITCHES {
-            let Some(is_on) = view.layers.by_name(name) else { continue };
+            let Some(is_on) = view.layers.switch_by_name(name) else { continue };
             let why =
                 decisions.iter().find(|d| d.effect == name).map_or_else(String::new, |d| format!("\n{}", reason_text(&d.description())));
             ui.checkbox(is_on, text_by_id(label)).on_hover_text(format!("{}{why}", text_by_id(tooltip)));
@@ -58,7 +58,7 @@ mod tests {
     fn every_switch_is_a_layer_with_a_unique_label() {
         let mut layers = Layers::default();
         for (index, (name, label, tooltip)) in SWITCHES.into_iter().enumerate() {
-            assert!(layers.by_name(name).is_some() && !tooltip.is_empty(), "{name}");
+            assert!(layers.switch_by_name(name).is_some() && !tooltip.is_empty(), "{name}");
             assert!(
                 SWITCHES[index + 1..].iter().all(|(later_name, later_label, _)| *later_name != name && *later_label != label),
                 "{name}"

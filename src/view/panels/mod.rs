@@ -120,7 +120,7 @@ pub struct Interface {
     had_keyboard_focus: bool,
     /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::show_reply()`].
     reply: String,
-    /// When the reply disappears, in egui's time (`InputState::time`); `None` until the next frame.
+    /// When the reply disappears, in egui's time (`InputState::time`); `None` from [`Self::show_reply()`] until the next frame, which sets it.
     reply_until_s: Option<f64>,
     /// Why there is no image of the current view.
     failure_reason: Option<String>,
@@ -270,7 +270,7 @@ impl Interface {
                 _ => {}
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_) | Action::ShowPreset(..)) {
-                let view = self.viewer.destination();
+                let view = self.viewer.view_after_flight();
                 let name = self.name_of_view(&view);
                 self.settings.add_recent(name, view);
             }

@@ -78,9 +78,9 @@ fn presets(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
 /// runs at the preset's rate, if the preset has one. The viewer records the preset's changes to the base view, so that later views do not inherit these
 /// changes.
 pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, preset: Preset, actions: &mut Vec<Action>) {
-    let (now, home) = (interface.viewer.now(), interface.information.home);
+    let (now, observer_place) = (interface.viewer.now(), interface.information.observer_place);
     let base_view = interface.viewer.base_view();
-    match preset.view(&SessionPositions(worker.session()), now, home, &base_view) {
+    match preset.view(&SessionPositions(worker.session()), now, observer_place, &base_view) {
         Some(view) => {
             let changes = PresetChanges::between(&base_view, &view);
             actions.push(Action::ShowPreset(Box::new(view), changes));

@@ -108,18 +108,18 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         .allow_scroll(false)
         .y_axis_label("ms")
         .show(ui, |plot| {
-            let line = |value: &dyn Fn(&Frame) -> f64| -> PlotPoints<'_> {
+            let points = |value: &dyn Fn(&Frame) -> f64| -> PlotPoints<'_> {
                 performance.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
             };
             for stage in FRAME_STAGES {
-                plot.line(Line::new(translated_name("stage", stage.name()), line(&|f| f.stage_ms[stage as usize])));
+                plot.line(Line::new(translated_name("stage", stage.name()), points(&|f| f.stage_ms[stage as usize])));
             }
             // A frame without this pass is plotted as 0 ms.
             for (pass, _) in performance.frames.back().map_or(&[][..], |f| &f.passes_ms) {
                 let pass_ms = |f: &Frame| f.passes_ms.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
-                plot.line(Line::new(text!("frames-pass", pass = translated_name("pass", pass)), line(&pass_ms)));
+                plot.line(Line::new(text!("frames-pass", pass = translated_name("pass", pass)), points(&pass_ms)));
             }
-            plot.line(Line::new(text!("frames-total"), line(&|f| f.render_ms)));
+            plot.line(Line::new(text!("frames-total"), points(&|f| f.render_ms)));
         });
     plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, text!("frames-plot")));
     // Value and description are both set, because not every platform announces the value of an image.
@@ -127,49 +127,49 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         node.set_value(description.clone());
         node.set_description(description);
     });
-    for line in &performance.messages {
-        ui.add(egui::Label::new(line).wrap());
+    for message in &performance.messages {
+        ui.add(egui::Label::new(message).wrap());
     }
     let Some(rendered) = interface.shown() else { return };
     let table_rows = |ui: &mut egui::Ui| {
-        let mut line = |label: &str, value: String| {
+        let mut row = |label: &str, value: String| {
             ui.label(label);
             ui.monospace(value);
             ui.end_row();
         };
         let drawn_by = &rendered.drawn_by;
-        line(text!("perf-renderer"), drawn_by.adapter.clone().unwrap_or_else(|| translated_name("renderer", drawn_by.renderer).into()));
-        line(text!("perf-display"), if interface.presents_on_gpu { "GPU" } else { "CPU" }.into());
-        line(text!("perf-image"), format!("{}x{} px", rendered.width, rendered.height));
-        line(text!("perf-frame"), format!("{} ms", decimal(rendered.render_ms, 1)));
-        line(
+        row(text!("perf-renderer"), drawn_by.adapter.clone().unwrap_or_else(|| translated_name("renderer", drawn_by.renderer).into()));
+        row(text!("perf-display"), if interface.presents_on_gpu { "GPU" } else { "CPU" }.into());
+        row(text!("perf-image"), format!("{}x{} px", rendered.width, rendered.height));
+        row(text!("perf-frame"), format!("{} ms", decimal(rendered.render_ms, 1)));
+        row(
             text!("perf-frame-rate"),
             text!("perf-frame-rate-value", rate = decimal(performance.arrivals_s.len() as f64 / RATE_INTERVAL_S, 1)),
         );
         for stage in FRAME_STAGES {
-            line(translated_name("stage", stage.name()), format!("{} ms", decimal(rendered.stages.elapsed(stage).as_secs_f64() * 1e3, 2)));
+            row(translated_name("stage", stage.name()), format!("{} ms", decimal(rendered.stages.elapsed(stage).as_secs_f64() * 1e3, 2)));
         }
         for (pass, ms) in passes_ms(rendered) {
-            line(&text!("frames-pass", pass = translated_name("pass", &pass)), format!("{} ms", decimal(ms, 2)));
+            row(&text!("frames-pass", pass = translated_name("pass", &pass)), format!("{} ms", decimal(ms, 2)));
         }
         if let Some(timings) = &drawn_by.software_timings {
-            line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted_triangles).sum::<usize>().to_string());
-            line(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled_triangles).sum::<usize>().to_string());
-            line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped_triangles).sum::<usize>().to_string());
-            line(text!("perf-triangles-shaded"), timings.passes.iter().map(|p| p.rasterised_triangles).sum::<usize>().to_string());
+            row(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted_triangles).sum::<usize>().to_string());
+            row(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled_triangles).sum::<usize>().to_string());
+            row(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped_triangles).sum::<usize>().to_string());
+            row(text!("perf-triangles-shaded"), timings.passes.iter().map(|p| p.rasterised_triangles).sum::<usize>().to_string());
         }
-        line(text!("perf-interface"), format!("{} ms", decimal(performance.interface_ms, 2)));
-        line(text!("perf-draws"), rendered.scene.draws.len().to_string());
-        line(text!("perf-points"), rendered.scene.points.len().to_string());
+        row(text!("perf-interface"), format!("{} ms", decimal(performance.interface_ms, 2)));
+        row(text!("perf-draws"), rendered.scene.draws.len().to_string());
+        row(text!("perf-points"), rendered.scene.points.len().to_string());
         let shown = rendered.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
-        line(text!("perf-bodies"), text!("perf-bodies-value", shown = shown, all = rendered.scene.bodies.len()));
+        row(text!("perf-bodies"), text!("perf-bodies-value", shown = shown, all = rendered.scene.bodies.len()));
         let library = &rendered.library;
-        line(text!("perf-shaders-memory"), library.from_memory.to_string());
-        line(text!("perf-shaders-disk"), text!("perf-in-seconds", count = library.from_disk, seconds = decimal(library.reading_s, 3)));
-        line(text!("perf-shaders-compiled"), text!("perf-in-seconds", count = library.emitted, seconds = decimal(library.emitting_s, 3)));
-        line(text!("perf-shaders-written"), text!("perf-in-seconds", count = library.written, seconds = decimal(library.writing_s, 3)));
-        line(text!("perf-shaders-repaired"), library.repaired.to_string());
-        line(text!("perf-memory"), resident_mib().map_or(text!("perf-not-available").into(), |m| format!("{m:.0} MiB")));
+        row(text!("perf-shaders-memory"), library.from_memory.to_string());
+        row(text!("perf-shaders-disk"), text!("perf-in-seconds", count = library.from_disk, seconds = decimal(library.reading_s, 3)));
+        row(text!("perf-shaders-compiled"), text!("perf-in-seconds", count = library.emitted, seconds = decimal(library.emitting_s, 3)));
+        row(text!("perf-shaders-written"), text!("perf-in-seconds", count = library.written, seconds = decimal(library.writing_s, 3)));
+        row(text!("perf-shaders-repaired"), library.repaired.to_string());
+        row(text!("perf-memory"), resident_mib().map_or(text!("perf-not-available").into(), |m| format!("{m:.0} MiB")));
     };
     egui::Grid::new("performance").num_columns(2).striped(true).show(ui, table_rows);
 }

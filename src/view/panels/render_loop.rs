@@ -43,9 +43,9 @@ const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 
 /// The image on screen, the last requested image, and their state. Times are in egui's time (`InputState::time`).
 pub(super) struct Viewport {
-    /// The pixels of the image; `None` if it is on the GPU.
+    /// The pixels of the image; `None` if it is on the GPU, and before the first image.
     pub(super) texture: Option<TextureHandle>,
-    /// The last valid image.
+    /// The last valid image; `None` before the first.
     pub(super) shown: Option<RenderedView>,
     /// The last job sent to the worker; `None` if the next frame must request an image.
     pub(super) requested: Option<RenderJob>,
@@ -266,7 +266,7 @@ impl Interface {
             Err(why) => self.record_failure(&why, worker),
         }
         // The fields of these settings are in the Information panel.
-        (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
+        (self.settings.unit, self.settings.home) = (self.information.unit, self.information.observer_place);
         let until_still_s = STILL_AFTER_S - (now_s - self.viewport.last_motion_s);
         let is_animating = self.viewer.is_animating();
         let awaits_first_image = self.viewport.shown.is_none() && self.failure_reason.is_none();

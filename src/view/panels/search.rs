@@ -132,13 +132,13 @@ fn open_link(interface: &mut Interface, worker: &dyn RenderWorker, actions: &mut
 /// The error for a text that matches nothing.
 fn not_found(interface: &Interface) -> String {
     let text = interface.search.typed.trim();
-    let typed = echo_within(text, MAX_ECHO_CHARS);
+    let quoted = echo_within(text, MAX_ECHO_CHARS);
     if parse_place_without_limits(text).is_some() {
-        text!("search-no-place", typed = typed)
+        text!("search-no-place", typed = quoted)
     } else if resembles_date(text) {
-        text!("time-no-date", typed = typed)
+        text!("time-no-date", typed = quoted)
     } else {
-        text!("search-nothing", typed = typed)
+        text!("search-nothing", typed = quoted)
     }
 }
 
@@ -178,7 +178,8 @@ fn suggestion_list(
                 }
             }
             for text in similar {
-                let suggestion = suggestions(&text, &interface.viewer, catalog, 1).into_iter().next();
+                let max_count = 1;
+                let suggestion = suggestions(&text, &interface.viewer, catalog, max_count).into_iter().next();
                 if let Some(suggestion) = suggestion
                     && ui.selectable_label(false, text!("search-did-you-mean", name = text)).clicked()
                 {
@@ -212,7 +213,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         SearchTarget::Place { latitude_deg, longitude_deg } => actions.push(Action::StandOn(latitude_deg, longitude_deg)),
         SearchTarget::City(city) => {
             // The city becomes the observer's place, which events and the times of rise and set use too.
-            interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+            interface.information.observer_place = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
             interface.show_reply(text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country)));
         }
@@ -231,7 +232,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             events::search_for(interface, worker, &kinds, start);
         }
         SearchTarget::Preset(preset) => moments::open_preset(interface, worker, preset, actions),
-        SearchTarget::Now(item) => {
+        SearchTarget::WhatToSeeNow(item) => {
             let view = item.view(session, interface.viewer.now(), &interface.viewer.base_view());
             match view {
                 Some(view) => what_to_see_now::open(interface, ctx, worker, item, view, actions),

@@ -130,7 +130,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
         }
     }
     if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
-        ctx.copy_text(interface.viewer.shareable().to_link());
+        ctx.copy_text(interface.viewer.shareable_view().to_link());
         // At the end of the frame, egui copies the selected text of a label instead. A mere click on a label counts as a selection, too, but without text.
         let may_have_selected_text = ctx.plugin::<LabelSelectionState>().lock().has_selection();
         interface.show_reply(if may_have_selected_text { text!("copied") } else { text!("link-copied") });

@@ -127,11 +127,12 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         });
         remember_width(shown.response.rect.width(), &mut interface.settings.panels.bodies_width);
     }
-    let on_left = interface.settings.panels.on_left;
+    // The kept panel is on the other side.
+    let open_is_on_left = interface.settings.panels.on_left;
     if let Some(tab) = kept {
         let is_kept = true;
         let name = egui_name(tab, is_kept);
-        let panel = if on_left { Panel::right(name) } else { Panel::left(name) };
+        let panel = if open_is_on_left { Panel::right(name) } else { Panel::left(name) };
         let width = valid_width(*stored_width(&mut interface.settings.panels, tab, is_kept), tab.default_width());
         let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).show(ui, |ui| content(interface, ui, tab, worker, actions));
         remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, is_kept));
@@ -139,7 +140,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     if let Some(tab) = open {
         let is_kept = false;
         let name = egui_name(tab, is_kept);
-        let panel = if on_left { Panel::left(name) } else { Panel::right(name) };
+        let panel = if open_is_on_left { Panel::left(name) } else { Panel::right(name) };
         let width = valid_width(*stored_width(&mut interface.settings.panels, tab, is_kept), tab.default_width());
         // Some of the viewport stays visible between two panels.
         let max_panel_width = if kept.is_some() { (ui.available_width() - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
@@ -159,9 +160,9 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     interface.settings.panels.kept_panel = interface.kept_tab.map(|tab| tab.name().to_owned());
 }
 
-/// Shows a panel's title, and below it its controls, which scroll in both directions if the panel has no room for them: egui would widen the panel for them,
-/// or, where there is no room for that, cut them off. A list within a panel fills the rest of it, but has a minimum height
-/// ([`MIN_LIST_HEIGHT`](super::theme::MIN_LIST_HEIGHT)): while even that does not fit, the wheel moves the list first and then the whole panel.
+/// Shows a panel's title, and below it its controls. They scroll in both directions if the panel has no room for them; otherwise egui would widen the panel,
+/// or cut them off if the window has no room for a wider panel. A list within a panel fills the rest of it, but has a minimum height
+/// ([`MIN_LIST_HEIGHT`](super::theme::MIN_LIST_HEIGHT)): while even this minimum does not fit, the wheel moves the list first and then the whole panel.
 fn content(interface: &mut Interface, ui: &mut Ui, tab: Tab, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     heading(interface, ui, tab);
     // Each panel has an id of its own, the same on both sides of the viewport, so that it keeps its scroll positions and open sections.
@@ -169,8 +170,8 @@ fn content(interface: &mut Interface, ui: &mut Ui, tab: Tab, worker: &dyn Render
     ui.scope_builder(UiBuilder::new().scope_id(id), |ui| {
         // Without the minimum of 0, the controls would lie over the time bar in a very low window.
         ScrollArea::both().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
-            // One point less, because positions are rounded to pixels: controls as large as the panel would scroll by a fraction of a point. Not by
-            // `Ui::set_max_height()`, which keeps the later controls above this height, one over the other.
+            // One point less, because positions are rounded to pixels: controls as large as the panel would scroll by a fraction of a point.
+            // `Ui::set_max_height()` would not do: it keeps later controls within this height by placing them over one another.
             let available = ui.available_rect_before_wrap();
             let room = Rect::from_min_size(available.min, (available.size() - Vec2::splat(1.0)).max(Vec2::ZERO));
             ui.scope_builder(UiBuilder::new().max_rect(room), |ui| tab.show(interface, ui, worker, actions));
@@ -187,9 +188,9 @@ fn heading(interface: &mut Interface, ui: &mut Ui, tab: Tab) {
             ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
         }
         if let Some(pointer) = title.interact_pointer_pos().filter(|_| title.drag_stopped()) {
-            let to_left = pointer.x < ui.ctx().content_rect().center().x;
+            let is_dropped_on_left = pointer.x < ui.ctx().content_rect().center().x;
             // `on_left` is the side of the open panel; the kept panel is on the other side.
-            interface.settings.panels.on_left = to_left == (interface.tab == Some(tab));
+            interface.settings.panels.on_left = is_dropped_on_left == (interface.tab == Some(tab));
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let is_kept = interface.kept_tab == Some(tab);

@@ -3,7 +3,7 @@
 //! In: a star of the catalog, and the time since the catalog's epoch. Out: its name, a title, a table. Always: a quantity that the catalog does not
 //! determine has no row, or a note in place of its value.
 
-use super::fact::line;
+use super::fact;
 use crate::catalog::stars::{Star, star_name};
 use crate::ephemeris::apparent::RaDec;
 use crate::ephemeris::star_place::star_from_viewer;
@@ -84,7 +84,7 @@ pub(super) fn facts(ui: &mut egui::Ui, star: &Star, years_since_epoch: f64) {
     ui.strong(name(star));
     Grid::new("star").num_columns(2).striped(true).show(ui, |ui| {
         for (label, value) in label_value_pairs(star, years_since_epoch) {
-            line(ui, label, value);
+            fact::row(ui, label, value);
         }
     });
 }

@@ -50,7 +50,7 @@ impl Default for TimeBar {
 }
 
 impl TimeBar {
-    /// The event that the running search has found, or why there is none; `None` while it runs.
+    /// The event that the search has found, or why there is none; `None` while the search runs, or if none was started.
     fn take_found(&mut self) -> Option<Result<SkyEvent, String>> {
         let (kind, pending) = self.pending.as_ref()?;
         let (kind, found) = (*kind, pending.take()?);
@@ -111,12 +111,12 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
 fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time = interface.viewer.view.time();
     let time_zone = interface.settings.time_zone;
-    let displayed = time_zone.civil_time(time).map_or_else(|| instant_text(time), civil_text);
-    let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| displayed.clone());
-    let width = date_field_width(ui, &displayed);
+    let displayed_text = time_zone.civil_time(time).map_or_else(|| instant_text(time), civil_text);
+    let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| displayed_text.clone());
+    let width = date_field_width(ui, &displayed_text);
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(width));
     let response = response.on_hover_text(text!("time-field-hint")).accessible_name(text!("time-field"));
-    if response.has_focus() && (interface.time_bar.typed.is_some() || text != displayed) {
+    if response.has_focus() && (interface.time_bar.typed.is_some() || text != displayed_text) {
         interface.time_bar.typed = Some(text.clone());
     }
     if response.lost_focus() {
@@ -142,8 +142,8 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
 
 /// Width of the date field for a displayed date, points. The field has room for the same date with the widest digits, so that its width stays constant
 /// while time runs.
-fn date_field_width(ui: &egui::Ui, displayed: &str) -> f32 {
-    text_width(ui, displayed.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN
+fn date_field_width(ui: &egui::Ui, displayed_text: &str) -> f32 {
+    text_width(ui, displayed_text.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN
 }
 
 /// Width of a text in the font of labels and fields, points.
@@ -272,7 +272,7 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     caption(ui, text!("time-rate-caption"));
     let mut speed = time_rate.speed();
     let slider = Slider::new(&mut speed, MIN_SPEED..=MAX_SPEED).logarithmic(true).show_value(false);
-    // With a size known in advance, the slider moves to the next row where it does not fit. By itself, a slider of egui would extend beyond the window.
+    // With a size known in advance, the slider moves to the next row if this one has no room. By itself, a slider of egui would extend beyond the window.
     let slider_size = [ui.spacing().slider_width, ui.spacing().interact_size.y];
     let slider = ui.add_sized(slider_size, slider).on_hover_text(text!("time-rate-hint")).accessible_name(text!("time-rate"));
     if slider.changed() {
@@ -316,7 +316,7 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
     }
     if let Some(is_backward) = requested_backward {
         let gap_s = if is_backward { -EVENT_GAP_S } else { EVENT_GAP_S };
-        let start = interface.viewer.destination().time().plus_seconds(gap_s);
+        let start = interface.viewer.view_after_flight().time().plus_seconds(gap_s);
         let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
         let search = EventSearch::new(vec![kind], start, span_s, is_backward);
         let pending = ask(worker, move |session| search.find_first(session.catalog(), session.ephemeris()));

@@ -70,7 +70,7 @@ pub(crate) struct Timeline {
 impl Default for Timeline {
     fn default() -> Self {
         let track = |kinds, step_days| EventTrack { known: KnownEvents::new(kinds, step_days), running: None };
-        // A search covers 500 or 3 days, in which it finds about ten events.
+        // A step of a search covers 500 or 3 days, in which it finds about ten events.
         Self { rare: track(RARE_KINDS, 500.0), frequent: track(FREQUENT_KINDS, 3.0) }
     }
 }
@@ -164,7 +164,7 @@ fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = 
 fn event_at<'t>(interface: &'t Interface, axis: &TimeAxis, x_points: f64) -> Option<&'t KnownEvent> {
     let distance = |position: f64| (position - x_points).abs();
     let close = marks(interface, axis).filter(|(position, _)| distance(*position) <= CLICK_DISTANCE);
-    close.min_by(|(a, _), (b, _)| distance(*a).total_cmp(&distance(*b))).map(|(_, event)| event)
+    close.min_by(|(a, _), (b, _)| distance(*a).total_cmp(&distance(*b))).map(|(_, known)| known)
 }
 
 /// The colour of the marks of a kind of event.
@@ -207,9 +207,9 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
         painter.rect_filled(Rect::from_x_y_ranges(part, rect.top()..=dates_top), 0.0, fill);
     }
     let middle_y = 0.5 * (rect.top() + dates_top);
-    for (position, event) in marks(interface, axis) {
-        let radius = MARK_RADII[usize::from(!event.event.is_notable())];
-        painter.circle_filled(pos2(screen_x(position), middle_y), radius, mark_colour(ui, event.event.kind()));
+    for (position, known) in marks(interface, axis) {
+        let radius = MARK_RADII[usize::from(!known.event.is_notable())];
+        painter.circle_filled(pos2(screen_x(position), middle_y), radius, mark_colour(ui, known.event.kind()));
     }
     // The line at the displayed time.
     let stroke = Stroke::new(1.5, visuals.strong_text_color());
@@ -234,7 +234,7 @@ fn with_tooltip(interface: &Interface, response: Response, rect: Rect, axis: &Ti
     };
     let x_points = f64::from(pointer.x - rect.left());
     let tooltip = match event_at(interface, axis, x_points) {
-        Some(event) => format!("{}\n{}", event.title, event.event.summary()),
+        Some(known) => format!("{}\n{}", known.title, known.event.summary()),
         None => {
             let tdb_s = axis.tdb_s_at(x_points);
             let date = minute_text(Instant::from_tdb_seconds_past_j2000(tdb_s));

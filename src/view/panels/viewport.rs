@@ -45,8 +45,8 @@ const NAME_COLOUR: Color32 = opaque(labels::NAME_COLOUR);
 /// Shows the viewport in the room that the panels leave.
 pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let viewport = ui.available_rect_before_wrap();
-    let scale = ui.ctx().pixels_per_point();
-    let to_px = |points: f32| ((points * scale).round() as u32).clamp(1, MAX_IMAGE_PX);
+    let pixels_per_point = ui.ctx().pixels_per_point();
+    let to_px = |points: f32| ((points * pixels_per_point).round() as u32).clamp(1, MAX_IMAGE_PX);
     interface.viewport.size_px = [to_px(viewport.width()), to_px(viewport.height())];
     interface.settings.panels.viewport_px = interface.viewport.size_px;
     let response = ui.interact(viewport, ui.scope_id().with("sky"), Sense::click_and_drag());
@@ -70,10 +70,10 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         return;
     };
     let placement = ImagePlacement::of(size_px, viewport, interface.viewport.size_px);
-    let image = interface.gpu_image().map(|_| SCENE_IMAGE).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
-    if let Some(image) = image {
+    let texture_id = interface.gpu_image().map(|_| SCENE_IMAGE).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
+    if let Some(texture_id) = texture_id {
         let visible = placement.image.intersect(viewport);
-        ui.painter().image(image, visible, placement.uv_within(visible), Color32::WHITE);
+        ui.painter().image(texture_id, visible, placement.uv_within(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
     let to_image_px = |overlay: &Rect| {
@@ -88,7 +88,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     paint_star(interface, ui, viewport, &placement);
     if let Some(rendered) = interface.shown() {
         let scene = &rendered.scene;
-        let point_of = |px: DVec2| placement.image.min + vec2(px * placement.points_per_px);
+        let point_of = |px: DVec2| placement.image.min + egui_vec(px * placement.points_per_px);
         interface.angle.paint(
             &ui.painter().with_clip_rect(viewport),
             |direction| scene.geometry.pixel_of(&scene.camera, direction).map(point_of),
@@ -257,7 +257,7 @@ fn context_menu(interface: &mut Interface, response: &egui::Response, placement:
             measure(interface, direction, interface.viewport.menu_body);
         }
         if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
-            ui.ctx().copy_text(interface.viewer.shareable().to_link());
+            ui.ctx().copy_text(interface.viewer.shareable_view().to_link());
             interface.show_reply(text!("link-copied"));
         }
         if ui.button(text!("menu-save-image")).on_hover_text(text!("menu-save-image-hint")).clicked() {
@@ -270,7 +270,7 @@ fn context_menu(interface: &mut Interface, response: &egui::Response, placement:
 fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &ImagePlacement) {
     let painter = ui.painter().with_clip_rect(viewport);
     for label in &interface.viewport.labels {
-        let centre = placement.image.min + vec2(label.centre_px * placement.points_per_px);
+        let centre = placement.image.min + egui_vec(label.centre_px * placement.points_per_px);
         let radius = (label.radius_px * placement.points_per_px) as f32;
         let is_selected = label.body == interface.viewer.selected;
         let colour = if is_selected { HIGHLIGHT_COLOUR } else { NAME_COLOUR };
@@ -281,11 +281,11 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
                 Stroke::new(1.0, colour.gamma_multiply(if is_selected { 1.0 } else { MARKER_OPACITY })),
             );
         }
-        // A body that fills the image has no name side: the title names it.
+        // A body that fills the image has no name side: the window's title names it.
         if let Some(side) = label.name_side
             && interface.settings.labels_bodies
         {
-            let text_anchor = centre + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
+            let text_anchor = centre + egui_vec(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
             let align = if side.is_left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
             painter.text(text_anchor + Vec2::splat(1.0), align, &label.name, font.clone(), Color32::from_black_alpha(180));
@@ -298,13 +298,13 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
 fn paint_star(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &ImagePlacement) {
     let image_px = interface.viewport.star_index.zip(interface.shown()).and_then(|(index, rendered)| star_px(&rendered.scene, index));
     if let Some(image_px) = image_px {
-        let centre = placement.image.min + vec2(image_px * placement.points_per_px);
+        let centre = placement.image.min + egui_vec(image_px * placement.points_per_px);
         ui.painter().with_clip_rect(viewport).circle_stroke(centre, MARKER_RADIUS_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }
 }
 
 /// A vector in points, in f32 as egui has it.
-fn vec2(v: DVec2) -> Vec2 {
+fn egui_vec(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
 
@@ -372,9 +372,9 @@ fn handle_mouse(
     placement: &ImagePlacement,
     actions: &mut Vec<Action>,
 ) -> Option<Click> {
-    let scale = f64::from(ui.ctx().pixels_per_point());
+    let pixels_per_point = f64::from(ui.ctx().pixels_per_point());
     let drag = response.drag_delta();
-    let (drag_x_px, drag_y_px) = (f64::from(drag.x) * scale, f64::from(drag.y) * scale);
+    let (drag_x_px, drag_y_px) = (f64::from(drag.x) * pixels_per_point, f64::from(drag.y) * pixels_per_point);
     if response.dragged_by(PointerButton::Primary) && (drag_x_px, drag_y_px) != (0.0, 0.0) {
         let looks_around = ui.input(|i| i.modifiers.shift);
         actions.push(if looks_around { Action::LookAround(-drag_x_px, -drag_y_px) } else { Action::Turn(drag_x_px, drag_y_px) });
@@ -408,7 +408,7 @@ fn handle_mouse(
     } else if response.clicked() {
         let body = body_at_pointer();
         actions.extend(body.map(Action::Select));
-        let pixel = |points: f32| (f64::from(points) * scale) as u32;
+        let pixel = |points: f32| (f64::from(points) * pixels_per_point) as u32;
         let star_index = if body.is_none() { star_at(&rendered.scene, image_px) } else { None };
         return Some(Click::Pick { viewport_px: [pixel(pointer.x - viewport.min.x), pixel(pointer.y - viewport.min.y)], star_index });
     }

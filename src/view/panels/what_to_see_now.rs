@@ -236,7 +236,8 @@ fn thumbnail_button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>) -
         let job = LayoutJob { wrap, ..LayoutJob::simple_singleline(text.to_owned(), TextStyle::Small.resolve(ui.style()), colour) };
         painter.galley(pos2(rect.left(), top), painter.layout_job(job), colour);
     };
-    lines(image.bottom() + 3.0, title, 1, visuals.strong_text_color());
+    let max_title_lines = 1;
+    lines(image.bottom() + 3.0, title, max_title_lines, visuals.strong_text_color());
     lines(image.bottom() + 3.0 + line_height, about, MAX_DESCRIPTION_LINES, visuals.text_color());
     response.clicked()
 }

@@ -213,6 +213,7 @@ impl Band<'_> {
         if area == 0 {
             return;
         }
+        // The corners in clockwise order, for which the area and the edge functions at points inside are positive.
         if area < 0 {
             (b, c, pb, pc, area) = (c, b, pc, pb, -area);
         }

@@ -182,8 +182,8 @@ fn monitor_info(monitor: &MonitorHandle) -> Monitor {
 /// on X11: it returns the monitor at the last move event.)
 fn monitor_of(window: &Window) -> Option<MonitorHandle> {
     let (corner, size) = (window.outer_position().ok()?.into(), window.outer_size().into());
-    let visible_px = |m: &MonitorHandle| monitor_info(m).visible_px(corner, size);
-    window.available_monitors().filter(|m| visible_px(m) > 0).max_by_key(visible_px)
+    let visible_pixels = |m: &MonitorHandle| monitor_info(m).visible_pixel_count(corner, size);
+    window.available_monitors().filter(|m| visible_pixels(m) > 0).max_by_key(visible_pixels)
 }
 
 /// Sets the application name by which the desktop associates the window with the program's desktop file.
@@ -245,7 +245,7 @@ struct App<'a> {
     painter: Painter,
     /// `None` before the window is opened and while it is being replaced.
     opened: Option<OpenWindow>,
-    /// A GPU has failed to present, so the CPU presents all later windows.
+    /// Whether a GPU has failed to present; the CPU then presents all later windows.
     gpu_failed: bool,
     /// When the interface needs its next frame.
     next_redraw: Option<WallInstant>,

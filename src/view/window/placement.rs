@@ -50,8 +50,8 @@ impl Monitor {
         })
     }
 
-    /// The number of a window's pixels on this monitor.
-    pub(crate) fn visible_px(&self, corner_px: [i32; 2], size_px: [u32; 2]) -> i64 {
+    /// The number of pixels on this monitor of a window with this upper left corner and size.
+    pub(crate) fn visible_pixel_count(&self, corner_px: [i32; 2], size_px: [u32; 2]) -> i64 {
         let overlap_px = |axis: usize| {
             let [window_start, monitor_start] = [corner_px[axis], self.corner_px[axis]].map(i64::from);
             let overlap_end = (window_start + i64::from(size_px[axis])).min(monitor_start + i64::from(self.size_px[axis]));
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn visible_pixels_are_counted_per_monitor() {
-        let shown = |corner, size| [LEFT, RIGHT, BELOW].map(|monitor| monitor.visible_px(corner, size));
+        let shown = |corner, size| [LEFT, RIGHT, BELOW].map(|monitor| monitor.visible_pixel_count(corner, size));
         assert_eq!(shown([100, 100], [200, 100]), [20_000, 0, 0]);
         assert_eq!(shown([1400, -50], [200, 100]), [5_000, 5_000, 0]);
         assert_eq!(shown([-100, 1150], [200, 100]), [5_000, 0, 5_000]);

@@ -27,7 +27,7 @@ pub(crate) struct Presenter {
     window: Arc<Window>,
     /// `None` while the backend changes, and after such a change has failed.
     backend: Option<PresentBackend>,
-    /// A GPU failed to present; this window does not try one again.
+    /// Whether a GPU has failed to present; this window then tries none again.
     gpu_failed: bool,
 }
 
@@ -47,7 +47,7 @@ fn cpu_backend(window: &Arc<Window>) -> Result<PresentBackend, String> {
 }
 
 impl Presenter {
-    /// A presenter that uses the CPU at first. `gpu_failed`: a GPU has failed to present, so none is tried.
+    /// A presenter that uses the CPU at first. `gpu_failed`: whether a GPU has failed to present in an earlier window; then none is tried.
     ///
     /// # Errors
     /// If the system provides no pixel buffer; the text is the reason.

@@ -11,7 +11,7 @@ pub(crate) struct LatestAnswer<I, T> {
     /// The inputs of the newest query, pending or answered.
     requested: Option<I>,
     pending: Option<Pending<T>>,
-    /// The last answer that has arrived.
+    /// The last answer that has arrived, with its inputs; `None` before the first.
     answer: Option<(I, T)>,
 }
 

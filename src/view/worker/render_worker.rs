@@ -130,6 +130,7 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
         gpu_image: drawn.gpu_image,
         drawn_by: drawn.drawn_by,
         render_ms,
+        // The render worker replaces this value.
         idle_ms: 0.0,
         stages: stages.since(&stages_before),
         library,

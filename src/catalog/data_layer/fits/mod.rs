@@ -235,6 +235,7 @@ mod tests {
         let sqrt = ImageStyle { stretch: Stretch::Sqrt, ..full_range() };
         let data = [0_u8, 51, 102, 255];
         let image = read(&file(&[&[("BITPIX", "8")], SIZE, TAN], &data), ON_SKY, &sqrt).expect("stretched");
+        // The value 51, in the first row of the file, and so in the last of the image: 255 sqrt(51 / 255) = 114.0.
         assert_eq!(red(&image)[3], 114);
     }
 

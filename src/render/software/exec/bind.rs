@@ -14,8 +14,8 @@ use smallvec::SmallVec;
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
 
-/// A kernel ready to be called. Offsets are in elements (values of type `R`) from the start of the arena.
-pub(crate) struct KernelStep<R> {
+/// A call of a kernel. Offsets are in elements (values of type `R`) from the start of the arena.
+pub(crate) struct KernelCall<R> {
     pub function: KernelFn<R>,
     /// Offset of the lanes that the kernel writes.
     pub dst: u32,
@@ -23,11 +23,11 @@ pub(crate) struct KernelStep<R> {
     pub first_operand: u32,
 }
 
-/// Four steps fit into a cache line.
-const _: () = assert!(size_of::<KernelStep<f32>>() <= 16);
+/// Four calls fit into a cache line.
+const _: () = assert!(size_of::<KernelCall<f32>>() <= 16);
 
-/// An operation on registers, ready to be called. Registers are given by number.
-pub(crate) struct ScalarStep<R> {
+/// A call of an operation on registers. Registers are given by number.
+pub(crate) struct ScalarCall<R> {
     pub function: ScalarFn<R>,
     pub dst: u32,
     /// An operation with fewer operands ignores the last ones.
@@ -125,8 +125,8 @@ pub(crate) enum BoundStep {
 /// it.
 pub struct BoundProgram<R> {
     pub(super) steps: Vec<BoundStep>,
-    pub(super) kernels: Vec<KernelStep<R>>,
-    pub(super) scalars: Vec<ScalarStep<R>>,
+    pub(super) kernels: Vec<KernelCall<R>>,
+    pub(super) scalars: Vec<ScalarCall<R>>,
     pub(super) uniform_loads: Vec<UniformLoad>,
     pub(super) texture_reads: Vec<TextureRead>,
     /// Arena offsets of the operands of every kernel, in order.
@@ -267,7 +267,7 @@ impl<R: Real> Binder<R> {
     /// `args`: offsets in the arena.
     fn push_kernel(&mut self, function: KernelFn<R>, dst: u32, args: &[u32]) {
         let end = self.bound.kernels.len() as u32 + 1;
-        self.bound.kernels.push(KernelStep { function, dst, first_operand: self.bound.operand_offsets.len() as u32 });
+        self.bound.kernels.push(KernelCall { function, dst, first_operand: self.bound.operand_offsets.len() as u32 });
         self.bound.operand_offsets.extend(args);
         match self.bound.steps.last_mut() {
             Some(BoundStep::Kernels { end: sequence_end, instructions, .. }) if self.can_extend_sequence => {
@@ -279,9 +279,9 @@ impl<R: Real> Binder<R> {
         self.can_extend_sequence = true;
     }
 
-    fn push_scalar(&mut self, step: ScalarStep<R>) {
+    fn push_scalar(&mut self, call: ScalarCall<R>) {
         let end = self.bound.scalars.len() as u32 + 1;
-        self.bound.scalars.push(step);
+        self.bound.scalars.push(call);
         match self.bound.steps.last_mut() {
             Some(BoundStep::Scalars { end: sequence_end, .. }) if self.can_extend_sequence => *sequence_end = end,
             _ => self.bound.steps.push(BoundStep::Scalars { start: end - 1, end }),
@@ -392,7 +392,7 @@ impl<R: Real> Binder<R> {
             Instr::FusedKernel { ops, dst, args } => self.bind_chain(ops, Self::slot_offset(u32::from(*dst)), args)?,
             Instr::Scalar { op, dst, args } => {
                 let args = [0, 1, 2].map(|k| args.get(k).or(args.first()).map_or(0, register) as u32);
-                self.push_scalar(ScalarStep { function: R::scalar(*op, self.class.has_fma()), dst: u32::from(*dst), args });
+                self.push_scalar(ScalarCall { function: R::scalar(*op, self.class.has_fma()), dst: u32::from(*dst), args });
             }
             Instr::LoadUniform { dst, kind, offset, index, stride, count } => {
                 let elements = UniformElements { kind: *kind, offset: *offset, stride: *stride, count: *count };

@@ -18,7 +18,7 @@ use super::program::{Constant, Program};
 use super::tape::{Instr, Operand, TextureOp};
 pub use bind::BoundProgram;
 pub(crate) use bind::KernelBinding;
-use bind::{BoundStep, KernelStep, MaskLocation, ScalarStep, TextureRead, UniformLoad};
+use bind::{BoundStep, KernelCall, MaskLocation, ScalarCall, TextureRead, UniformLoad};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 pub use textures::{Gradients, NoTextures, TextureUnit};
@@ -303,14 +303,14 @@ impl<R: Real> Executor<R> {
 
     /// Runs operations on registers. Not inlined, for the reason given at `run_kernels`.
     #[inline(never)]
-    fn run_scalars(&mut self, steps: &[ScalarStep<R>]) {
+    fn run_scalars(&mut self, calls: &[ScalarCall<R>]) {
         let registers = self.registers_mut().as_mut_ptr();
-        for step in steps {
-            let [a, b, c] = step.args.map(|r| r as usize);
+        for call in calls {
+            let [a, b, c] = call.args.map(|r| r as usize);
             // SAFETY: Program::check has verified every register against the count from which the arena was allocated; `unroll_loops` only exchanges
             // verified ones.
             unsafe {
-                registers.add(step.dst as usize).write((step.function)(
+                registers.add(call.dst as usize).write((call.function)(
                     registers.add(a).read(),
                     registers.add(b).read(),
                     registers.add(c).read(),
@@ -331,10 +331,10 @@ impl<R: Real> Executor<R> {
 
     /// Runs kernels in order. Not inlined: in the loop over all steps its pointers would not stay in processor registers.
     #[inline(never)]
-    fn run_kernels(&mut self, kernels: &[KernelStep<R>], operand_offsets: &[u32]) {
+    fn run_kernels(&mut self, kernels: &[KernelCall<R>], operand_offsets: &[u32]) {
         let base = self.arena.as_mut_ptr().cast::<R>();
         let operand_offsets = operand_offsets.as_ptr();
-        let run = |kernel: &KernelStep<R>| {
+        let run = |kernel: &KernelCall<R>| {
             // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, and `unroll_loops` only
             // exchanges verified indices. So each offset refers to a complete slot or to a register inside the arena. Nothing overlaps `dst`: it is a
             // slot that is not an operand of the same kernel; scratch slots are written by broadcasts, whose operand is a register, or by chains, which

@@ -40,17 +40,17 @@ impl UniformElements {
     /// The part of the block from the first element's word to the last element's word, and the number of words from one element to the next. `None` if the
     /// block ends before the last element's word, or if offset or stride are not whole words.
     fn span(self, words: &[u32]) -> Option<(&[u32], u32)> {
-        let (first, step) = (self.offset as usize / 4, self.stride / 4);
-        let last = (self.last_index() as usize).checked_mul(step as usize)?;
+        let (first, word_stride) = (self.offset as usize / 4, self.stride / 4);
+        let last = (self.last_index() as usize).checked_mul(word_stride as usize)?;
         let is_aligned = self.offset.is_multiple_of(4) && self.stride.is_multiple_of(4);
         let end = first.checked_add(last)?.checked_add(1)?;
-        words.get(first..end).filter(|_| is_aligned && last < i32::MAX as usize).map(|span| (span, step))
+        words.get(first..end).filter(|_| is_aligned && last < i32::MAX as usize).map(|span| (span, word_stride))
     }
 
     /// The word of each lane's element. Not inlined: the loop over a tape's steps would keep fewer of its values in processor registers.
     #[inline(never)]
     pub fn gather<R: Real>(self, words: &[u32], indices: &[R; LANES], out: &mut [R; LANES]) {
-        let Some((span, step)) = self.span(words) else {
+        let Some((span, word_stride)) = self.span(words) else {
             for (out, index) in out.iter_mut().zip(indices) {
                 *out = self.read(words, index.lane_bits());
             }
@@ -61,29 +61,29 @@ impl UniformElements {
             && is_x86_feature_detected!("avx2")
         {
             // SAFETY: AVX2 was detected, and `span` ends with the last element.
-            unsafe { gather_avx2(span, step, self.last_index(), indices, out) };
+            unsafe { gather_avx2(span, word_stride, self.last_index(), indices, out) };
             return;
         }
         for (out, index) in out.iter_mut().zip(indices) {
-            *out = self.value(span[(index.lane_bits().min(self.last_index()) * step) as usize]);
+            *out = self.value(span[(index.lane_bits().min(self.last_index()) * word_stride) as usize]);
         }
     }
 }
 
 /// [`UniformElements::gather`] for f32, where a value has the same bits as its word, whatever its kind.
 /// # Safety
-/// AVX2 is available; `last_index * step` is below 2^31, and `span` has more words than that; `indices` and `out` have the same length, a multiple of 8.
+/// AVX2 is available; `last_index * word_stride` is below 2^31, and `span` has more words than that; `indices` and `out` have the same length, a multiple of 8.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-unsafe fn gather_avx2(span: &[u32], step: u32, last_index: u32, indices: &[f32], out: &mut [f32]) {
+unsafe fn gather_avx2(span: &[u32], word_stride: u32, last_index: u32, indices: &[f32], out: &mut [f32]) {
     use std::arch::x86_64::{__m256i, _mm256_i32gather_epi32, _mm256_min_epu32, _mm256_mullo_epi32, _mm256_set1_epi32};
     let last = _mm256_set1_epi32(last_index.cast_signed());
-    let step = _mm256_set1_epi32(step.cast_signed());
+    let word_stride = _mm256_set1_epi32(word_stride.cast_signed());
     for (out, indices) in out.as_chunks_mut::<8>().0.iter_mut().zip(indices.as_chunks::<8>().0) {
         // SAFETY: an array of eight words has the size of an AVX register; no word index is greater than the last element's.
         unsafe {
             let index = _mm256_min_epu32(std::mem::transmute::<[f32; 8], __m256i>(*indices), last);
-            let words = _mm256_i32gather_epi32::<4>(span.as_ptr().cast(), _mm256_mullo_epi32(index, step));
+            let words = _mm256_i32gather_epi32::<4>(span.as_ptr().cast(), _mm256_mullo_epi32(index, word_stride));
             *out = std::mem::transmute::<__m256i, [f32; 8]>(words);
         }
     }

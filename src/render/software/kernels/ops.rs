@@ -1,7 +1,7 @@
 //! The only definition of what each operation computes on one lane. Constant folding, operations on registers and the SIMD kernels share it.
 //!
-//! In: up to three operands. Out: the result. Always: no operand traps; integer division by zero and shifts beyond 31 bits have the results that WGSL
-//! specifies.
+//! In: up to three operands. Out: the result. Always: no operation traps, whatever its operands; integer division by zero and shifts beyond 31 bits have the
+//! results that WGSL specifies.
 
 use crate::render::software::math::Real;
 use crate::render::software::tape::Op;

@@ -1,12 +1,12 @@
-//! Builds the steps (instructions in SSA form). Folds constants, simplifies, finds equal computations (value numbering), and determines the rate of each value.
+//! Builds the SSA instructions. Folds constants, simplifies, finds equal computations (value numbering), and determines the rate of each value.
 //!
-//! In: operations and their operands. Out: their results, and the steps that compute them. Always: a result is reused only where it has been computed. Not
-//! here: control flow (`control_flow.rs`), and the passes over all steps (`finish.rs`).
+//! In: operations and their operands. Out: their results, and the instructions that compute them. Always: a result is reused only where it has been computed.
+//! Not here: control flow (`control_flow.rs`), and the optimisations of all instructions (`finish.rs`).
 //!
 //! A value's rate states how often it is computed: constant; per draw (once, on the draw tape); shared (one value for all lanes, on the lane tape
 //! because it may change in a loop); per lane. The result of an operation has the highest rate among its operands.
 
-use super::step::{JumpLabel, SsaStep, SsaValue, SsaValues};
+use super::ssa::{JumpLabel, SsaInstr, SsaValue, SsaValues};
 use crate::render::software::kernels;
 use crate::render::software::program::Constant;
 use crate::render::software::tape::{Op, TextureOp, WordKind};
@@ -20,16 +20,16 @@ enum Computation {
     TextureSize { texture: u16, axis: u8, level: SsaValue },
 }
 
-/// The steps, constants and values of one entry point so far.
+/// The instructions, constants and values of one entry point so far.
 #[derive(Default)]
 pub(crate) struct SsaBuilder {
     pub constants: Vec<Constant>,
     /// Index of each constant, by its type and its bits.
     constant_index: HashMap<(u8, u64), u32>,
-    /// Steps of the draw tape.
-    pub draw_steps: Vec<SsaStep>,
-    /// Steps of the lane tape.
-    pub lane_steps: Vec<SsaStep>,
+    /// Instructions of the draw tape.
+    pub draw_instrs: Vec<SsaInstr>,
+    /// Instructions of the lane tape.
+    pub lane_instrs: Vec<SsaInstr>,
     /// The numbers of the newest value and of the newest label.
     last_value: u32,
     last_label: JumpLabel,
@@ -140,15 +140,15 @@ impl SsaBuilder {
         }
     }
 
-    /// Appends a step to the tape on which `dst` is computed. With a `key`, an equal computation reuses `dst` from now on.
-    fn emit(&mut self, dst: SsaValue, key: Option<Computation>, step: SsaStep) -> SsaValue {
+    /// Appends an instruction to the tape on which `dst` is computed. With a `key`, an equal computation reuses `dst` from now on.
+    fn emit(&mut self, dst: SsaValue, key: Option<Computation>, instr: SsaInstr) -> SsaValue {
         if matches!(dst, SsaValue::Draw(_)) {
-            self.draw_steps.push(step);
+            self.draw_instrs.push(instr);
             if let Some(k) = key {
                 self.draw_available.insert(k, dst);
             }
         } else {
-            self.lane_steps.push(step);
+            self.lane_instrs.push(instr);
             if let (Some(k), Some(available)) = (key, self.available.last_mut()) {
                 available.insert(k, dst);
             }
@@ -156,7 +156,7 @@ impl SsaBuilder {
         dst
     }
 
-    /// The result of an operation: folded, simplified, found among earlier results, or computed by a new step.
+    /// The result of an operation: folded, simplified, found among earlier results, or computed by a new instruction.
     pub(crate) fn op(&mut self, op: Op, args: &[SsaValue]) -> SsaValue {
         if let Some(folded) = self.fold(op, args) {
             return folded;
@@ -183,7 +183,7 @@ impl SsaBuilder {
             }
             _ => {}
         }
-        self.emit(dst, Some(key), SsaStep::Op { dst, op, args })
+        self.emit(dst, Some(key), SsaInstr::Op { dst, op, args })
     }
 
     pub(crate) fn unary(&mut self, op: Op, a: SsaValue) -> SsaValue {
@@ -326,13 +326,13 @@ impl SsaBuilder {
             return v;
         }
         let dst = self.fresh_result(index.as_slice());
-        self.emit(dst, Some(key), SsaStep::LoadUniform { dst, kind, offset, index, stride: 4, count })
+        self.emit(dst, Some(key), SsaInstr::LoadUniform { dst, kind, offset, index, stride: 4, count })
     }
 
     /// Reads a texture in the lanes set in `mask`; returns red, green, blue and alpha.
     pub(crate) fn texture(&mut self, op: TextureOp, texture: u16, args: &[SsaValue], mask: SsaValue) -> [SsaValue; 4] {
         let dst = [(); 4].map(|()| self.fresh_lane());
-        self.lane_steps.push(SsaStep::Texture { op, texture, dst, args: SsaValues::from_slice(args), mask });
+        self.lane_instrs.push(SsaInstr::Texture { op, texture, dst, args: SsaValues::from_slice(args), mask });
         dst
     }
 
@@ -346,9 +346,9 @@ impl SsaBuilder {
         if let Some(v) = self.find_computed(&key) {
             return Some(v);
         }
-        // The textures are those of the draw.
+        // Textures are bound per draw, so that the size has the rate of `level`, at least per draw.
         let dst = self.fresh_result(&[level]);
-        Some(self.emit(dst, Some(key), SsaStep::TextureSize { dst, texture, axis, level }))
+        Some(self.emit(dst, Some(key), SsaInstr::TextureSize { dst, texture, axis, level }))
     }
 }
 

@@ -4,7 +4,7 @@
 
 use super::error::Result;
 use super::lowerer::{CallFrame, Lowerer};
-use super::step::SsaValue;
+use super::ssa::SsaValue;
 use super::value::Value;
 use naga::valid::FunctionInfo;
 use naga::{Expression, Function, Handle, Statement};

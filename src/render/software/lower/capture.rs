@@ -8,7 +8,7 @@
 use super::error::Result;
 use super::lowerer::Lowerer;
 use super::named_values::CapturedValue;
-use super::step::{SsaStep, SsaValue};
+use super::ssa::{SsaInstr, SsaValue};
 use super::value::Value;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, ScalarKind, Statement, TypeInner};
@@ -100,7 +100,7 @@ impl<'m> Lowerer<'m> {
         for (dst, v) in outputs.into_iter().zip(numbers) {
             // Inactive lanes keep the value that was captured before; initially NaN.
             let from = self.builder.select(self.active_mask, v, dst);
-            self.builder.lane_steps.push(SsaStep::Assign { dst, from });
+            self.builder.lane_instrs.push(SsaInstr::Assign { dst, from });
         }
         Ok(())
     }

@@ -1,11 +1,11 @@
 //! Fuses operations into chains, in which each operation is the only reader of the previous operation's result, and computes a chain with as few kernels as
 //! possible.
 //!
-//! In: the steps (instructions in SSA form) after all other optimisations. Out: the same steps, in which a fused kernel of
+//! In: the SSA instructions after all other optimisations. Out: the same instructions, in which a fused kernel of
 //! `kernels/chains.rs` replaces each piece of a chain that it computes. Always: a kernel takes the place of the last of its operations; the operations of a
 //! chain come from one basic block, and no loop variable that they read is assigned between them.
 
-use super::step::{SsaStep, SsaValue, SsaValues, remove_steps, use_counts};
+use super::ssa::{SsaInstr, SsaValue, SsaValues, remove_instrs, use_counts};
 use crate::render::software::kernels::chains::{MAX_CHAIN_OPS, MAX_OPERANDS, find};
 use crate::render::software::tape::{FusedOp, Op};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
@@ -17,30 +17,30 @@ const NO_CHAINED_OPERAND: u8 = 0;
 /// One operation of a chain.
 #[derive(Clone)]
 struct ChainOp {
-    /// Index of its step.
+    /// Index of its instruction.
     index: usize,
     op: FusedOp,
     /// All operands, including the previous operation's result.
     args: SsaValues,
 }
 
-/// Fuses lane operations into chains, and replaces each chain by as few kernels (`FusedKernel` steps and single operations) as possible. `outputs`: the
+/// Fuses lane operations into chains, and replaces each chain by as few kernels (`FusedKernel` instructions and single operations) as possible. `outputs`: the
 /// program's outputs, which count as uses.
-pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
+pub(crate) fn fuse_chains(code: &mut Vec<SsaInstr>, outputs: &[SsaValue]) {
     fold_negations(code, outputs);
     let uses = use_counts(code, outputs);
     // Chains of this basic block to which an operation may still be appended. Key: the chain's result, which exactly one operation reads.
     let mut open_chains: HashMap<SsaValue, Vec<ChainOp>> = HashMap::default();
     let mut closed_chains: Vec<Vec<ChainOp>> = Vec::new();
-    for (index, step) in code.iter().enumerate() {
-        match step {
-            SsaStep::Assign { dst, .. } => {
-                // A chain that reads the old value must be computed before this step.
+    for (index, instr) in code.iter().enumerate() {
+        match instr {
+            SsaInstr::Assign { dst, .. } => {
+                // A chain that reads the old value must be computed before this instruction.
                 let stale: Vec<SsaValue> =
                     open_chains.iter().filter(|(_, c)| c.iter().any(|op| op.args.contains(dst))).map(|(v, _)| *v).collect();
                 closed_chains.extend(stale.iter().filter_map(|v| open_chains.remove(v)));
             }
-            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op, args } => {
+            SsaInstr::Op { dst: dst @ SsaValue::Lane(_), op, args } => {
                 let candidates = args.iter().enumerate().filter_map(|(position, v)| {
                     let mut chain = open_chains.get(v)?.clone();
                     let (op, args) = commuted(FusedOp { op: *op, chained_operand: position as u8 }, args);
@@ -62,12 +62,12 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
                     closed_chains.push(chain);
                 }
             }
-            SsaStep::SkipIfNoLane { .. }
-            | SsaStep::JumpIf { .. }
-            | SsaStep::Jump { .. }
-            | SsaStep::Label(_)
-            | SsaStep::LoopStart
-            | SsaStep::LoopEnd => {
+            SsaInstr::SkipIfNoLane { .. }
+            | SsaInstr::JumpIf { .. }
+            | SsaInstr::Jump { .. }
+            | SsaInstr::Label(_)
+            | SsaInstr::LoopStart
+            | SsaInstr::LoopEnd => {
                 closed_chains.extend(std::mem::take(&mut open_chains).into_values());
             }
             _ => {}
@@ -78,48 +78,48 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
     for chain in &closed_chains {
         for piece in split(chain).into_iter().filter(|p| p.len() > 1) {
             let (Some((operands, _)), Some(last)) = (operands(piece), piece.last()) else { continue };
-            let SsaStep::Op { dst, .. } = code[last.index] else { continue };
+            let SsaInstr::Op { dst, .. } = code[last.index] else { continue };
             let ops = fused_ops(piece);
-            code[last.index] = SsaStep::FusedKernel { dst, ops, args: operands };
+            code[last.index] = SsaInstr::FusedKernel { dst, ops, args: operands };
             removed.extend(piece[..piece.len() - 1].iter().map(|op| op.index));
         }
     }
-    remove_steps(code, &removed);
+    remove_instrs(code, &removed);
 }
 
 /// Folds the negation of a factor into the fused multiply-add that reads it, because -a * b + c is exactly c - a * b.
-fn fold_negations(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
+fn fold_negations(code: &mut Vec<SsaInstr>, outputs: &[SsaValue]) {
     let uses = use_counts(code, outputs);
     // Index of the negation and its operand, by result.
     let mut negated: HashMap<SsaValue, (usize, SsaValue)> = HashMap::default();
     let mut removed = HashSet::default();
-    for (index, step) in code.iter_mut().enumerate() {
-        match step {
-            SsaStep::Assign { dst, .. } => negated.retain(|_, (_, a)| *a != *dst),
-            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: Op::Neg, args } if uses.get(dst) == Some(&1) => {
+    for (index, instr) in code.iter_mut().enumerate() {
+        match instr {
+            SsaInstr::Assign { dst, .. } => negated.retain(|_, (_, a)| *a != *dst),
+            SsaInstr::Op { dst: dst @ SsaValue::Lane(_), op: Op::Neg, args } if uses.get(dst) == Some(&1) => {
                 negated.insert(*dst, (index, args[0]));
             }
-            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: Op::Fma, args } => {
+            SsaInstr::Op { dst: dst @ SsaValue::Lane(_), op: Op::Fma, args } => {
                 let found = (0..2).find_map(|position| Some((position, *negated.get(&args[position])?)));
                 let Some((position, (negation, factor))) = found else { continue };
                 // `SsaValue` sorts values common to all lanes before values of one lane each, as does the table of chains.
                 let mut factors = [factor, args[1 - position]];
                 factors.sort();
                 removed.insert(negation);
-                *step = SsaStep::Op { dst: *dst, op: Op::Fnma, args: smallvec![factors[0], factors[1], args[2]] };
+                *instr = SsaInstr::Op { dst: *dst, op: Op::Fnma, args: smallvec![factors[0], factors[1], args[2]] };
             }
-            SsaStep::SkipIfNoLane { .. }
-            | SsaStep::JumpIf { .. }
-            | SsaStep::Jump { .. }
-            | SsaStep::Label(_)
-            | SsaStep::LoopStart
-            | SsaStep::LoopEnd => {
+            SsaInstr::SkipIfNoLane { .. }
+            | SsaInstr::JumpIf { .. }
+            | SsaInstr::Jump { .. }
+            | SsaInstr::Label(_)
+            | SsaInstr::LoopStart
+            | SsaInstr::LoopEnd => {
                 negated.clear();
             }
             _ => {}
         }
     }
-    remove_steps(code, &removed);
+    remove_instrs(code, &removed);
 }
 
 /// Swaps the operands of a commutative operation so that the previous result is second, as in the table of chains, which then needs half as many kernels.

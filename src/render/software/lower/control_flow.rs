@@ -4,17 +4,17 @@
 //! differ between the sides are merged by a `select`. Of a branch on one value for all lanes only one side runs, and each side writes the scalars that differ
 //! to variables (`merge.rs`). Loops remain loops: the scalars that change in a loop become loop variables (phi values).
 //!
-//! In: a condition, or the parts of a `switch` or loop. Out: steps, and the environment after them. Not here: exits from blocks (`statements.rs`).
+//! In: a condition, or the parts of a `switch` or loop. Out: SSA instructions, and the environment after them. Not here: exits from blocks (`statements.rs`).
 
 use super::error::{LowerError, Result};
 use super::lowerer::{LoopChanges, LoopFlags, Lowerer, OpenLoop, ScalarChange};
 use super::merge::Sides;
-use super::step::{JumpLabel, SsaStep, SsaValue};
+use super::ssa::{JumpLabel, SsaInstr, SsaValue};
 use crate::render::software::tape::Op;
 use naga::{Block, Expression, Handle, SwitchValue};
 
-/// A region of fewer steps than this, all of them cheap, runs without a skip, because the test would cost as much as the region.
-const MIN_SKIPPED_STEPS: usize = 12;
+/// A region of fewer instructions than this, all of them cheap, runs without a skip, because the test would cost as much as the region.
+const MIN_SKIPPED_INSTRS: usize = 12;
 
 impl<'m> Lowerer<'m> {
     /// Whether the flag of the innermost loop's `continue` may be set in some lane here; false if the flag is known to be clear, or no loop is open.
@@ -25,15 +25,15 @@ impl<'m> Lowerer<'m> {
     /// Leaves the innermost loop by a jump if the flag `exited`, one value for all lanes, is set. No flag is set in the code after the jump.
     pub(super) fn leave_loop_if(&mut self, exited: SsaValue) {
         let no_exit = self.builder.fresh_label();
-        self.builder.lane_steps.push(SsaStep::JumpIf { cond: exited, when: false, label: no_exit });
+        self.builder.lane_instrs.push(SsaInstr::JumpIf { cond: exited, when: false, label: no_exit });
         let env = self.env.clone();
         if let Some(open_loop) = self.open_loops.last_mut() {
             open_loop.exit_envs.push(env.clone());
             let (variables, exit) = (open_loop.variables.clone(), open_loop.exit);
             self.assign(&variables, &env);
-            self.builder.lane_steps.push(SsaStep::Jump { label: exit });
+            self.builder.lane_instrs.push(SsaInstr::Jump { label: exit });
         }
-        self.builder.lane_steps.push(SsaStep::Label(no_exit));
+        self.builder.lane_instrs.push(SsaInstr::Label(no_exit));
         self.clear_flags();
     }
 
@@ -47,15 +47,15 @@ impl<'m> Lowerer<'m> {
             if moves[..i].iter().any(|(phi, _)| *phi == from) {
                 let copy = if matches!(from, SsaValue::Lane(_)) { self.builder.fresh_lane() } else { self.builder.fresh_shared() };
                 moves[i].1 = copy;
-                self.builder.lane_steps.push(SsaStep::Assign { dst: copy, from });
+                self.builder.lane_instrs.push(SsaInstr::Assign { dst: copy, from });
             }
         }
         for (dst, from) in moves {
-            self.builder.lane_steps.push(SsaStep::Assign { dst, from });
+            self.builder.lane_instrs.push(SsaInstr::Assign { dst, from });
         }
     }
 
-    /// The exit of the innermost loop, if a jump to it may replace the rest of this iteration once no lane remains. That is so if the iteration has not yet
+    /// The exit of the innermost loop, if a jump to it may replace the rest of this iteration once no lane remains: if the iteration has not yet
     /// changed any scalar except the flag of `break`: the loop variables then have the right values at the exit, and no further iteration runs.
     pub(super) fn exit_if_iteration_is_unchanged(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
@@ -69,7 +69,8 @@ impl<'m> Lowerer<'m> {
     /// Lowers `body` for the lanes where `cond` holds, after a jump that skips the body if there are no such lanes, and merges the scalars that the body
     /// changed.
     pub(super) fn conditional(&mut self, cond: SsaValue, body: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
-        self.conditional_or_jump(cond, None, body)
+        let skip_target = None;
+        self.conditional_or_jump(cond, skip_target, body)
     }
 
     /// As [`Lowerer::conditional`]. If `cond` is a lane value and there is a `skip_target`, the jump goes there instead of past the body.
@@ -84,22 +85,23 @@ impl<'m> Lowerer<'m> {
         let label = self.builder.fresh_label();
         if matches!(cond, SsaValue::Lane(_)) {
             self.active_mask = self.builder.binary(Op::And, outer_mask, cond);
-            self.builder.lane_steps.push(SsaStep::SkipIfNoLane { mask: self.active_mask, label: skip_target.unwrap_or(label) });
+            self.builder.lane_instrs.push(SsaInstr::SkipIfNoLane { mask: self.active_mask, label: skip_target.unwrap_or(label) });
         } else {
-            self.builder.lane_steps.push(SsaStep::JumpIf { cond, when: false, label });
+            self.builder.lane_instrs.push(SsaInstr::JumpIf { cond, when: false, label });
         }
-        let start = self.builder.lane_steps.len();
+        let start = self.builder.lane_instrs.len();
         self.builder.open_region();
         self.condition_depth += 1;
         body(self)?;
         self.condition_depth -= 1;
         self.builder.close_region();
-        let region = &self.builder.lane_steps[start..];
-        let needs_no_skip = region.len() < MIN_SKIPPED_STEPS && region.iter().all(|s| matches!(s, SsaStep::Op { op, .. } if is_cheap(*op)));
+        let region = &self.builder.lane_instrs[start..];
+        let needs_no_skip =
+            region.len() < MIN_SKIPPED_INSTRS && region.iter().all(|s| matches!(s, SsaInstr::Op { op, .. } if is_cheap(*op)));
         if needs_no_skip && matches!(cond, SsaValue::Lane(_)) {
-            self.builder.lane_steps.remove(start - 1);
+            self.builder.lane_instrs.remove(start - 1);
         } else {
-            self.builder.lane_steps.push(SsaStep::Label(label));
+            self.builder.lane_instrs.push(SsaInstr::Label(label));
         }
         self.active_mask = outer_mask;
         self.is_directly_in_loop = was_directly_in_loop;
@@ -124,7 +126,7 @@ impl<'m> Lowerer<'m> {
             None => {}
         }
         let before = self.env.clone();
-        let start = self.builder.lane_steps.len();
+        let start = self.builder.lane_instrs.len();
         let mut accepted_env = before.clone();
         self.conditional(cond, |this| {
             accept(this)?;
@@ -132,7 +134,7 @@ impl<'m> Lowerer<'m> {
             this.env.clone_from(&before);
             Ok(())
         })?;
-        let accepted_end = self.builder.lane_steps.len();
+        let accepted_end = self.builder.lane_instrs.len();
         let not = self.builder.not(cond);
         let mut rejected_env = before.clone();
         self.conditional(not, |this| {
@@ -142,7 +144,7 @@ impl<'m> Lowerer<'m> {
             Ok(())
         })?;
         if !matches!(cond, SsaValue::Lane(_)) {
-            let ends = [accepted_end, self.builder.lane_steps.len()];
+            let ends = [accepted_end, self.builder.lane_instrs.len()];
             self.merge_sides(cond, Sides { start, ends, envs: [accepted_env, rejected_env] });
             return Ok(());
         }
@@ -221,7 +223,7 @@ impl<'m> Lowerer<'m> {
             return Ok(());
         }
         let start_env = self.env.clone();
-        let first_step = self.builder.lane_steps.len();
+        let first_instr = self.builder.lane_instrs.len();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, self.is_directly_in_loop);
         // The scalars that are assumed to change. A loop in a loop is lowered again whenever the outer loop is, and then changes at least what it changed the
         // last time. Without this start, loops nested n deep would be lowered some 3^n times.
@@ -232,7 +234,7 @@ impl<'m> Lowerer<'m> {
         let mut changing: LoopChanges = self.known_changes.remove(&path).unwrap_or_default();
         loop {
             self.env.clone_from(&start_env);
-            self.builder.lane_steps.truncate(first_step);
+            self.builder.lane_instrs.truncate(first_instr);
             self.active_mask = outer_mask;
             self.span = loop_span;
             self.frame_mut().loops.push(flags);
@@ -283,7 +285,7 @@ impl<'m> Lowerer<'m> {
         for scalar in scalars {
             let is_per_lane = changing[&scalar].is_per_lane || matches!(self.env[scalar], SsaValue::Lane(_));
             let phi = if is_per_lane { self.builder.fresh_lane() } else { self.builder.fresh_shared() };
-            self.builder.lane_steps.push(SsaStep::Assign { dst: phi, from: self.env[scalar] });
+            self.builder.lane_instrs.push(SsaInstr::Assign { dst: phi, from: self.env[scalar] });
             // If `return` always leaves the loop by a jump, its flag is never set inside the loop.
             if scalar != return_flag || changing[&scalar].is_changed_at_body_end {
                 self.env[scalar] = phi;
@@ -291,8 +293,8 @@ impl<'m> Lowerer<'m> {
             variables.push((scalar, phi));
         }
         let (head, exit) = (self.builder.fresh_label(), self.builder.fresh_label());
-        self.builder.lane_steps.push(SsaStep::LoopStart);
-        self.builder.lane_steps.push(SsaStep::Label(head));
+        self.builder.lane_instrs.push(SsaInstr::LoopStart);
+        self.builder.lane_instrs.push(SsaInstr::Label(head));
         self.builder.open_region();
         let start_env = self.env.clone();
         // Set in `iteration` below.
@@ -347,17 +349,17 @@ impl<'m> Lowerer<'m> {
             if matches!(exited, SsaValue::Lane(_)) { self.builder.binary(Op::And, outer_mask, remaining) } else { remaining };
         self.assign(&variables, &end_env);
         match (self.builder.known_bool(exited), repeat_condition) {
-            (Some(false), _) => self.builder.lane_steps.push(SsaStep::Jump { label: head }),
+            (Some(false), _) => self.builder.lane_instrs.push(SsaInstr::Jump { label: head }),
             (Some(true), _) => {}
             (None, SsaValue::Lane(_)) => {
-                self.builder.lane_steps.push(SsaStep::SkipIfNoLane { mask: repeat_condition, label: exit });
-                self.builder.lane_steps.push(SsaStep::Jump { label: head });
+                self.builder.lane_instrs.push(SsaInstr::SkipIfNoLane { mask: repeat_condition, label: exit });
+                self.builder.lane_instrs.push(SsaInstr::Jump { label: head });
             }
-            (None, _) => self.builder.lane_steps.push(SsaStep::JumpIf { cond: repeat_condition, when: true, label: head }),
+            (None, _) => self.builder.lane_instrs.push(SsaInstr::JumpIf { cond: repeat_condition, when: true, label: head }),
         }
         self.builder.close_region();
-        self.builder.lane_steps.push(SsaStep::LoopEnd);
-        self.builder.lane_steps.push(SsaStep::Label(exit));
+        self.builder.lane_instrs.push(SsaInstr::LoopEnd);
+        self.builder.lane_instrs.push(SsaInstr::Label(exit));
         let exit_envs = self.open_loops.pop().map(|o| o.exit_envs).unwrap_or_default();
         let is_endless = exit_envs.is_empty() && self.builder.known_bool(exited) == Some(false);
         let mut changes = Vec::new();
@@ -384,7 +386,7 @@ impl<'m> Lowerer<'m> {
     }
 }
 
-/// Whether an operation is cheap: it costs about one pass over the lanes.
+/// Whether an operation is cheap: it takes about as long as to read and write its lanes once.
 fn is_cheap(op: Op) -> bool {
     use Op::*;
     matches!(

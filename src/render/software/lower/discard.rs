@@ -5,7 +5,7 @@
 //! discarded lanes (as helper invocations on a GPU), or if a loop is open.
 
 use super::lowerer::{DISCARDED, Lowerer};
-use super::step::SsaValue;
+use super::ssa::SsaValue;
 use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
 

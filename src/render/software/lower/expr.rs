@@ -6,7 +6,7 @@
 use super::error::Result;
 use super::lowerer::Lowerer;
 use super::place::{scalar_kind_of, supported_kind};
-use super::step::SsaValue;
+use super::ssa::SsaValue;
 use super::value::{Place, Value};
 use crate::render::software::program::{Constant, TextureUse};
 use crate::render::software::tape::{Op, TextureOp};
@@ -175,7 +175,8 @@ impl<'m> Lowerer<'m> {
                 self.sample(*image, *sampler, *coordinate, *level)?
             }
             Expression::ImageLoad { image, coordinate, array_index: None, sample: None, level } => {
-                let texture = self.texture_use(*image, None)?;
+                let no_sampler = None;
+                let texture = self.texture_use(*image, no_sampler)?;
                 let c = self.scalars_of(*coordinate)?;
                 let level = match level {
                     Some(l) => self.scalar_of(*l)?,
@@ -184,7 +185,8 @@ impl<'m> Lowerer<'m> {
                 self.builder.texture(TextureOp::Load, texture, &[c[0], c[1], level], self.active_mask).to_vec()
             }
             Expression::ImageQuery { image, query } => {
-                let texture = self.texture_use(*image, None)?;
+                let no_sampler = None;
+                let texture = self.texture_use(*image, no_sampler)?;
                 // Axes as in `Instr::TextureSize`: 0 is the width, 1 the height, 2 the number of levels.
                 let (axes, level): (&[u8], _) = match query {
                     ImageQuery::Size { level } => (&[0, 1], *level),

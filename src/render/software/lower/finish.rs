@@ -1,7 +1,7 @@
-//! Turns SSA steps into the stored program: dead-code elimination, fused multiply-add, merging of jumps, loop-invariant code motion, fusion into chains
+//! Turns SSA instructions into the stored program: dead-code elimination, fused multiply-add, merging of jumps, loop-invariant code motion, fusion into chains
 //! (`FusedKernel`), then allocation of slots (one value per lane) by live range. Each value that all lanes share gets a register of its own.
 //!
-//! In: the builder's steps, and the program's inputs and outputs. Out: the tapes. Not here: the passes in `loops.rs` and `chains.rs`.
+//! In: the builder's instructions, and the program's inputs and outputs. Out: the tapes. Not here: the optimisations in `loops.rs`, `chains.rs` and `merge.rs`.
 //!
 //! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. The slot freed
 //! last is reused first. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap. The only exception
@@ -9,7 +9,7 @@
 
 use super::builder::SsaBuilder;
 use super::error::LowerError;
-use super::step::{JumpLabel, SsaStep, SsaValue, reads, remove_steps, use_counts, writes};
+use super::ssa::{JumpLabel, SsaInstr, SsaValue, reads, remove_instrs, use_counts, writes};
 use crate::render::software::program::SLOT_OR_REGISTER_LIMIT;
 use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
@@ -26,42 +26,43 @@ pub(crate) struct FinishedTapes {
     pub slot_count: u32,
 }
 
-/// Dead-code elimination. Iterates to a fixed point, because a step may read a loop variable that a later step of the loop assigns. Also removes jumps to the
-/// next step.
+/// Dead-code elimination. Iterates to a fixed point, because an instruction may read a loop variable that a later instruction of the loop assigns. Also removes
+/// jumps to the next instruction.
 fn eliminate_dead_code(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     let mut live: HashSet<SsaValue> = outputs.iter().copied().collect();
     loop {
         let before = live.len();
-        for step in builder.lane_steps.iter().rev().chain(builder.draw_steps.iter().rev()) {
-            let written = writes(step);
+        for instr in builder.lane_instrs.iter().rev().chain(builder.draw_instrs.iter().rev()) {
+            let written = writes(instr);
             if written.is_empty() || written.iter().any(|v| live.contains(v)) {
-                live.extend(reads(step));
+                live.extend(reads(instr));
             }
         }
         if live.len() == before {
             break;
         }
     }
-    let keep = |s: &SsaStep| {
+    let keep = |s: &SsaInstr| {
         let written = writes(s);
         written.is_empty() || written.iter().any(|v| live.contains(v))
     };
-    builder.lane_steps.retain(keep);
-    builder.draw_steps.retain(keep);
-    remove_jumps_to_next(&mut builder.lane_steps);
+    builder.lane_instrs.retain(keep);
+    builder.draw_instrs.retain(keep);
+    remove_jumps_to_next(&mut builder.lane_instrs);
 }
 
-/// Removes each jump to the next step. Steps are visited from the last to the first, because a removed jump may leave an earlier one directly before its label.
-fn remove_jumps_to_next(code: &mut Vec<SsaStep>) {
-    let mut kept: Vec<SsaStep> = Vec::with_capacity(code.len());
-    for step in code.drain(..).rev() {
-        let label = match &step {
-            SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } | SsaStep::Jump { label } => Some(*label),
+/// Removes each jump to the next instruction. Instructions are visited from the last to the first, because a removed jump may leave an earlier one directly
+/// before its label.
+fn remove_jumps_to_next(code: &mut Vec<SsaInstr>) {
+    let mut kept: Vec<SsaInstr> = Vec::with_capacity(code.len());
+    for instr in code.drain(..).rev() {
+        let label = match &instr {
+            SsaInstr::SkipIfNoLane { label, .. } | SsaInstr::JumpIf { label, .. } | SsaInstr::Jump { label } => Some(*label),
             _ => None,
         };
-        let is_jump_to_next = label.is_some_and(|label| kept.last() == Some(&SsaStep::Label(label)));
+        let is_jump_to_next = label.is_some_and(|label| kept.last() == Some(&SsaInstr::Label(label)));
         if !is_jump_to_next {
-            kept.push(step);
+            kept.push(instr);
         }
     }
     kept.reverse();
@@ -71,46 +72,46 @@ fn remove_jumps_to_next(code: &mut Vec<SsaStep>) {
 /// A multiplication that may be fused with the addition that reads it.
 #[derive(Clone, Copy)]
 struct Product {
-    /// Index of its step.
+    /// Index of its instruction.
     index: usize,
-    /// The id of the stretch of steps that contains it; see [`fuse_multiply_add`].
+    /// The id of the stretch of instructions that contains it (`straight_line_id` in [`fuse_multiply_add`]).
     straight_line_id: u32,
     factors: [SsaValue; 2],
 }
 
 /// Fuses a*b+c, a*b-c and c-a*b if the product has no other use and its factors are unchanged at the addition.
 fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
-    let uses = use_counts(&builder.lane_steps, outputs);
+    let uses = use_counts(&builder.lane_instrs, outputs);
     let mut products: HashMap<SsaValue, Product> = HashMap::default();
     let mut removed = HashSet::default();
-    // A product is fused only with an addition that has the same id: between two such steps, no loop variable among the product's factors is assigned, so
-    // that the factors may be read at the addition instead. A jump starts a new id, because what follows may be skipped; its label restores the id from
-    // before the jump. A label after a loop may restore an id of the loop's body, but no step after the loop reads a product of the body.
+    // A product is fused only with an addition that has the same id: between two such instructions, no loop variable among the product's factors is assigned,
+    // so that the factors may be read at the addition instead. A jump starts a new id, because what follows may be skipped; its label restores the id from
+    // before the jump. A label after a loop may restore an id of the loop's body, but no instruction after the loop reads a product of the body.
     let mut straight_line_id = 0u32;
     // For each jump whose label has not been reached: the id before the jump, and the label.
     let mut open_jumps: Vec<(u32, JumpLabel)> = Vec::new();
     let mut last_id = 0u32;
-    for i in 0..builder.lane_steps.len() {
-        match &builder.lane_steps[i] {
-            SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } => {
+    for i in 0..builder.lane_instrs.len() {
+        match &builder.lane_instrs[i] {
+            SsaInstr::SkipIfNoLane { label, .. } | SsaInstr::JumpIf { label, .. } => {
                 open_jumps.push((straight_line_id, *label));
                 last_id += 1;
                 straight_line_id = last_id;
             }
-            SsaStep::Label(l) => {
+            SsaInstr::Label(l) => {
                 while let Some(k) = open_jumps.iter().rposition(|(_, label)| label == l) {
                     straight_line_id = open_jumps[k].0;
                     open_jumps.truncate(k);
                 }
             }
-            SsaStep::LoopStart | SsaStep::LoopEnd | SsaStep::Jump { .. } => {
+            SsaInstr::LoopStart | SsaInstr::LoopEnd | SsaInstr::Jump { .. } => {
                 last_id += 1;
                 straight_line_id = last_id;
             }
-            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: Op::Mul, args } if uses.get(dst) == Some(&1) => {
+            SsaInstr::Op { dst: dst @ SsaValue::Lane(_), op: Op::Mul, args } if uses.get(dst) == Some(&1) => {
                 products.insert(*dst, Product { index: i, straight_line_id, factors: [args[0], args[1]] });
             }
-            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op: op @ (Op::Add | Op::Sub), args } => {
+            SsaInstr::Op { dst: dst @ SsaValue::Lane(_), op: op @ (Op::Add | Op::Sub), args } => {
                 let product_of = |v: SsaValue| products.get(&v).filter(|p| p.straight_line_id == straight_line_id).copied();
                 let (product, op, addend) = match (op, product_of(args[0]), product_of(args[1])) {
                     (Op::Add, Some(p), _) => (p, Op::Fma, args[1]),
@@ -121,28 +122,28 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
                 };
                 let dst = *dst;
                 removed.insert(product.index);
-                builder.lane_steps[i] = SsaStep::Op { dst, op, args: smallvec![product.factors[0], product.factors[1], addend] };
+                builder.lane_instrs[i] = SsaInstr::Op { dst, op, args: smallvec![product.factors[0], product.factors[1], addend] };
             }
             _ => {}
         }
     }
-    remove_steps(&mut builder.lane_steps, &removed);
+    remove_instrs(&mut builder.lane_instrs, &removed);
 }
 
-/// Live range of every value: the indices of the first and the last step that write or read it. If a loop uses a value from before the loop, the last index
-/// is that of the loop's end or later.
-fn live_ranges(code: &[SsaStep], inputs: &[SsaValue], outputs: &[SsaValue]) -> HashMap<SsaValue, (usize, usize)> {
+/// Live range of every value: the indices of the first and the last instruction that write or read it. If a loop uses a value from before the loop, the last
+/// index is that of the loop's end or later.
+fn live_ranges(code: &[SsaInstr], inputs: &[SsaValue], outputs: &[SsaValue]) -> HashMap<SsaValue, (usize, usize)> {
     // Inputs are live from the start of the program.
     let mut ranges: HashMap<SsaValue, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
     let mut loops: Vec<(usize, usize)> = Vec::new();
     let mut open_loops: Vec<usize> = Vec::new();
-    for (i, step) in code.iter().enumerate() {
-        match step {
-            SsaStep::LoopStart => open_loops.push(i),
-            SsaStep::LoopEnd => loops.extend(open_loops.pop().map(|start| (start, i))),
+    for (i, instr) in code.iter().enumerate() {
+        match instr {
+            SsaInstr::LoopStart => open_loops.push(i),
+            SsaInstr::LoopEnd => loops.extend(open_loops.pop().map(|start| (start, i))),
             _ => {}
         }
-        for v in reads(step).into_iter().chain(writes(step)) {
+        for v in reads(instr).into_iter().chain(writes(instr)) {
             ranges.entry(v).or_insert((i, i)).1 = i;
         }
     }
@@ -183,7 +184,7 @@ impl NumberAllocator {
     }
 }
 
-/// Optimises the steps and assembles the tapes. `inputs`: lane values that occupy the slots from 0 on at the start. `outputs` must be lane values.
+/// Optimises the instructions and assembles the tapes. `inputs`: lane values that occupy the slots from 0 on at the start. `outputs` must be lane values.
 /// `fuse_chains`: whether to fuse operations into chains, each one `FusedKernel`.
 pub(crate) fn finish(
     mut builder: SsaBuilder,
@@ -193,61 +194,61 @@ pub(crate) fn finish(
 ) -> Result<FinishedTapes, LowerError> {
     eliminate_dead_code(&mut builder, outputs);
     fuse_multiply_add(&mut builder, outputs);
-    super::loops::merge_jumps(&mut builder.lane_steps);
-    super::loops::hoist(&mut builder.lane_steps);
+    super::loops::merge_jumps(&mut builder.lane_instrs);
+    super::loops::hoist(&mut builder.lane_instrs);
     eliminate_dead_code(&mut builder, outputs);
     if fuse_chains {
-        super::chains::fuse_chains(&mut builder.lane_steps, outputs);
+        super::chains::fuse_chains(&mut builder.lane_instrs, outputs);
     }
-    super::merge::write_variables_directly(&mut builder.lane_steps, outputs);
-    let live_ranges = live_ranges(&builder.lane_steps, inputs, outputs);
+    super::merge::write_variables_directly(&mut builder.lane_instrs, outputs);
+    let live_ranges = live_ranges(&builder.lane_instrs, inputs, outputs);
     let mut values_read: HashSet<SsaValue> = outputs.iter().copied().collect();
-    builder.lane_steps.iter().for_each(|step| values_read.extend(reads(step)));
+    builder.lane_instrs.iter().for_each(|instr| values_read.extend(reads(instr)));
     let mut allocation: HashMap<SsaValue, Operand> = HashMap::default();
     let mut registers = NumberAllocator { free: Vec::new(), count: builder.constants.len() as u32 };
     let mut slots = NumberAllocator { free: Vec::new(), count: inputs.len() as u32 };
     for i in 0..builder.constants.len() {
         allocation.insert(SsaValue::Const(i as u32), Operand::Reg(i as u16));
     }
-    // Per step, the slots that become free after the step, because it is the last to use their values.
-    let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); builder.lane_steps.len() + 1];
+    // Per instruction, the slots that become free after the instruction, because it is the last to use their values.
+    let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); builder.lane_instrs.len() + 1];
     for (k, v) in inputs.iter().enumerate() {
         allocation.insert(*v, Operand::Slot(k as u16));
-        let last = live_ranges.get(v).map_or(0, |l| l.1);
+        let last = live_ranges.get(v).map_or(0, |(_, last)| *last);
         freed_after[last].push(k as u16);
     }
-    for step in &builder.draw_steps {
-        for v in writes(step) {
+    for instr in &builder.draw_instrs {
+        for v in writes(instr) {
             allocation.insert(v, Operand::Reg(registers.allocate()?));
         }
     }
     let mut draw_tape = Vec::new();
-    for step in &builder.draw_steps {
-        draw_tape.push(scalar_instr(step, &|v| operand_of(&allocation, v))?);
+    for instr in &builder.draw_instrs {
+        draw_tape.push(scalar_instr(instr, &|v| operand_of(&allocation, v))?);
     }
     let mut lane_tape: Vec<Instr> = Vec::new();
     let mut target_of: HashMap<JumpLabel, u32> = HashMap::default();
-    for (i, step) in builder.lane_steps.iter().enumerate() {
-        for v in writes(step) {
+    for (i, instr) in builder.lane_instrs.iter().enumerate() {
+        for v in writes(instr) {
             if allocation.contains_key(&v) {
                 continue;
             }
             // If nothing reads a lane value after it is copied, the copy takes over the value's slot.
-            if let SsaStep::Assign { from: from @ SsaValue::Lane(_), .. } = step
+            if let SsaInstr::Assign { from: from @ SsaValue::Lane(_), .. } = instr
                 && matches!(v, SsaValue::Lane(_))
                 && let Some(Operand::Slot(s)) = allocation.get(from).copied()
                 && let Some(position) = freed_after[i].iter().position(|freed| *freed == s)
             {
                 freed_after[i].swap_remove(position);
                 allocation.insert(v, Operand::Slot(s));
-                freed_after[live_ranges.get(&v).map_or(i, |l| l.1)].push(s);
+                freed_after[live_ranges.get(&v).map_or(i, |(_, last)| *last)].push(s);
                 continue;
             }
             match v {
                 SsaValue::Lane(_) => {
                     let s = slots.allocate()?;
                     allocation.insert(v, Operand::Slot(s));
-                    freed_after[live_ranges.get(&v).map_or(i, |l| l.1)].push(s);
+                    freed_after[live_ranges.get(&v).map_or(i, |(_, last)| *last)].push(s);
                 }
                 _ => {
                     allocation.insert(v, Operand::Reg(registers.allocate()?));
@@ -257,17 +258,17 @@ pub(crate) fn finish(
         let operand = |v: SsaValue| operand_of(&allocation, v);
         let number = |v: SsaValue| operand(v).map(number_of);
         let operands = |vs: &[SsaValue]| vs.iter().map(|v| operand(*v)).collect::<Result<Vec<_>, LowerError>>();
-        match step {
-            SsaStep::Op { dst: dst @ SsaValue::Lane(_), op, args } => {
+        match instr {
+            SsaInstr::Op { dst: dst @ SsaValue::Lane(_), op, args } => {
                 lane_tape.push(Instr::Lane { op: *op, dst: number(*dst)?, args: operands(args)? })
             }
-            SsaStep::Assign { dst: dst @ SsaValue::Lane(_), from } => {
+            SsaInstr::Assign { dst: dst @ SsaValue::Lane(_), from } => {
                 let from = operand(*from)?;
                 if operand(*dst)? != from {
                     lane_tape.push(Instr::Lane { op: Op::Copy, dst: number(*dst)?, args: vec![from] });
                 }
             }
-            SsaStep::LoadUniform { dst: dst @ SsaValue::Lane(_), kind, offset, index: Some(k), stride, count } => {
+            SsaInstr::LoadUniform { dst: dst @ SsaValue::Lane(_), kind, offset, index: Some(k), stride, count } => {
                 lane_tape.push(Instr::GatherUniform {
                     dst: number(*dst)?,
                     kind: *kind,
@@ -277,13 +278,13 @@ pub(crate) fn finish(
                     count: *count,
                 })
             }
-            SsaStep::FusedKernel { dst, ops, args } => {
+            SsaInstr::FusedKernel { dst, ops, args } => {
                 lane_tape.push(Instr::FusedKernel { ops: ops.clone(), dst: number(*dst)?, args: operands(args)? })
             }
-            SsaStep::Op { .. } | SsaStep::Assign { .. } | SsaStep::LoadUniform { .. } | SsaStep::TextureSize { .. } => {
-                lane_tape.push(scalar_instr(step, &operand)?);
+            SsaInstr::Op { .. } | SsaInstr::Assign { .. } | SsaInstr::LoadUniform { .. } | SsaInstr::TextureSize { .. } => {
+                lane_tape.push(scalar_instr(instr, &operand)?);
             }
-            SsaStep::Texture { op, texture, dst: [r, g, b, a], args, mask } => lane_tape.push(Instr::Texture {
+            SsaInstr::Texture { op, texture, dst: [r, g, b, a], args, mask } => lane_tape.push(Instr::Texture {
                 op: *op,
                 texture: *texture,
                 dst: [number(*r)?, number(*g)?, number(*b)?, number(*a)?],
@@ -291,13 +292,13 @@ pub(crate) fn finish(
                 args: operands(args)?,
                 mask: operand(*mask)?,
             }),
-            SsaStep::SkipIfNoLane { mask, label } => lane_tape.push(Instr::SkipIfNoLane { mask: operand(*mask)?, target: *label }),
-            SsaStep::JumpIf { cond, when, label } => lane_tape.push(Instr::JumpIf { cond: operand(*cond)?, when: *when, target: *label }),
-            SsaStep::Jump { label } => lane_tape.push(Instr::Jump { target: *label }),
-            SsaStep::Label(l) => {
+            SsaInstr::SkipIfNoLane { mask, label } => lane_tape.push(Instr::SkipIfNoLane { mask: operand(*mask)?, target: *label }),
+            SsaInstr::JumpIf { cond, when, label } => lane_tape.push(Instr::JumpIf { cond: operand(*cond)?, when: *when, target: *label }),
+            SsaInstr::Jump { label } => lane_tape.push(Instr::Jump { target: *label }),
+            SsaInstr::Label(l) => {
                 target_of.insert(*l, lane_tape.len() as u32);
             }
-            SsaStep::LoopStart | SsaStep::LoopEnd => {}
+            SsaInstr::LoopStart | SsaInstr::LoopEnd => {}
         }
         slots.free.extend(std::mem::take(&mut freed_after[i]));
     }
@@ -329,15 +330,15 @@ fn number_of(o: Operand) -> u16 {
     }
 }
 
-/// The instruction of a step whose result is a register.
-fn scalar_instr(step: &SsaStep, operand: &dyn Fn(SsaValue) -> Result<Operand, LowerError>) -> Result<Instr, LowerError> {
+/// The tape instruction for an SSA instruction whose result is a register.
+fn scalar_instr(instr: &SsaInstr, operand: &dyn Fn(SsaValue) -> Result<Operand, LowerError>) -> Result<Instr, LowerError> {
     let number = |v: SsaValue| operand(v).map(number_of);
-    Ok(match step {
-        SsaStep::Op { dst, op, args } => {
+    Ok(match instr {
+        SsaInstr::Op { dst, op, args } => {
             Instr::Scalar { op: *op, dst: number(*dst)?, args: args.iter().map(|v| operand(*v)).collect::<Result<_, _>>()? }
         }
-        SsaStep::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: number(*dst)?, args: vec![operand(*from)?] },
-        SsaStep::LoadUniform { dst, kind, offset, index: k, stride, count } => Instr::LoadUniform {
+        SsaInstr::Assign { dst, from } => Instr::Scalar { op: Op::Copy, dst: number(*dst)?, args: vec![operand(*from)?] },
+        SsaInstr::LoadUniform { dst, kind, offset, index: k, stride, count } => Instr::LoadUniform {
             dst: number(*dst)?,
             kind: *kind,
             offset: *offset,
@@ -345,10 +346,10 @@ fn scalar_instr(step: &SsaStep, operand: &dyn Fn(SsaValue) -> Result<Operand, Lo
             stride: *stride,
             count: *count,
         },
-        SsaStep::TextureSize { dst, texture, axis, level } => {
+        SsaInstr::TextureSize { dst, texture, axis, level } => {
             Instr::TextureSize { dst: number(*dst)?, texture: *texture, axis: *axis, level: operand(*level)? }
         }
-        // No other step has a register as its result; `Program::check` would refuse this target.
+        // No other instruction has a register as its result; `Program::check` would refuse this target.
         _ => Instr::Jump { target: u32::MAX },
     })
 }
@@ -358,34 +359,34 @@ mod tests {
     use super::*;
     use std::time::{Duration, Instant};
 
-    /// Jumps that become jumps to the next step are removed together with those before them, in a time proportional to the number of steps: 100,000 removals
-    /// from a vector one by one would take minutes.
+    /// Jumps that become jumps to the next instruction are removed together with those before them, in a time proportional to the number of instructions:
+    /// 100,000 removals from a vector one by one would take minutes.
     #[test]
-    fn jumps_to_the_next_step_are_removed_in_linear_time() {
+    fn jumps_to_the_next_instruction_are_removed_in_linear_time() {
         let mut builder = SsaBuilder::new();
         let mask = builder.fresh_lane();
-        let skip = |label| SsaStep::SkipIfNoLane { mask, label };
-        let nested = |label| [skip(label), SsaStep::Jump { label }, SsaStep::Label(label)];
-        let mut code: Vec<SsaStep> = (0..100_000).flat_map(nested).collect();
+        let skip = |label| SsaInstr::SkipIfNoLane { mask, label };
+        let nested = |label| [skip(label), SsaInstr::Jump { label }, SsaInstr::Label(label)];
+        let mut code: Vec<SsaInstr> = (0..100_000).flat_map(nested).collect();
         let start = Instant::now();
         remove_jumps_to_next(&mut code);
-        assert!(code.len() == 100_000 && code.iter().all(|step| matches!(step, SsaStep::Label(_))), "{} steps are left", code.len());
+        assert!(code.len() == 100_000 && code.iter().all(|instr| matches!(instr, SsaInstr::Label(_))), "{} steps are left", code.len());
         assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
-        // A jump past another step stays.
-        let mut code = vec![skip(1), SsaStep::LoopStart, SsaStep::Label(1), skip(2), SsaStep::Label(1), SsaStep::Label(2)];
+        // A jump past another instruction stays.
+        let mut code = vec![skip(1), SsaInstr::LoopStart, SsaInstr::Label(1), skip(2), SsaInstr::Label(1), SsaInstr::Label(2)];
         let before = code.clone();
         remove_jumps_to_next(&mut code);
         assert_eq!(code, before);
     }
 
     #[test]
-    fn a_value_that_no_step_writes_is_an_error() {
+    fn a_value_that_no_instruction_writes_is_an_error() {
         // The sum of two values; `inputs`: how many of them are inputs of the program.
         let sum = |inputs: usize| {
             let mut builder = SsaBuilder::new();
             let terms = [builder.fresh_lane(), builder.fresh_lane()];
             let dst = builder.fresh_lane();
-            builder.lane_steps.push(SsaStep::Op { dst, op: Op::Add, args: smallvec![terms[0], terms[1]] });
+            builder.lane_instrs.push(SsaInstr::Op { dst, op: Op::Add, args: smallvec![terms[0], terms[1]] });
             let fuse_chains = false;
             finish(builder, &terms[..inputs], &[dst], fuse_chains)
         };

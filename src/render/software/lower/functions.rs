@@ -4,7 +4,7 @@
 
 use super::error::Result;
 use super::lowerer::Lowerer;
-use super::step::SsaValue;
+use super::ssa::SsaValue;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, MathFunction, ScalarKind, TypeInner};
 

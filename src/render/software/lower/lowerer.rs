@@ -5,7 +5,7 @@
 
 use super::builder::SsaBuilder;
 use super::error::{LowerError, Result};
-use super::step::{JumpLabel, SsaValue};
+use super::ssa::{JumpLabel, SsaValue};
 use super::value::{Place, Value};
 use crate::render::software::program::TextureUse;
 use naga::valid::{FunctionInfo, ModuleInfo};
@@ -48,7 +48,7 @@ pub(crate) struct ScalarChange {
 /// The scalars that change in a loop, by their index in `env`.
 pub(crate) type LoopChanges = HashMap<usize, ScalarChange>;
 
-/// A loop whose body is being lowered. Lanes that all leave it together do so by a jump.
+/// A loop whose body is being lowered. An exit that all lanes take together is a jump.
 pub(crate) struct OpenLoop {
     pub exit: JumpLabel,
     /// For each scalar that changes in the loop: its index in `env`, and the loop variable that carries it from one iteration to the next.
@@ -107,20 +107,21 @@ pub(crate) const DISCARDED: usize = 0;
 const MAX_STATEMENTS: usize = 1 << 19;
 /// Number of scalars in the environment that add one to the count of each statement, because a large environment is copied at many statements.
 const SCALARS_PER_STATEMENT: usize = 64;
-/// Maximum number of steps (SSA instructions). It is limited separately, because a store with a variable index takes several steps per element.
-const MAX_STEPS: usize = 1 << 20;
+/// Maximum number of SSA instructions ("steps" in the error). It is limited separately, because a store with a variable index takes several instructions per
+/// element.
+const MAX_INSTRS: usize = 1 << 20;
 /// Maximum nesting of blocks and calls, because lowering is recursive.
 const MAX_NESTING: usize = 200;
 
 impl<'m> Lowerer<'m> {
-    /// Counts a statement, and checks the numbers of statements and steps so far.
+    /// Counts a statement, and checks the numbers of statements and instructions so far.
     ///
     /// # Errors
-    /// More statements than [`MAX_STATEMENTS`], or more steps than [`MAX_STEPS`].
+    /// More statements than [`MAX_STATEMENTS`], or more instructions than [`MAX_INSTRS`].
     pub(super) fn count_statement_within_limit(&mut self) -> Result<()> {
         self.statement_count += 1 + self.env.len() / SCALARS_PER_STATEMENT;
         for (count, max, what) in
-            [(self.statement_count, MAX_STATEMENTS, "statements"), (self.builder.lane_steps.len(), MAX_STEPS, "steps")]
+            [(self.statement_count, MAX_STATEMENTS, "statements"), (self.builder.lane_instrs.len(), MAX_INSTRS, "steps")]
         {
             if count > max {
                 return Err(self.unsupported(format!("the module has too many {what} after all calls are inlined")));

@@ -1,20 +1,20 @@
 //! Merges the two sides of a branch whose condition is one value for all lanes.
 //!
-//! In: the steps of both sides, of which a batch runs one, and the environments after them. Out: for each lane value that differs, a variable that the side
-//! writes at its end. A side that leaves the scalar as it was writes nothing: the variable starts as a copy of that value, before the branch. So the side that
-//! runs pays for its own values only, where a `select` would run after either. Always: a variable is read only after its last write, or, within the sides, in
-//! place of the value of which it is a copy. [`write_variables_directly`] then removes most copies at the ends, and `finish.rs` those at the start. Not here:
-//! branches whose condition differs between lanes, which need a `select` for each scalar.
+//! In: the SSA instructions of both sides, of which a batch runs one, and the environments after them. Out: for each lane value that differs, a variable that
+//! the side writes at its end. A side that leaves the scalar as it was writes nothing: the variable starts as a copy of that value, before the branch. So the
+//! side that runs pays for its own values only; a `select` would run after either side. Always: a variable is read only after its last write, or, within the
+//! sides, in place of the value of which it is a copy. [`write_variables_directly`] then removes most copies at the ends, and `finish.rs` those at the start.
+//! Not here: branches whose condition differs between lanes, which need a `select` for each scalar.
 
 use super::lowerer::Lowerer;
-use super::step::{SsaStep, SsaValue, SsaValues, reads, remove_steps, replace_reads, use_counts, writes};
+use super::ssa::{SsaInstr, SsaValue, SsaValues, reads, remove_instrs, replace_reads, use_counts, writes};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 
-/// The steps and environments of both sides of a branch: first of the side that runs if the condition holds.
+/// The instructions and environments of both sides of a branch: first of the side that runs if the condition holds.
 pub(super) struct Sides {
-    /// Index of the first step, the jump that skips the first side.
+    /// Index of the first instruction, the jump that skips the first side.
     pub start: usize,
-    /// For each side, the index after its last step, which is the label of the jump that skips the side.
+    /// For each side, the index after its last instruction, which is the label of the jump that skips the side.
     pub ends: [usize; 2],
     /// The environments after each side.
     pub envs: [Vec<SsaValue>; 2],
@@ -30,7 +30,8 @@ impl Lowerer<'_> {
         for (scalar, (accepted, rejected)) in accepted_env.into_iter().zip(rejected_env).enumerate() {
             let before = self.env[scalar];
             let is_lane = |v: SsaValue| matches!(v, SsaValue::Lane(_));
-            // Selects of flags, of which one side is known, are simplified, and later code relies on that.
+            // A flag that is known on one side is merged by a select, which the builder may simplify to a known value: the lowering of later statements depends
+            // on whether a flag is known.
             let is_known = [accepted, rejected].iter().any(|v| self.builder.known_bool(*v).is_some());
             if accepted == rejected || is_known || !(is_lane(accepted) || is_lane(rejected)) {
                 self.env[scalar] = self.builder.select(cond, accepted, rejected);
@@ -38,46 +39,46 @@ impl Lowerer<'_> {
             }
             let variable = self.builder.fresh_lane();
             if accepted == before || rejected == before {
-                at_start.push(SsaStep::Assign { dst: variable, from: before });
+                at_start.push(SsaInstr::Assign { dst: variable, from: before });
                 if is_lane(before) {
                     copy_of.entry(before).or_insert(variable);
                 }
             }
             for (side, value) in [accepted, rejected].into_iter().enumerate().filter(|(_, value)| *value != before) {
-                at_ends[side].push(SsaStep::Assign { dst: variable, from: value });
+                at_ends[side].push(SsaInstr::Assign { dst: variable, from: value });
             }
             self.env[scalar] = variable;
         }
-        // If the sides read the copy, nothing reads the original value after it, and both can have the same slot. Steps after the sides, such as those of the
-        // selects above, keep the original value, because the variable has its new one there.
-        for step in &mut self.builder.lane_steps[start..ends[1]] {
-            replace_reads(step, |v| copy_of.get(&v).copied());
+        // If the sides read the copy, nothing reads the original value after it, and both can have the same slot. Instructions after the sides, such as those
+        // of the selects above, keep the original value, because the variable has its new one there.
+        for instr in &mut self.builder.lane_instrs[start..ends[1]] {
+            replace_reads(instr, |v| copy_of.get(&v).copied());
         }
         let [accepted_copies, rejected_copies] = at_ends;
-        // From the last place to the first, so that the indices of the others stay right. A side's last step is its label.
+        // From the last place to the first, so that the indices of the others stay right. A side's last instruction is its label.
         for (place, copies) in [(ends[1] - 1, rejected_copies), (ends[0] - 1, accepted_copies), (start, at_start)] {
-            self.builder.lane_steps.splice(place..place, copies);
+            self.builder.lane_instrs.splice(place..place, copies);
         }
     }
 }
 
 /// Lets an operation write a variable directly, if nothing but the copy into that variable reads its result, and nothing reads or writes the variable between
 /// the two. `outputs`: the program's outputs, which count as reads.
-pub(super) fn write_variables_directly(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
+pub(super) fn write_variables_directly(code: &mut Vec<SsaInstr>, outputs: &[SsaValue]) {
     let uses = use_counts(code, outputs);
-    // In the steps since the last jump or label: where each value was computed by an operation, and where each was last read or written.
+    // In the instructions since the last jump or label: where each value was computed by an operation, and where each was last read or written.
     let mut computed_at: HashMap<SsaValue, usize> = HashMap::default();
     let mut accessed_at: HashMap<SsaValue, usize> = HashMap::default();
     let mut removed = HashSet::default();
     for index in 0..code.len() {
         match &code[index] {
-            SsaStep::Assign { dst: dst @ SsaValue::Lane(_), from } if uses.get(from) == Some(&1) => {
+            SsaInstr::Assign { dst: dst @ SsaValue::Lane(_), from } if uses.get(from) == Some(&1) => {
                 if let Some(&operation) = computed_at.get(from)
                     && accessed_at.get(dst).is_none_or(|access| *access < operation)
-                    && let (SsaStep::Op { dst: result, .. } | SsaStep::FusedKernel { dst: result, .. }, dst) = (&code[operation], *dst)
+                    && let (SsaInstr::Op { dst: result, .. } | SsaInstr::FusedKernel { dst: result, .. }, dst) = (&code[operation], *dst)
                     && result == from
                 {
-                    if let SsaStep::Op { dst: result, .. } | SsaStep::FusedKernel { dst: result, .. } = &mut code[operation] {
+                    if let SsaInstr::Op { dst: result, .. } | SsaInstr::FusedKernel { dst: result, .. } = &mut code[operation] {
                         *result = dst;
                     }
                     accessed_at.insert(dst, index);
@@ -85,15 +86,15 @@ pub(super) fn write_variables_directly(code: &mut Vec<SsaStep>, outputs: &[SsaVa
                     continue;
                 }
             }
-            SsaStep::Op { dst: dst @ SsaValue::Lane(_), .. } | SsaStep::FusedKernel { dst, .. } => {
+            SsaInstr::Op { dst: dst @ SsaValue::Lane(_), .. } | SsaInstr::FusedKernel { dst, .. } => {
                 computed_at.insert(*dst, index);
             }
-            SsaStep::SkipIfNoLane { .. }
-            | SsaStep::JumpIf { .. }
-            | SsaStep::Jump { .. }
-            | SsaStep::Label(_)
-            | SsaStep::LoopStart
-            | SsaStep::LoopEnd => {
+            SsaInstr::SkipIfNoLane { .. }
+            | SsaInstr::JumpIf { .. }
+            | SsaInstr::Jump { .. }
+            | SsaInstr::Label(_)
+            | SsaInstr::LoopStart
+            | SsaInstr::LoopEnd => {
                 computed_at.clear();
                 accessed_at.clear();
             }
@@ -102,5 +103,5 @@ pub(super) fn write_variables_directly(code: &mut Vec<SsaStep>, outputs: &[SsaVa
         let accessed: SsaValues = reads(&code[index]).into_iter().chain(writes(&code[index])).collect();
         accessed_at.extend(accessed.into_iter().map(|v| (v, index)));
     }
-    remove_steps(code, &removed);
+    remove_instrs(code, &removed);
 }

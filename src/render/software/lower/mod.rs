@@ -3,7 +3,7 @@
 //! In: a module that naga has validated, and the name of an entry point. Out: the entry point's [`Program`], or the first construct that the software
 //! renderer does not support, with its position in the source.
 //!
-//! First, the functions are lowered to steps (instructions in SSA form):
+//! First, the functions are lowered to SSA instructions:
 //! - Vectors, matrices, structs and arrays become lists of scalars. Local variables have no memory: an environment maps each of their scalars to its
 //!   current value. Where control flow joins, scalars that differ are merged by a `select`.
 //! - Calls are inlined (`calls.rs`). Pointers are resolved to places: scalars of the environment, or bytes of the uniform block (`place.rs`).
@@ -11,7 +11,7 @@
 //!   loops (`control_flow.rs`).
 //! - The builder folds constants and reuses equal values (`builder.rs`).
 //!
-//! Then, passes over the steps eliminate dead code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
+//! Then, optimisations eliminate dead code and fuse operations (`finish.rs`, `loops.rs`, `chains.rs`), and tapes are assembled from what is left (`finish.rs`).
 
 mod builder;
 mod calls;
@@ -29,8 +29,8 @@ mod merge;
 mod named_values;
 mod native;
 mod place;
+mod ssa;
 mod statements;
-mod step;
 mod stored;
 mod unroll;
 mod value;
@@ -47,7 +47,7 @@ use lowerer::Lowerer;
 use naga::valid::ModuleInfo;
 use naga::{Binding, BuiltIn, Interpolation, Span, TypeInner};
 use named_values::NamedValueCapture;
-use step::SsaValue;
+use ssa::SsaValue;
 
 /// Lowers one entry point, vertex or fragment. `info`: the result of validating `module`.
 ///
@@ -63,7 +63,8 @@ pub fn lower(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<Pr
 /// # Errors
 /// As [`lower`].
 pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, fuse_chains: bool) -> Result<Program> {
-    lower_entry_point(module, info, entry, fuse_chains, None).map(|(program, _)| program)
+    let named_values = None;
+    lower_entry_point(module, info, entry, fuse_chains, named_values).map(|(program, _)| program)
 }
 
 /// A program with its named values as additional outputs, after its own outputs.
@@ -124,7 +125,7 @@ fn lower_entry_point(
     for v in &mut outputs {
         if !matches!(v, SsaValue::Lane(_)) || interface.input_values.contains(v) || !own_outputs.insert(*v) {
             let dst = builder.fresh_lane();
-            builder.lane_steps.push(step::SsaStep::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
+            builder.lane_instrs.push(ssa::SsaInstr::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
             *v = dst;
         }
     }

@@ -1,7 +1,7 @@
 //! The named values captured so far while a program is lowered for inspection, and the additional outputs that they become. `capture.rs` fills this list.
 
 use super::builder::SsaBuilder;
-use super::step::{SsaStep, SsaValue};
+use super::ssa::{SsaInstr, SsaValue};
 use crate::render::software::program::LaneOutput;
 use crate::render::software::tape::Op;
 use std::collections::HashMap;
@@ -34,8 +34,8 @@ impl NamedValueCapture {
     /// Initialises every captured value with NaN.
     pub(crate) fn initialise(&self, builder: &mut SsaBuilder) {
         let nan = builder.float(f64::NAN);
-        let copies = self.scalars().map(|dst| SsaStep::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
-        builder.lane_steps.splice(0..0, copies);
+        let copies = self.scalars().map(|dst| SsaInstr::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
+        builder.lane_instrs.splice(0..0, copies);
     }
     /// The scalars of all named values, in the order of their outputs.
     pub(crate) fn scalars(&self) -> impl Iterator<Item = SsaValue> {

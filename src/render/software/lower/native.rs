@@ -6,13 +6,13 @@
 //! fragments agree. If the shipped fragment itself was edited since its native operation was written, which [`NativeFunction::reimplemented_sha256`] shows, no
 //! call of it is replaced: the renderer interprets it, slowly but correctly.
 //!
-//! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter. docs/map-filter.md says what to edit for
-//! another filter of maps.
+//! Two bodies are equal if they lower to the same SSA instructions. Names, comments and positions in the text do not matter. docs/map-filter.md says what to
+//! edit for another filter of maps.
 
 use super::builder::SsaBuilder;
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
-use super::step::{SsaStep, SsaValue};
+use super::ssa::{SsaInstr, SsaValue};
 use super::value::Value;
 use crate::render::software::program::Constant;
 use crate::render::software::tape::TextureOp;
@@ -65,12 +65,12 @@ fn source_digest(source: &str) -> String {
 /// A function's body, lowered for arguments that differ from lane to lane.
 #[derive(PartialEq)]
 struct FunctionBody {
-    /// Steps that run once per draw, and steps that run per batch of lanes.
-    steps: [Vec<SsaStep>; 2],
+    /// SSA instructions that run once per draw, and those that run per batch of lanes.
+    instrs: [Vec<SsaInstr>; 2],
     result: Vec<SsaValue>,
 }
 
-/// Lowers a function on its own; also returns the constants to which its steps refer. `constants`: the constants of the body to compare with. They get
+/// Lowers a function on its own; also returns the constants to which its instructions refer. `constants`: the constants of the body to compare with, which get
 /// the first numbers, so that equal bodies number their constants alike. `resources`: the function's textures and samplers, in the order of its parameters.
 fn lower_body(
     module: &Module,
@@ -104,8 +104,8 @@ fn lower_body(
     if lowerer.env != env_before {
         return Err(lowerer.unsupported("discards, or writes to a variable of the module".into()));
     }
-    let SsaBuilder { constants, draw_steps, lane_steps, .. } = lowerer.builder;
-    Ok((FunctionBody { steps: [draw_steps, lane_steps], result }, constants))
+    let SsaBuilder { constants, draw_instrs, lane_instrs, .. } = lowerer.builder;
+    Ok((FunctionBody { instrs: [draw_instrs, lane_instrs], result }, constants))
 }
 
 fn find_function(module: &Module, name: &str) -> Option<Handle<Function>> {
@@ -126,7 +126,7 @@ impl NativeFunction {
     }
 }
 
-/// A body with the constants that its steps refer to.
+/// A body with the constants that its instructions refer to.
 type ShippedFunctionBody = (FunctionBody, Vec<Constant>);
 
 /// The shipped body of each native function, in the order of [`NATIVE_FUNCTIONS`]; lowered at the first call.

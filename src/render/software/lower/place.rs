@@ -5,7 +5,7 @@
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
-use super::step::SsaValue;
+use super::ssa::SsaValue;
 use super::value::{Place, VariableIndex};
 use crate::render::software::tape::{Op, WordKind};
 use naga::{ArraySize, ScalarKind, Span, TypeInner};

@@ -6,7 +6,7 @@
 
 use super::error::Result;
 use super::lowerer::{DISCARDED, Lowerer};
-use super::step::SsaValue;
+use super::ssa::SsaValue;
 use crate::render::software::tape::Op;
 use naga::{Block, Span, Statement};
 

@@ -1,22 +1,22 @@
 //! Unrolls loops whose number of iterations is known when the module is lowered, so that what depends only on the loop's counter runs once per draw.
 //!
-//! In: a loop outside of other loops that reads no texture, and the environment before it. Out: its iterations one after the other, and the environment after them; or nothing, if
-//! the number of iterations is unknown or the steps would be too many (the loop then remains a loop, `control_flow.rs`). Not here: the doubling of loops when
-//! a program is bound to kernels (`exec/unroll_loops.rs`).
+//! In: a loop, and the environment before it. Out: its iterations one after the other, and the environment after them; or nothing, if the loop is inside
+//! another one or reads a texture, the number of its iterations is unknown, or the instructions would be too many (the loop then remains a loop,
+//! `control_flow.rs`). Not here: the doubling of loops when a program is bound to kernels (`exec/unroll_loops.rs`).
 
 use super::error::Result;
 use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
-use super::step::SsaStep;
+use super::ssa::SsaInstr;
 use naga::{Block, Expression, Handle, Statement};
 
 /// Largest number of iterations.
 const MAX_ITERATIONS: usize = 8;
-/// Largest number of steps of all iterations, before operations are fused.
-const MAX_UNROLLED_STEPS: usize = 2048;
+/// Largest number of instructions of all iterations, before operations are fused.
+const MAX_UNROLLED_INSTRS: usize = 2048;
 
 impl<'m> Lowerer<'m> {
-    /// Lowers a loop without a loop, if that is possible; otherwise returns false and leaves steps and environment as they were. `flags`: of the loop's `break`
-    /// and `continue`, both clear.
+    /// Lowers a loop without a loop, if that is possible; otherwise returns false and leaves instructions and environment as they were. `flags`: of the loop's
+    /// `break` and `continue`, both clear.
     pub(super) fn unroll(
         &mut self,
         body: &'m Block,
@@ -29,22 +29,22 @@ impl<'m> Lowerer<'m> {
             return Ok(false);
         }
         let start_env = self.env.clone();
-        let first_step = self.builder.lane_steps.len();
+        let first_instr = self.builder.lane_instrs.len();
         let was_directly_in_loop = std::mem::replace(&mut self.is_directly_in_loop, false);
         self.builder.open_region();
         let count = self.iteration_count(body, continuing)?;
         self.env.clone_from(&start_env);
-        // The removed steps must not be found as earlier computations.
-        self.builder.lane_steps.truncate(first_step);
+        // The removed instructions must not be found as earlier computations.
+        self.builder.lane_instrs.truncate(first_instr);
         self.builder.close_region();
         self.builder.open_region();
         let is_unrolled = if let Some(count) = count {
             self.frame_mut().loops.push(flags);
-            // No exit from this loop is a jump, and none belongs to the loop around it.
+            // No exit from this loop is a jump: no statement has the condition depth of this start.
             let iteration_start = (Vec::new(), usize::MAX);
             let exit = self.builder.fresh_label();
             self.open_loops.push(OpenLoop { exit, variables: Vec::new(), exit_envs: Vec::new(), iteration_start });
-            let is_unrolled = self.iterations(body, continuing, break_if, flags, MAX_UNROLLED_STEPS / count.max(1));
+            let is_unrolled = self.iterations(body, continuing, break_if, flags, MAX_UNROLLED_INSTRS / count.max(1));
             self.open_loops.pop();
             self.frame_mut().loops.pop();
             is_unrolled?
@@ -57,13 +57,13 @@ impl<'m> Lowerer<'m> {
             return Ok(true);
         }
         self.builder.close_region();
-        self.builder.lane_steps.truncate(first_step);
+        self.builder.lane_instrs.truncate(first_instr);
         self.env = start_env;
         Ok(false)
     }
 
     /// The number of iterations of a `for` loop, if it is known and at most [`MAX_ITERATIONS`], found by lowering only the condition with which the body begins
-    /// and the `continuing` block. It is an estimate, because the rest of the body may change the counter, too. Changes steps and environment.
+    /// and the `continuing` block. It is an estimate, because the rest of the body may change the counter, too. Changes instructions and environment.
     fn iteration_count(&mut self, body: &'m Block, continuing: &'m Block) -> Result<Option<usize>> {
         for count in 0..=MAX_ITERATIONS {
             let mut side = None;
@@ -88,19 +88,19 @@ impl<'m> Lowerer<'m> {
     }
 
     /// Lowers iterations until all lanes have left the loop; returns false if it is unknown whether they have, or if an iteration
-    /// has more than `max_steps` steps or reads a texture.
+    /// has more than `max_instrs` instructions or reads a texture.
     fn iterations(
         &mut self,
         body: &'m Block,
         continuing: &'m Block,
         break_if: Option<Handle<Expression>>,
         LoopFlags { break_flag, continue_flag }: LoopFlags,
-        max_steps: usize,
+        max_instrs: usize,
     ) -> Result<bool> {
         let no = self.builder.bool(false);
-        // The last pass only finds that the condition fails.
+        // The last turn of this Rust loop only finds that the condition fails.
         for _ in 0..=MAX_ITERATIONS {
-            let first_step = self.builder.lane_steps.len();
+            let first_instr = self.builder.lane_instrs.len();
             // The loops in one iteration may change less than those in another.
             self.known_changes.clear();
             self.block(body)?;
@@ -119,9 +119,9 @@ impl<'m> Lowerer<'m> {
                     known => return Ok(known == Some(true)),
                 }
             }
-            // Reads of textures take far longer than the loop's own steps.
-            let iteration = &self.builder.lane_steps[first_step..];
-            if iteration.len() > max_steps || iteration.iter().any(|step| matches!(step, SsaStep::Texture { .. })) {
+            // Reads of textures take far longer than the loop's own instructions.
+            let iteration = &self.builder.lane_instrs[first_instr..];
+            if iteration.len() > max_instrs || iteration.iter().any(|instr| matches!(instr, SsaInstr::Texture { .. })) {
                 return Ok(false);
             }
         }

@@ -1,6 +1,6 @@
 //! The value of an expression during lowering: scalars, a place (the target of a pointer), or a texture or sampler.
 
-use super::step::SsaValue;
+use super::ssa::SsaValue;
 use naga::TypeInner;
 
 /// An index that is not a constant, into an array, matrix or vector.

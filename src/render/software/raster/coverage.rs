@@ -69,7 +69,11 @@ pub(crate) fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -
 pub(crate) fn covers_rectangle(triangle: &RasterTriangle, [x0, y0, x1, y1]: [u32; 4]) -> bool {
     let [left, top, right, bottom] = triangle.bounds_px;
     let is_inside_bounds = left <= x0 && top <= y0 && x1 <= right && y1 <= bottom;
-    is_inside_bounds && edge_function_bounds(triangle, x0, y0, x1 - x0, y1 - y0).0 >= 0
+    if !is_inside_bounds {
+        return false;
+    }
+    let (lower, _) = edge_function_bounds(triangle, x0, y0, x1 - x0, y1 - y0);
+    lower >= 0
 }
 
 /// Pixel centres of a tile in lane order, relative to the tile's top-left corner.

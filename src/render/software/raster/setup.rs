@@ -42,7 +42,7 @@ pub(crate) struct RasterState {
     /// Left, top, right and bottom edge (the last two exclusive), inside the target.
     pub scissor: [u32; 4],
     /// Whether back faces are dropped.
-    pub cull_back: bool,
+    pub culls_back_faces: bool,
     pub vertex_grid: VertexGrid,
 }
 
@@ -293,7 +293,7 @@ pub(crate) fn set_up(
     }
     // Front faces wind counter-clockwise with y up. Pixel y points down, so their determinant is negative.
     let is_front_facing = determinant < 0.0;
-    if raster_state.cull_back && !is_front_facing {
+    if raster_state.culls_back_faces && !is_front_facing {
         return;
     }
     // The plane of value / w, for one value per vertex.
@@ -349,7 +349,7 @@ mod tests {
     use super::*;
 
     const RASTER_STATE: RasterState =
-        RasterState { width: 64, height: 64, scissor: [0, 0, 64, 64], cull_back: false, vertex_grid: VertexGrid::Fine };
+        RasterState { width: 64, height: 64, scissor: [0, 0, 64, 64], culls_back_faces: false, vertex_grid: VertexGrid::Fine };
 
     fn set_up_one(clip: [[f64; 4]; 3], values: [f64; 3], raster_state: &RasterState) -> Option<(SourceTriangle, Plane)> {
         let mut g = RasterGeometry::default();
@@ -398,7 +398,7 @@ mod tests {
             assert!(set_up_one(clip, [0.0; 3], &RASTER_STATE).expect("visible").0.is_front_facing);
             let back = [clip[0], clip[2], clip[1]];
             assert!(!set_up_one(back, [0.0; 3], &RASTER_STATE).expect("visible").0.is_front_facing);
-            assert!(set_up_one(back, [0.0; 3], &RasterState { cull_back: true, ..RASTER_STATE }).is_none());
+            assert!(set_up_one(back, [0.0; 3], &RasterState { culls_back_faces: true, ..RASTER_STATE }).is_none());
         }
     }
 

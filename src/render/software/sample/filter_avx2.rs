@@ -392,7 +392,8 @@ pub(super) unsafe fn filter<D: Decode>(
     {
         // SAFETY: as above.
         unsafe {
-            let pair = level_pair(levels, address_modes, finer_index, needs_coarser, None);
+            let previous = None;
+            let pair = level_pair(levels, address_modes, finer_index, needs_coarser, previous);
             for group in 0..BATCH / GROUP_LANES {
                 let (_, fraction) = level_and_fraction(levels_of_lanes, group, levels.len());
                 let uv = [group_of(request.u, group), group_of(request.v, group)];

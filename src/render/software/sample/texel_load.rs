@@ -1,8 +1,8 @@
 //! Reads single texels by integer coordinates, a batch at a time.
 //!
 //! In: a column for each lane; a row and a level, each either per lane or common to all lanes. Out: up to four channels per lane; zero if the lane is
-//! not active or its texel lies outside the level. Always: every kernel class gives the same bits. If all lanes read the same level, they are loaded
-//! without a branch, with gather instructions if the class has them; otherwise lane by lane.
+//! not active or its texel lies outside the level. Always: every kernel class gives the same bits. If all lanes read the same level, their texels
+//! are loaded without a branch, with gather instructions if the class has them; otherwise lane by lane.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]

@@ -73,8 +73,8 @@ pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_
     in_frame_fraction(camera, placed) * outline_position_weight(camera, placed)
 }
 
-/// Number of decades by which the weight of the sum over an entire disc falls while the disc leaves the frame, or the field of view becomes narrower. It falls
-/// by decades because a crescent outside the frame may be a million times as bright as the night side inside.
+/// Number of decades by which the weight of the sum over an entire disc falls while the disc leaves the frame, or the field of view becomes narrower. The
+/// weight falls by decades because a crescent outside the frame may be a million times as bright as the night side inside.
 const CLIPPED_DECADES: f64 = 9.0;
 /// Diameters of a disc between which this sets in: the light of a smaller disc is spread over a sprite.
 const CLIPPED_FROM_PX: (f64, f64) = (4.0, 8.0);
@@ -158,7 +158,7 @@ pub(crate) fn visible_fraction_behind_circle(separation_rad: f64, body_radius_ra
 
 /// The point of a body's limb in one direction from its centre.
 struct LimbPoint {
-    /// Angle from the body's centre.
+    /// Angle at the camera between the body's centre and the point.
     angle_rad: f64,
     /// Cosine of the angle between the limb's normal and the direction away from the centre.
     normal_cosine: f64,

@@ -12,7 +12,7 @@ use crate::scene::light::night_lights::{self, NightLights};
 use crate::scene::light::{disc_light, photometry};
 use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::drawn_disc_share;
+use crate::scene::point::drawn_disc_fraction;
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use glam::DVec3;
 use std::sync::Arc;
@@ -23,8 +23,8 @@ use std::sync::Arc;
 const GROUND_TO_PLANET_CLOUD_HEIGHTS: (f64, f64) = (0.9, 1.0);
 
 /// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`). An estimate without
-/// a source, within a factor of 1.5 by day; in twilight it is less. It gives some 13 klx under a high Sun (the Sun itself gives 128 klx), and 4 klx for a Sun
-/// at 5 degrees.
+/// a source, within a factor of 1.5 by day; in twilight the ratio is smaller. The estimate gives some 13 klx under a high Sun (the Sun itself gives 128 klx),
+/// and 4 klx for a Sun at 5 degrees.
 const CLEAR_SKY_IRRADIANCE_PER_RADIANCE: f64 = 0.3;
 
 /// Steepest slope (rise over run) of the relief that the meter assumes on ground without air; smooth ground would have no light from a Sun below the horizon.
@@ -87,7 +87,7 @@ impl Albedo {
         let clouds = body.clouds.as_ref().filter(|_| !is_off(Effect::Clouds));
         let cloudiness = clouds.map_or(0.0, |c| smooth_rise(GROUND_TO_PLANET_CLOUD_HEIGHTS, height_km / c.height_km));
         // A body drawn as a point has the light of the whole planet.
-        let weight = (1.0 - cloudiness) * drawn_disc_share(effects.override_of_body(body, Effect::Points), diameter_px);
+        let weight = (1.0 - cloudiness) * drawn_disc_fraction(effects.override_of_body(body, Effect::Points), diameter_px);
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);
         Self { of_lights: blend(whole.of_lights, clear.of_lights), of_sky: blend(whole.of_sky, clear.of_sky) }
     }
@@ -110,7 +110,7 @@ pub(crate) struct Ground<'g> {
     pub secondary_lights: Vec<(DVec3, f64)>,
     /// Radiance of the sky above the ground, if the camera is in the body's air; else 0.
     pub sky_radiance: f64,
-    /// Ring-shine, and the ground's radiance per unit of ring-shine; the Sun's irradiance is a factor of this radiance.
+    /// Ring-shine, and the ground's radiance per unit of ring-shine, which includes the Sun's irradiance as a factor; `None` if ring-shine does not count.
     pub ring_shine: Option<(Arc<RingShine>, f64)>,
 }
 

@@ -63,18 +63,20 @@ mod tests {
     #[test]
     fn a_part_without_a_finite_radiance_does_not_count() {
         let mut mean = LogMean::default();
-        mean.add(0.1, 0.25, 0.0);
+        let (share, no_foreground) = (0.1, 0.0);
+        mean.add(share, 0.25, no_foreground);
         let numbers = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
         for number in numbers {
-            mean.add(number, 1.0, 0.0);
-            mean.add(0.1, number, 0.0);
-            mean.add(0.1, 1.0, number);
-            mean.add(0.1, number, number);
+            mean.add(number, 1.0, no_foreground);
+            mean.add(share, number, no_foreground);
+            mean.add(share, 1.0, number);
+            mean.add(share, number, number);
         }
-        let metered = mean.metered("", None, 0.5).expect("a subject");
+        let (name, no_body, target_level) = ("", None, 0.5);
+        let metered = mean.metered(name, no_body, target_level).expect("a subject");
         assert!((metered.radiance - 0.25).abs() < 1e-12 && metered.weight.is_finite(), "{metered:?}");
         // Parts with a finite radiance do count.
-        mean.add(0.1, 1.0, 0.0);
-        assert!(mean.metered("", None, 0.5).expect("a subject").radiance > 0.26);
+        mean.add(share, 1.0, no_foreground);
+        assert!(mean.metered(name, no_body, target_level).expect("a subject").radiance > 0.26);
     }
 }

@@ -36,7 +36,7 @@ use crate::scene::light::lights::{self, IncidentLight, Reflector};
 use crate::scene::light::photometry;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::{drawn_disc_share, point_peak};
+use crate::scene::point::{drawn_disc_fraction, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
 use geometry::{
@@ -93,6 +93,7 @@ pub(crate) struct MeteredSubject {
     pub radiance: f64,
     /// The display level, as a linear fraction of white, at which this radiance should be shown.
     pub target_level: f64,
+    /// How much the subject counts relative to the other subjects.
     pub weight: f64,
 }
 
@@ -154,9 +155,10 @@ impl Meter<'_, '_> {
         let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
         let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
         let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_radiance: 0.0, resolved_bodies };
+        // The method `sky_radiance` reads the other fields only.
         let frame = MeteredFrame { sky_radiance: frame.sky_radiance(), ..frame };
         let mut subjects = Vec::new();
-        let (mut target, mut others) = (LogMean::default(), LogMean::default());
+        let (mut mean_of_target, mut mean_of_others) = (LogMean::default(), LogMean::default());
         let (mut target_name, mut dominant, mut max_weight) = ("", None, 0.0);
         let mut share_of_bodies_in_sky = 0.0;
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
@@ -167,17 +169,17 @@ impl Meter<'_, '_> {
                 share_of_bodies_in_sky += share;
             }
             if Some(p.body.id) == self.context.request.target {
-                target = LogMean { weight: mean.weight * TARGET_WEIGHT, log_sum: mean.log_sum * TARGET_WEIGHT };
+                mean_of_target = LogMean { weight: mean.weight * TARGET_WEIGHT, log_sum: mean.log_sum * TARGET_WEIGHT };
                 target_name = &p.body.name;
             } else {
-                others.merge(&mean);
+                mean_of_others.merge(&mean);
                 if mean.weight > max_weight {
                     (max_weight, dominant) = (mean.weight, Some(p.body));
                 }
             }
         }
-        subjects.extend(target.metered(target_name, self.context.request.target, AUTO_EXPOSED_MEAN));
-        subjects.extend(others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN));
+        subjects.extend(mean_of_target.metered(target_name, self.context.request.target, AUTO_EXPOSED_MEAN));
+        subjects.extend(mean_of_others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN));
         subjects.extend(frame.sun());
         subjects.extend(frame.corona());
         subjects.extend(frame.outer_corona());
@@ -227,8 +229,8 @@ impl<'a> MeteredFrame<'_, 'a> {
     }
 
     /// Fraction of a body's light that the frame draws as a disc; it draws the rest as a point.
-    fn disc_light_fraction(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-        drawn_disc_share(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
+    fn disc_fraction(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+        drawn_disc_fraction(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
     }
 
     /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the body that gives the most light besides the
@@ -238,17 +240,17 @@ impl<'a> MeteredFrame<'_, 'a> {
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
         let eclipses_are_on = self.meter.context.request.effects.override_of_body(air.body, Effect::Eclipse) != Some(false);
         let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on);
-        let unocculted = sun.map_or(1.0, |s| {
+        let visible_sun_fraction = sun.map_or(1.0, |s| {
             let towards = s.placement.centre_km / s.distance_km;
             let radius_rad = s.angular_radius_rad();
             let nearer =
                 self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
             nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius_rad)).product::<f64>()
         });
-        let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
-        let day = air.exposure_radiance(p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
-        let second = self.planet_shine_on(p).first().map_or(0.0, |l| air.exposure_radiance(l.direction, l.irradiance.y));
-        day + second
+        let sunlight_fraction = visible_sun_fraction + (1.0 - visible_sun_fraction) * TOTALITY_SKY_FRACTION;
+        let by_sunlight = air.exposure_radiance(p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
+        let by_planet_shine = self.planet_shine_on(p).first().map_or(0.0, |l| air.exposure_radiance(l.direction, l.irradiance.y));
+        by_sunlight + by_planet_shine
     }
 
     /// The lights that other bodies reflect onto a body, unless the user has switched planet-shine off.
@@ -262,7 +264,7 @@ impl<'a> MeteredFrame<'_, 'a> {
 
     /// How much a body counts as a point. The target counts as a disc at any size, but a body with a bright ring of air counts as it is drawn.
     fn point_weight(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-        let point_light_fraction = 1.0 - self.disc_light_fraction(p, diameter_px);
+        let point_light_fraction = 1.0 - self.disc_fraction(p, diameter_px);
         if point_light_fraction <= 0.0 {
             return 0.0;
         }
@@ -323,7 +325,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             }
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
-                let dilution = area / (area + (1.0 - self.disc_light_fraction(p, diameter_px)) / point_peak());
+                let dilution = area / (area + (1.0 - self.disc_fraction(p, diameter_px)) / point_peak());
                 let visible_weight = self.visible_fraction(p) * (1.0 - point_weight);
                 let disc_share = share * disc_weight * visible_weight;
                 if disc_weight > 0.0 {
@@ -342,13 +344,14 @@ impl<'a> MeteredFrame<'_, 'a> {
         let body_request = self.meter.context.request.for_body(p.body);
         let body_context = Context { request: body_request.as_ref().unwrap_or(self.meter.context.request), ..self.meter.context };
         let ground_share = evaluate_shadow(body_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
-        let ground_share = ground_share.unwrap_or_else(|| sum(None));
+        let no_shadow = None;
+        let ground_share = ground_share.unwrap_or_else(|| sum(no_shadow));
         (mean, share * disc_weight + ground_share)
     }
 
     /// Samples the entire disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in photometric longitude and
     /// latitude (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the dark part separately, so that even the thinnest
-    /// crescent is sampled. It treats the viewer as infinitely far away; only [`lit_part_weight`] takes the distance into account.
+    /// crescent is sampled. The sum treats the viewer as infinitely far away; only [`lit_part_weight`] takes the distance into account.
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,
@@ -410,7 +413,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let area = area_px(camera, sun);
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
         let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun);
-        let dilution = area / (area + (1.0 - self.disc_light_fraction(sun, 2.0 * (area / PI).sqrt())) / point_peak());
+        let dilution = area / (area + (1.0 - self.disc_fraction(sun, 2.0 * (area / PI).sqrt())) / point_peak());
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut mean = LogMean::default();
         // The Sun's own glare does not reduce its contrast.
@@ -468,7 +471,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         }
         let weight =
             corona_weight * (1.0 - ray_weight) * if self.meter.context.request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
-        let metered = mean.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
+        let no_body = None;
+        let metered = mean.metered(reason!("subject-corona"), no_body, AUTO_EXPOSED_MEAN)?;
         Some(MeteredSubject { weight: metered.weight * weight, ..metered })
     }
 

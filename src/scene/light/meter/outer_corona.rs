@@ -81,7 +81,8 @@ impl MeteredFrame<'_, '_> {
             }
         }
         let weight = outer_weight * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
-        let metered = mean.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
+        let no_body = None;
+        let metered = mean.metered(reason!("subject-corona"), no_body, AUTO_EXPOSED_MEAN)?;
         Some(MeteredSubject { weight: metered.weight * weight, ..metered })
     }
 }

@@ -27,8 +27,8 @@ impl MeteredFrame<'_, '_> {
                 continue;
             }
             let mut mean = LogMean::default();
-            // A limb seen from afar is a part of its body's image. It has the weight of the body's position, wherever on the limb the Sun's light is; but where
-            // the body reaches beyond the frame, each part of the limb has the weight of its own position.
+            // A limb seen from afar is a part of its body's image: it has the weight of the body's position, wherever on the limb the Sun's light is. If the
+            // body reaches beyond the frame, each part of the limb has the weight of its own position instead.
             let diameter_px = 2.0 * (area_px(camera, p) / PI).sqrt();
             let disc_weight = far_weight(p) * entire_disc_weight(camera, p, diameter_px);
             let outline_weight = outline_position_weight(camera, p);

@@ -21,8 +21,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Phase angles between which the ring's weight rises from 0 to 1. Beside a disc that is more than half lit the ring's light does not matter.
 const COUNTED_FROM_PHASE_RAD: (f64, f64) = (FRAC_PI_2, 0.75 * PI);
 /// Number of position angles on half of the limb, and of heights, at which the ring is sampled.
-const POSITION_ANGLES: u32 = 12;
-const HEIGHTS: u32 = 24;
+const POSITION_ANGLE_COUNT: u32 = 12;
+const HEIGHT_COUNT: u32 = 24;
 
 /// Column of a species of exponential profile from a height towards the Sun, in km at the density of the ground; infinite if the ground hides the Sun. By the
 /// approximation of Chapman's function c / ((c - 1) cos z + 1), with c = sqrt(pi x / 2), the radius x in scale heights and the Sun's zenith angle z.
@@ -73,7 +73,8 @@ impl<'p> RimOfAir<'p> {
     pub(super) fn of(p: &PlacedBody<'p>, disc_albedo: f64) -> Option<Self> {
         let air = p.body.atmosphere.as_ref()?;
         let radius_km = p.body.radii_km.max_element();
-        let limb_opacity = rim::opacity_along_limb(air, radius_km, 0.0);
+        let ground_height_km = 0.0;
+        let limb_opacity = rim::opacity_along_limb(air, radius_km, ground_height_km);
         let continued_part = if rim::continues_disc(p.body, air) { rim::continued_part(limb_opacity) } else { 0.0 };
         let limb_tilt_sin_cos = (radius_km / p.distance_km).min(1.0).asin().sin_cos();
         let phase_sin_cos = p.phase_angle_rad.sin_cos();
@@ -101,15 +102,15 @@ impl<'p> RimOfAir<'p> {
     /// of the Sun; for each its weight and the part of sunlight that shadows leave there.
     fn sum(&self, height_px: f64, places: impl Fn(f64) -> [[f64; 2]; 2], mut add: impl FnMut(f64, f64)) {
         let pixel_fraction = height_px.clamp(1e-6, 1.0);
-        let step_km = self.air.top_km / f64::from(HEIGHTS);
+        let step_km = self.air.top_km / f64::from(HEIGHT_COUNT);
         let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
-        for n in 0..POSITION_ANGLES {
-            let position_angle = PI * midpoint(n, POSITION_ANGLES);
+        for n in 0..POSITION_ANGLE_COUNT {
+            let position_angle = PI * midpoint(n, POSITION_ANGLE_COUNT);
             let places = places(position_angle);
-            for k in 0..HEIGHTS {
-                let height_km = self.air.top_km * midpoint(k, HEIGHTS);
+            for k in 0..HEIGHT_COUNT {
+                let height_km = self.air.top_km * midpoint(k, HEIGHT_COUNT);
                 // The ring has the circumference 2 pi R and the disc the area pi R squared; each of the two places has half of the ring.
-                let area = (1.0 + height_km / self.radius_km) * step_km / self.radius_km / f64::from(POSITION_ANGLES);
+                let area = (1.0 + height_km / self.radius_km) * step_km / self.radius_km / f64::from(POSITION_ANGLE_COUNT);
                 let radiance = self.radiance(height_km, position_angle.cos());
                 for [weight, sunlit] in places {
                     add(weight * area / pixel_fraction, sunlit * radiance * pixel_fraction);
@@ -143,7 +144,7 @@ impl MeteredFrame<'_, '_> {
         diameter_px: f64,
         mut add: impl FnMut(f64, f64),
     ) {
-        let weight = self.rim_weight(p, diameter_px) * self.disc_light_fraction(p, diameter_px);
+        let weight = self.rim_weight(p, diameter_px) * self.disc_fraction(p, diameter_px);
         let Some(rim) = RimOfAir::of(p, disc_albedo).filter(|_| weight > 0.0) else { return };
         let height_px = rim::height_px(p.body, rim.air, diameter_px);
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();

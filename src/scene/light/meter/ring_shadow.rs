@@ -52,19 +52,19 @@ impl RingShadowOnGround {
     /// The fraction of sunlight that the rings leave at a point of the ground (unit-sphere frame), ring-shine included. `spacing`: angle between the meter's
     /// rays, radians.
     pub(super) fn transmittance(&self, point: DVec3, spacing: f64) -> f64 {
-        let ground = point * self.semi_axes;
-        let footprint = (spacing * (self.camera - ground).length()).max(1e-6);
+        let ground_point = point * self.semi_axes;
+        let footprint_width = (spacing * (self.camera - ground_point).length()).max(1e-6);
         // Only ground beyond the ring plane, as seen from the Sun, is in shadow; near the equator this ground may be only a part of the footprint.
-        let beyond_plane = -ground.z * self.sun.z.signum();
-        let fraction_beyond = smoothstep(0.5 + beyond_plane / footprint);
+        let beyond_plane = -ground_point.z * self.sun.z.signum();
+        let fraction_beyond = smoothstep(0.5 + beyond_plane / footprint_width);
         let to_ring_plane = beyond_plane.max(0.0) / self.sun.z.abs();
         if fraction_beyond <= 0.0 || !to_ring_plane.is_finite() {
             return 1.0;
         }
-        let radius = (ground + self.sun * to_ring_plane).truncate().length();
+        let radius = (ground_point + self.sun * to_ring_plane).truncate().length();
         // A step on the ground moves the point in the ring plane by up to this many times the step's length.
         let stretch = 1.0 + self.sun.truncate().length() / self.sun.z.abs();
-        let half_width = (0.5 * footprint * stretch + self.sun_tangent * to_ring_plane).max(1e-6);
+        let half_width = (0.5 * footprint_width * stretch + self.sun_tangent * to_ring_plane).max(1e-6);
         let blocked = (self.blocked_within(radius + half_width) - self.blocked_within(radius - half_width)) / (2.0 * half_width);
         1.0 - self.weight * fraction_beyond * blocked * (1.0 - self.light_in_shadow)
     }

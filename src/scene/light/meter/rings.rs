@@ -33,7 +33,7 @@ impl MeteredFrame<'_, '_> {
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         // A body that is drawn as a point has no ground that ring-shine could light.
-        let weight = weight * self.disc_light_fraction(p, diameter_px);
+        let weight = weight * self.disc_fraction(p, diameter_px);
         if weight <= 0.0 || rings.is_empty() || user_choice == Some(false) {
             return None;
         }
@@ -113,7 +113,7 @@ impl MeteredFrame<'_, '_> {
             let (particle_phase, dust_phase) = (phase::large_particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
             let [by_particles, by_dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
             let light = particle_phase * by_particles + dust_phase * by_dust;
-            // The ring gets no light in the globe's shadow, and cannot be seen behind the globe. This scale makes the globe a unit sphere.
+            // The ring gets no light in the globe's shadow, and cannot be seen behind the globe. `unit_sphere_scale` makes the globe a unit sphere.
             let unit_sphere_scale = DVec3::new(1.0, 1.0, 1.0 / polar_radius);
             let (point, to_sun) = (ring_point * unit_sphere_scale, (sun * unit_sphere_scale).normalize());
             let sunlit_fraction =

@@ -15,8 +15,8 @@ use std::f64::consts::PI;
 struct PointSun {
     /// The radiance that the Sun would have if it filled one pixel, brightest channel.
     flux: f64,
-    /// The part of the sprite's glare that is drawn: less than 1 while the Sun enters the frame.
-    glare_fraction: f64,
+    /// Fraction of the light of the sprite's glare that is drawn: less than 1 while the Sun enters the frame.
+    drawn_part_of_glare: f64,
 }
 
 /// The Sun's glare at a grid of rays over the frame.
@@ -36,7 +36,7 @@ impl FrameGlare {
             return 0.0;
         }
         let sprite = self.point.as_ref().map(|p| {
-            let radius_px = point::sprite_radius_px(p.flux, white, p.glare_fraction);
+            let radius_px = point::sprite_radius_px(p.flux, white, p.drawn_part_of_glare);
             let [_, amplitude] = point::point_spread(radius_px);
             (p.flux * amplitude, radius_px)
         });
@@ -58,9 +58,9 @@ impl MeteredFrame<'_, '_> {
         let Some((sun, centre)) = sun.and_then(|sun| Some((sun, camera.clip(sun.placement.centre_km)?))) else {
             return FrameGlare::default();
         };
-        let glare_fraction = glare::entered_fraction(camera, sun);
-        let flux = if glare_fraction > 0.0 && !camera.has_small_sprites {
-            let point_light_fraction = 1.0 - self.disc_light_fraction(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
+        let drawn_part_of_glare = glare::entered_fraction(camera, sun);
+        let flux = if drawn_part_of_glare > 0.0 && !camera.has_small_sprites {
+            let point_light_fraction = 1.0 - self.disc_fraction(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
             let visible_fraction = glare::visible_fraction(self.meter.placed, sun);
             point::flux(camera, sun).max_element() * point_light_fraction * visible_fraction * self.sun_transmittance
         } else {
@@ -74,6 +74,6 @@ impl MeteredFrame<'_, '_> {
             let veil = self.glare.as_ref().map_or(0.0, |veil| veil.radiance(ray.normalize()));
             [self.sun_transmittance * veil, distance_px]
         });
-        FrameGlare { samples, point: (flux > 0.0).then_some(PointSun { flux, glare_fraction }) }
+        FrameGlare { samples, point: (flux > 0.0).then_some(PointSun { flux, drawn_part_of_glare }) }
     }
 }

@@ -16,9 +16,9 @@ use glam::{DVec2, DVec3};
 
 /// Number of lines. The weight of a position falls by a factor of 1e5 towards the frame's edge: with this number the exposure of a crescent beside a black
 /// night side is right to 0.6 stops (phase angles of 150 to 179 degrees, any distance; root mean square 0.05), with 20 lines to 3 stops.
-const LINES: u32 = 48;
+const LINE_COUNT: u32 = 48;
 /// Number of samples on the lit and on the dark part of a line.
-const SAMPLES: u32 = 10;
+const SAMPLES_PER_PART: u32 = 10;
 
 /// A sample of the ground.
 struct GroundSample {
@@ -154,9 +154,9 @@ impl VisibleGround {
         }
         let terminator_normal = (sun / placement.radii_km).normalize();
         let position_in_unit_sphere = placement.camera_in_unit_sphere();
-        let line_height = size.y / f64::from(LINES);
-        let mut samples = Vec::with_capacity((2 * LINES * SAMPLES) as usize);
-        for line in 0..LINES {
+        let line_height = size.y / f64::from(LINE_COUNT);
+        let mut samples = Vec::with_capacity((2 * LINE_COUNT * SAMPLES_PER_PART) as usize);
+        for line in 0..LINE_COUNT {
             let origin = across * (low.y + line_height * (f64::from(line) + 0.5));
             let view_ray = |position: DVec2| camera.ray(position / camera.tan_half_fov);
             let (scan_line, t_origin) = ScanLine::of(
@@ -173,9 +173,9 @@ impl VisibleGround {
                 continue;
             }
             for [from, to] in scan_line.lit_and_dark_parts([start, end]) {
-                let step = (to - from) / f64::from(SAMPLES);
+                let step = (to - from) / f64::from(SAMPLES_PER_PART);
                 let share = step * line_height / (4.0 * camera.tan_half_fov.element_product());
-                samples.extend((0..SAMPLES).map(|k| {
+                samples.extend((0..SAMPLES_PER_PART).map(|k| {
                     let t = from + step * (f64::from(k) + 0.5);
                     let position = origin + along * (t - t_origin);
                     let direction = view_ray(position);
@@ -184,7 +184,7 @@ impl VisibleGround {
                 }));
             }
         }
-        Self { samples, spacing: DVec2::new(size.x / f64::from(SAMPLES), line_height).length() }
+        Self { samples, spacing: DVec2::new(size.x / f64::from(SAMPLES_PER_PART), line_height).length() }
     }
 }
 

@@ -237,6 +237,7 @@ fn roll_deg(forward: DVec3, unrolled_up: DVec3, up: DVec3) -> f64 {
 /// Yaw, pitch and roll, degrees, of a camera with these forward and up vectors. Yaw and pitch are measured from `inward`, the direction from the camera to the
 /// body that it orbits. All vectors are in the same axes; `forward` and `inward` are unit vectors.
 fn orbit_angles_deg(inward: DVec3, pole: DVec3, forward: DVec3, up: DVec3) -> [f64; 3] {
+    // Yaw and pitch are 0 here: the camera faces the body.
     let (inward, level_up) = rotated_view(inward, pole, 0.0, 0.0);
     let right = inward.cross(level_up);
     let yaw_deg = forward.dot(right).atan2(forward.dot(inward)).to_degrees();

@@ -8,12 +8,12 @@ struct CollinearBodies;
 
 impl BodyPositions for CollinearBodies {
     fn geometric_between_km(&self, from: NaifId, to: NaifId, _: Instant) -> Option<DVec3> {
-        // The body's x coordinate. Body 5 is the huge one that a test adds at the Sun's place.
-        let x_km = |id: NaifId| match id.0 {
-            10 | 5 => Some(0.0),
-            399 => Some(1.5e8),
-            301 => Some(1.5e8 + 4e5),
-            699 => Some(1.4e9),
+        // The body's x coordinate.
+        let x_km = |id: NaifId| match id {
+            NaifId::SUN | HUGE => Some(0.0),
+            NaifId::EARTH => Some(1.5e8),
+            NaifId::MOON => Some(1.5e8 + 4e5),
+            SATURN => Some(1.4e9),
             _ => None,
         };
         Some(DVec3::new(x_km(to)? - x_km(from)?, 0.0, 0.0))
@@ -28,6 +28,8 @@ impl BodyPositions for CollinearBodies {
 }
 
 const SATURN: NaifId = NaifId(699);
+/// An invented body at the Sun's place, which one test adds; its radius exceeds its distance from the Earth.
+const HUGE: NaifId = NaifId(5);
 
 fn viewer() -> Viewer {
     let body = |id, name: &str, radius_km| SelectableBody {
@@ -102,10 +104,10 @@ fn changes_during_a_flight_last() {
     apply(&mut viewer, Action::ChangeFov(2.0));
     let fov_deg = viewer.view.fov_deg;
     assert!(viewer.is_flying() && fov_deg < DEFAULT_FOV_DEG);
-    let shared = viewer.shareable();
+    let shared = viewer.shareable_view();
     viewer.advance(3.0);
     assert!(!viewer.is_flying());
-    let arrived = viewer.shareable();
+    let arrived = viewer.shareable_view();
     apply(&mut viewer, Action::LookFrom(NaifId::EARTH));
     apply(&mut viewer, Action::PreviousView);
     for view in [&shared, &arrived, &viewer.view] {
@@ -128,11 +130,10 @@ fn a_body_seen_from_another_fits_the_image() {
     for (target, from, fov_deg) in [
         (SATURN, NaifId::EARTH, MIN_LOOK_FROM_FOV_DEG..=MIN_LOOK_FROM_FOV_DEG),
         (NaifId::EARTH, NaifId::MOON, 2.5..=5.0),
-        (NaifId(5), NaifId::EARTH, MAX_FOV_DEG..=MAX_FOV_DEG),
+        (HUGE, NaifId::EARTH, MAX_FOV_DEG..=MAX_FOV_DEG),
     ] {
         let mut viewer = viewer();
-        // A body at the Sun's place whose radius exceeds its distance from the Earth.
-        let huge = SelectableBody { id: NaifId(5), radii_km: DVec3::splat(1e9), ..viewer.selectable_bodies[0].clone() };
+        let huge = SelectableBody { id: HUGE, radii_km: DVec3::splat(1e9), ..viewer.selectable_bodies[0].clone() };
         viewer.selectable_bodies.push(huge);
         viewer.selected = target;
         apply(&mut viewer, Action::LookFrom(from));
@@ -249,8 +250,8 @@ fn changing_the_frame_keeps_the_camera_in_place() {
     // In 1000 s the body has turned by 0.1 rad, and the camera with it.
     viewer.view.tdb_s += 1000.0;
     let later = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
-    let turned = (DMat3::from_rotation_z(0.1) * after.offset_km - later.offset_km).length();
-    assert!(turned < 1e-6 * before.offset_km.length(), "{turned}");
+    let error_km = (DMat3::from_rotation_z(0.1) * after.offset_km - later.offset_km).length();
+    assert!(error_km < 1e-6 * before.offset_km.length(), "{error_km}");
 }
 
 #[test]
@@ -352,19 +353,19 @@ fn on_the_ground_the_view_stays_where_it_was_when_tracking_ends() {
 /// In an orbit, in either frame, turning the camera away from the tracked body starts from the direction of the image, and moves the image.
 #[test]
 fn in_an_orbit_the_view_stays_where_it_was_when_tracking_ends() {
-    for rotates in [false, true] {
+    for make_body_fixed in [false, true] {
         for (action, is_motion) in
             [(Action::LookAround(100.0, 40.0), true), (Action::LookAround(0.0, 0.0), false), (Action::Track(false), false)]
         {
             let mut viewer = viewer();
             viewer.view.tdb_s = 5000.0;
-            apply(&mut viewer, Action::RotateWithBody(rotates));
+            apply(&mut viewer, Action::RotateWithBody(make_body_fixed));
             apply(&mut viewer, Action::LookAt(NaifId::MOON));
             let before = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
             apply(&mut viewer, action.clone());
             let after = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
             let turned = before.forward.distance(after.forward) + before.up.distance(after.up);
-            assert!(if is_motion { turned > 0.05 } else { turned < 1e-9 }, "{action:?}, {rotates}: {turned}");
+            assert!(if is_motion { turned > 0.05 } else { turned < 1e-9 }, "{action:?}, {make_body_fixed}: {turned}");
             assert_eq!((viewer.view.tracks, viewer.view.target), (false, NaifId::MOON), "{action:?}");
         }
     }

@@ -111,7 +111,7 @@ impl ErrorBoundView {
     }
 
     /// Starts to compute the bounds, unless a computation is running or the inputs are the same as for the last computation.
-    pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
+    pub(crate) fn compute_if_needed(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
         let requested = Some((request.clone(), SessionInputs::of(worker.session())));
         if self.pending.is_some() || self.requested == requested {
             return;

@@ -169,7 +169,7 @@ impl ComparePanel {
         if let Some(syntax_error) = syntax_error {
             ui.colored_label(ui.visuals().warn_fg_color, syntax_error);
         } else {
-            self.ask(interface, ui, worker, &variants);
+            self.draw_if_needed(interface, ui, worker, &variants);
         }
         let names = [variant_text(&variants[0]), variant_text(&variants[1])];
         self.variants = Some(variants);
@@ -178,7 +178,7 @@ impl ComparePanel {
                 if let Some(request) =
                     self.input.as_ref().filter(|_| self.pair_view.shows_error_bounds()).and_then(|input| input.request_of(0).ok())
                 {
-                    self.error_bound_view.ask(worker, &request);
+                    self.error_bound_view.compute_if_needed(worker, &request);
                 }
                 self.pair_view.show(ui, pair, [&names[0], &names[1]], Some(&mut |ui, name| self.error_bound_view.show(ui, name)));
             }
@@ -188,7 +188,7 @@ impl ComparePanel {
     }
 
     /// Starts to draw both variants if the view is at rest, unless their images exist or are being drawn.
-    fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Variant; 2]) {
+    fn draw_if_needed(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Variant; 2]) {
         let Some(rendered) = interface.shown() else { return };
         let quality = interface.viewer.view.quality;
         let is_at_rest = rendered.job.request.quality == quality && rendered.job.sampling == SamplingQuality::of(quality);

@@ -43,14 +43,14 @@ pub(super) fn show(
         let seconds = decimal(delta_t_error_s, if delta_t_error_s < 10.0 { 1 } else { 0 });
         ui.weak(text!("events-delta-t", seconds = seconds)).on_hover_text(text!("events-delta-t-hint"));
     }
-    let home = interface.information.home;
-    let seen_from_place = interface.events.seen_from(event, home).and_then(|seen| seen.as_ref().ok()).cloned();
+    let observer_place = interface.information.observer_place;
+    let seen_from_place = interface.events.seen_from(event, observer_place).and_then(|seen| seen.as_ref().ok()).cloned();
     let is_visible_at_place = seen_from_place.as_ref().is_some_and(|seen| seen.is_visible);
-    let camera_is_at_place = stands_at(&interface.viewer.destination().camera_pose, home);
+    let camera_is_at_place = stands_at(&interface.viewer.view_after_flight().camera_pose, observer_place);
     ui.horizontal_wrapped(|ui| {
         let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
         // A camera at the place stays there only if the event is visible there, which is known once the contacts have arrived.
-        let is_ready = !camera_is_at_place || interface.events.seen_from(event, home).is_some();
+        let is_ready = !camera_is_at_place || interface.events.seen_from(event, observer_place).is_some();
         if ui.add_enabled(is_ready, watch).on_hover_text(text!("events-watch-hint")).clicked() {
             watch_event(interface, worker, event, seen_from_place.as_ref().filter(|_| camera_is_at_place), actions);
             if camera_is_at_place && !is_visible_at_place {
@@ -80,15 +80,15 @@ pub(super) fn show(
 }
 
 /// Whether a camera stands on the Earth's ground at the observer's place.
-pub(super) fn stands_at(camera_pose: &CameraPose, home: Home) -> bool {
+pub(super) fn stands_at(camera_pose: &CameraPose, observer_place: Home) -> bool {
     let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = *camera_pose else { return false };
-    let differences_deg = [latitude_deg - home.latitude_deg, wrapped_longitude_deg(longitude_deg - home.longitude_deg)];
+    let differences_deg = [latitude_deg - observer_place.latitude_deg, wrapped_longitude_deg(longitude_deg - observer_place.longitude_deg)];
     differences_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)
 }
 
-/// The view of an event from the observer's place, at the time of its maximum there. `contacts`: the event's contacts at the place.
+/// The view of an event from the observer's place, at the time of the event's maximum at this place. `contacts`: the event's contacts at the place.
 fn view_from_place(interface: &Interface, event: &SkyEvent, contacts: &[ContactAtPlace]) -> ViewState {
-    let Home { latitude_deg, longitude_deg } = interface.information.home;
+    let Home { latitude_deg, longitude_deg } = interface.information.observer_place;
     let maximum = contacts.iter().find(|contact| contact.name == "maximum");
     // An event without a maximum does not occur at the place, and nothing asks for its view.
     let altitude_deg = maximum.map_or(45.0, |maximum| maximum.altitude_deg);
@@ -127,16 +127,16 @@ fn contact_name(ui: &mut egui::Ui, name: &str) {
 
 /// Shows the contacts at the observer's place, which the query worker computes; if the event does not occur at that place, those for the entire Earth.
 fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
-    let home = interface.information.home;
+    let observer_place = interface.information.observer_place;
     let panel = &mut interface.events;
-    if !panel.at_place.as_ref().is_some_and(|asked| Arc::ptr_eq(&asked.event, event) && asked.home == home) {
+    if !panel.at_place.as_ref().is_some_and(|asked| Arc::ptr_eq(&asked.event, event) && asked.observer_place == observer_place) {
         let asked_event = Arc::clone(event);
         let question = move |session: &crate::session::Session| {
-            asked_event.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| error_text(&e))
+            asked_event.seen_from(session.catalog(), session.ephemeris(), observer_place).map_err(|e| error_text(&e))
         };
-        panel.at_place = Some(EventAtPlace { event: Arc::clone(event), home, pending: ask(worker, question), seen: None });
+        panel.at_place = Some(EventAtPlace { event: Arc::clone(event), observer_place, pending: ask(worker, question), seen: None });
     }
-    let seen = match panel.seen_from(event, home) {
+    let seen = match panel.seen_from(event, observer_place) {
         None => {
             accessible::spinner(ui, text!("events-contacts-coming"));
             return;

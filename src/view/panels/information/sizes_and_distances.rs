@@ -280,13 +280,14 @@ mod tests {
     #[test]
     fn two_names_neither_overlap_nor_cross_the_edges() {
         let area = [2.0, 298.0];
-        // Bodies and names: both at the left edge, both at the right edge, a long name beside a short one, far apart.
+        // The body's x coordinate and the name's width. Cases: both bodies at the left edge, both at the right edge, a long name beside a short one, names far
+        // apart.
         for [first, second] in
             [[(12.0, 60.0), (22.0, 40.0)], [(280.0, 60.0), (288.0, 90.0)], [(12.0, 140.0), (150.0, 30.0)], [(60.0, 30.0), (240.0, 30.0)]]
         {
-            let [a, b] = middles_of_two(area, [first, second]);
-            assert!(is_within(area, a, first.1) && is_within(area, b, second.1), "{first:?} {second:?}: {a} {b}");
-            assert!(a + 0.5 * first.1 < b - 0.5 * second.1, "{first:?} {second:?}: {a} {b}");
+            let ([a, b], (_, first_width), (_, second_width)) = (middles_of_two(area, [first, second]), first, second);
+            assert!(is_within(area, a, first_width) && is_within(area, b, second_width), "{first:?} {second:?}: {a} {b}");
+            assert!(a + 0.5 * first_width < b - 0.5 * second_width, "{first:?} {second:?}: {a} {b}");
         }
         assert_eq!(middles_of_two(area, [(60.0, 30.0), (240.0, 30.0)]), [60.0, 240.0], "each below its body");
         // A name that is wider than the drawing starts at its left edge.

@@ -153,7 +153,8 @@ mod tests {
             rings.iter().map(|entry| entry.features.ring_shadow).collect::<Vec<_>>(),
             [RingShadow::Penumbra, RingShadow::None, RingShadow::PointSun]
         );
-        let all = neighbours(&base, None);
+        let in_every_dimension = None;
+        let all = neighbours(&base, in_every_dimension);
         let keys: std::collections::BTreeSet<_> = all.iter().map(|entry| entry.key).collect();
         assert!(keys.len() == all.len() && all.len() > rings.len(), "{} entries", all.len());
         // Mie scattering without an atmosphere does not change the key, so it has no entry.

@@ -39,7 +39,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         ui.separator();
         super::key_comparison::details(panel, ui, inspected);
     });
-    // Features equal to those of the draw do not count as edited. Nor do those of the drawn key if it was typed: they lack the values without effect.
+    // Features equal to those of the draw do not count as edited. Nor do those of the drawn key, which result if it is typed: they lack the values without
+    // effect, but name the same module.
     let is_unchanged = edited == drawn_features || (panel.edited.is_none() && edited == *drawn_key.features());
     panel.edited = if is_unchanged { None } else { Some(edited) };
 }

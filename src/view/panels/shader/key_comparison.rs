@@ -186,9 +186,12 @@ fn pair_in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspecte
     if let Some(pair) = panel.queries.swap(inspected.worker, &swap, &request) {
         comparison.last_pair = Some((key, pair));
     }
+    let show_error_bounds = None;
     // The last pair of this key stays until the next one arrives.
     match comparison.last_pair.as_ref().filter(|(last_key, _)| *last_key == key) {
-        Some((_, Ok(pair))) => comparison.pair_view.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], None),
+        Some((_, Ok(pair))) => {
+            comparison.pair_view.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], show_error_bounds);
+        }
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => drop(accessible::spinner(ui, text!("compare-coming"))),
     }

@@ -15,7 +15,7 @@ use std::ops::Range;
 pub(crate) struct ModuleLine {
     pub text: String,
     /// Index into [`ModuleText::features`]; 0 if the line needs no feature, or if the language has no features.
-    pub feature: u16,
+    pub feature_index: u16,
     /// Path of the fragment (a shader source) and number of the line in it, such as `shaders/lib/a.wesl:7`; empty if unknown.
     pub origin: String,
 }
@@ -24,9 +24,9 @@ pub(crate) struct ModuleLine {
 pub(crate) struct ModuleText {
     pub language: Language,
     pub lines: Vec<ModuleLine>,
-    /// Names of features and the number of their lines, as in the source map's `features`. Entry 0 is no feature: it has the module's own name, and the lines
-    /// that need no feature. A line may need several features: the entry `a, not b, c` has the lines that are in the module because `a` is on, and `b` and
-    /// `c` are off. Empty for languages other than WGSL.
+    /// The name of each entry of the source map's `features`, and the number of its lines. Entry 0 is no feature: it has the module's own name, and its
+    /// lines need no feature. A line may need several features: the lines of the entry `a, not b, c` are in the module because `a` is on, and `b` and `c`
+    /// are off. Empty for languages other than WGSL.
     pub features: Vec<(String, usize)>,
 }
 
@@ -43,10 +43,10 @@ pub(crate) fn translated_text(module: &ShaderModule, language: Language) -> Resu
         let line_number = index + 1;
         let origin =
             mapped.and_then(|_| source_map.origin_of(line_number)).map_or(String::new(), |(path, line)| format!("shaders/{path}:{line}"));
-        ModuleLine { text: text.replace('\t', "    "), feature: mapped.map_or(0, |mapped| mapped.feature), origin }
+        ModuleLine { text: text.replace('\t', "    "), feature_index: mapped.map_or(0, |mapped| mapped.feature), origin }
     };
     let lines: Vec<ModuleLine> = text.lines().enumerate().map(line).collect();
-    let line_count = |feature: usize| lines.iter().filter(|line| usize::from(line.feature) == feature).count();
+    let line_count = |feature_index: usize| lines.iter().filter(|line| usize::from(line.feature_index) == feature_index).count();
     let features =
         source_map.features.iter().filter(|_| has_source_map).enumerate().map(|(index, name)| (name.clone(), line_count(index))).collect();
     Ok(ModuleText { language, lines, features })
@@ -313,7 +313,8 @@ mod tests {
     fn search_results_are_highlighted_in_any_case() {
         assert_eq!(find_all("let Ring = ring;", "rInG"), [4..8, 11..15]);
         assert!(find_all("let", "").is_empty());
-        let layout_job = layout_job(7, "let ring = 2;", "ring", &FontId::monospace(12.0), true);
+        let (line_number, is_dark) = (7, true);
+        let layout_job = layout_job(line_number, "let ring = 2;", "ring", &FontId::monospace(12.0), is_dark);
         assert_eq!(layout_job.text, "    7  let ring = 2;");
         assert_eq!(layout_job.sections.iter().filter(|s| s.format.background != Color32::TRANSPARENT).count(), 1);
     }
@@ -322,7 +323,8 @@ mod tests {
     fn at_most_two_features_lack_a_colour_of_their_own() {
         let names: Vec<_> = DIMENSIONS.iter().flat_map(|d| d.feature_names).filter(|f| !f.is_empty()).collect();
         let distinct: std::collections::BTreeSet<_> = names.iter().collect();
-        let colours: std::collections::BTreeSet<_> = names.iter().map(|n| feature_colour(n, true).to_array()).collect();
+        let is_dark = true;
+        let colours: std::collections::BTreeSet<_> = names.iter().map(|n| feature_colour(n, is_dark).to_array()).collect();
         assert!(colours.len() + 2 >= distinct.len(), "{} colours for {} features", colours.len(), distinct.len());
     }
 }

@@ -45,7 +45,8 @@ fn inspect_in_both_precisions(session: &Session, request: &ViewRequest, pixel: [
         let renderer = session.renderer_in(in_f64)?;
         inspect_pixel(&Prober { session, renderer: &renderer }, request, SamplingQuality::of(request.quality), pixel)
     };
-    Ok([inspect(false)?, inspect(true)?])
+    let (report_f32, report_f64) = (inspect(false)?, inspect(true)?);
+    Ok([report_f32, report_f64])
 }
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {

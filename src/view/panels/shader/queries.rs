@@ -195,7 +195,7 @@ impl ShaderQueries {
     }
 
     /// The size of a map file as it is decoded for a draw, once it has arrived.
-    pub(crate) fn map(&mut self, worker: &dyn RenderWorker, file: &str, decoding: MapDecoding) -> Option<Result<MapFacts, String>> {
+    pub(crate) fn map_facts(&mut self, worker: &dyn RenderWorker, file: &str, decoding: MapDecoding) -> Option<Result<MapFacts, String>> {
         let asked_file = file.to_owned();
         self.maps
             .get(worker, &(decoding, file.to_owned()), move |session| {

@@ -28,7 +28,7 @@ const ROWS_ABOVE: f32 = 3.0;
 pub(crate) struct SourcePage {
     /// The chosen language; `None`: WGSL.
     language: Option<Language>,
-    /// The feature to highlight.
+    /// The name of the feature to highlight.
     feature: Option<String>,
     /// Whether only the lines of the highlighted feature are shown.
     shows_only_feature: bool,
@@ -42,7 +42,7 @@ pub(crate) struct SourcePage {
     match_index: usize,
     /// The last search: the source that was searched, the text that was sought, and the lines (from 0) that contain it.
     matches: Option<(Arc<ModuleText>, String, Vec<u32>)>,
-    /// A feature requested by another panel, until the user chooses a feature.
+    /// The name of a feature requested by another panel, until the user chooses a feature.
     requested: Option<String>,
     /// The source in which the page has already jumped to the requested feature.
     jumped_in: Option<Arc<ModuleText>>,
@@ -113,10 +113,11 @@ impl SourcePage {
         let found = self
             .requested
             .as_ref()
-            .and_then(|requested| text.features.iter().position(|(name, lines)| belongs_to(name, requested) && *lines > 0));
-        if let Some(feature) = found {
+            .and_then(|requested| text.features.iter().position(|(name, line_count)| belongs_to(name, requested) && *line_count > 0));
+        if let Some(feature_index) = found {
             self.jumped_in = Some(Arc::clone(text));
-            self.go_to(text, feature, None);
+            let last_start = None;
+            self.go_to(text, feature_index, last_start);
         }
     }
 
@@ -178,23 +179,24 @@ impl SourcePage {
             ui.spacing_mut().button_padding = vec2(5.0, 1.0);
             ui.spacing_mut().interact_size.y = 16.0;
             ui.horizontal_wrapped(|ui| {
-                let mut features_with_lines: Vec<_> = text.features.iter().enumerate().filter(|(_, (_, lines))| *lines > 0).collect();
+                let mut features_with_lines: Vec<_> =
+                    text.features.iter().enumerate().filter(|(_, (_, line_count))| *line_count > 0).collect();
                 // Negated features come last, and only on request.
                 let is_negated = |name: &str| name.starts_with("not ");
                 features_with_lines.sort_by_key(|(_, (name, _))| is_negated(name));
                 let negated_count = features_with_lines.iter().filter(|(_, (name, _))| is_negated(name)).count();
                 self.shows_negated |= self.feature.as_deref().is_some_and(is_negated);
-                for (feature, (name, lines)) in features_with_lines {
+                for (feature_index, (name, line_count)) in features_with_lines {
                     if is_negated(name) && !self.shows_negated {
                         continue;
                     }
                     let is_chosen = self.feature.as_ref() == Some(name);
-                    let label = RichText::new(format!("{name} {lines}")).size(SMALL_TEXT_POINTS).color(feature_colour(name, is_dark));
-                    let hover = text!("source-feature-hint", lines = lines, name = name);
+                    let label = RichText::new(format!("{name} {line_count}")).size(SMALL_TEXT_POINTS).color(feature_colour(name, is_dark));
+                    let hover = text!("source-feature-hint", lines = line_count, name = name);
                     if ui.selectable_label(is_chosen, label).on_hover_text(hover).clicked() {
                         self.requested = None;
                         let last_start = self.run_start.filter(|_| is_chosen);
-                        self.go_to(text, feature, last_start);
+                        self.go_to(text, feature_index, last_start);
                     }
                 }
                 if negated_count > 0 {
@@ -214,10 +216,10 @@ impl SourcePage {
         });
     }
 
-    /// Highlights a feature (given by its index) and jumps to its longest run of consecutive lines. With `last_start`, the first line of a run, jumps to the
-    /// feature's next run instead.
-    fn go_to(&mut self, text: &ModuleText, feature: usize, last_start: Option<usize>) {
-        let has_feature = |line: usize| text.lines.get(line).is_some_and(|l| usize::from(l.feature) == feature);
+    /// Highlights a feature and jumps to its longest run of consecutive lines. With `last_start`, the first line of a run, jumps to the feature's next run
+    /// instead.
+    fn go_to(&mut self, text: &ModuleText, feature_index: usize, last_start: Option<usize>) {
+        let has_feature = |line: usize| text.lines.get(line).is_some_and(|l| usize::from(l.feature_index) == feature_index);
         let starts: Vec<usize> = (0..text.lines.len()).filter(|i| has_feature(*i) && (*i == 0 || !has_feature(i - 1))).collect();
         let length = |start: usize| (start..text.lines.len()).take_while(|i| has_feature(*i)).count();
         let next = match last_start {
@@ -225,18 +227,18 @@ impl SourcePage {
             // The first lines of a feature are usually declarations; its longest run is its code. Of runs of equal length, the first is taken.
             None => starts.iter().rev().max_by_key(|start| length(**start)),
         };
-        self.feature = text.features.get(feature).map(|(name, _)| name.clone());
+        self.feature = text.features.get(feature_index).map(|(name, _)| name.clone());
         self.run_start = next.copied();
         self.scroll_line = next.map(|start| *start as u32);
     }
 
     /// Shows the list of lines, and handles its keys.
     fn lines(&mut self, ui: &mut Ui, text: &ModuleText) {
-        let highlighted = self.feature.as_ref().and_then(|chosen| text.features.iter().position(|(name, _)| name == chosen));
+        let highlighted_index = self.feature.as_ref().and_then(|chosen| text.features.iter().position(|(name, _)| name == chosen));
         // The lines that are rows of the list; `None`: all lines.
-        let rows: Option<Vec<usize>> = highlighted
+        let rows: Option<Vec<usize>> = highlighted_index
             .filter(|_| self.shows_only_feature)
-            .map(|feature| (0..text.lines.len()).filter(|line| usize::from(text.lines[*line].feature) == feature).collect());
+            .map(|index| (0..text.lines.len()).filter(|line| usize::from(text.lines[*line].feature_index) == index).collect());
         let row_count = rows.as_ref().map_or(text.lines.len(), Vec::len);
         let font = egui::FontId::monospace(FONT_POINTS);
         ui.spacing_mut().item_spacing.y = 0.0;
@@ -251,7 +253,7 @@ impl SourcePage {
             area = area.vertical_scroll_offset((row_of(line as usize) as f32 * row_height - ROWS_ABOVE * row_height).max(0.0));
         }
         let has_margin = !text.features.is_empty();
-        let mut chosen_feature = None;
+        let mut chosen_index = None;
         let mut list_rect = ui.available_rect_before_wrap();
         list_rect.set_height(list_rect.height().max(MIN_LIST_HEIGHT));
         let tab_stop = ui.interact(list_rect, ui.scope_id().with("lines"), Sense::focusable_noninteractive());
@@ -263,7 +265,7 @@ impl SourcePage {
             self.cursor_line = rows.as_ref().map_or(cursor_row, |r| r[cursor_row]);
         }
         if tab_stop.has_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
-            chosen_feature = text.lines.get(self.cursor_line).filter(|_| has_margin).map(|line| usize::from(line.feature));
+            chosen_index = text.lines.get(self.cursor_line).filter(|_| has_margin).map(|line| usize::from(line.feature_index));
         }
         area.show_rows(ui, row_height, row_count, |ui, range| {
             let is_dark = ui.visuals().dark_mode;
@@ -281,44 +283,51 @@ impl SourcePage {
                     ui.spacing_mut().item_spacing.x = 4.0;
                     if has_margin {
                         let index_above = (row > range.start).then(|| rows.as_ref().map_or(row - 1, |r| r[row - 1]));
-                        let is_first =
-                            index_above.and_then(|above| text.lines.get(above)).is_none_or(|above| above.feature != line.feature);
-                        if self.margin(ui, text, line_index, row_height, is_first, highlighted) {
-                            chosen_feature = Some(usize::from(line.feature));
+                        let line_above = index_above.and_then(|above| text.lines.get(above));
+                        let is_first = line_above.is_none_or(|above| above.feature_index != line.feature_index);
+                        if self.margin(ui, text, line_index, row_height, is_first, highlighted_index) {
+                            chosen_index = Some(usize::from(line.feature_index));
                         }
                     }
                     let label = ui.add(egui::Label::new(layout_job(line_index + 1, &line.text, &self.needle, &font, is_dark)).extend());
                     if tab_stop.has_focus() && row == cursor_row {
                         ui.painter().rect_stroke(label.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
                         ui.ctx().accesskit_node_builder(tab_stop.id, |list| list.set_active_descendant(label.id.accesskit_id()));
-                        let feature = text.features.get(usize::from(line.feature)).filter(|_| has_margin);
-                        if let Some((feature, _)) = feature {
-                            ui.ctx().accesskit_node_builder(label.id, |node| {
-                                node.set_description(text!("source-needed-by", feature = feature))
-                            });
+                        let feature = text.features.get(usize::from(line.feature_index)).filter(|_| has_margin);
+                        if let Some((name, _)) = feature {
+                            ui.ctx()
+                                .accesskit_node_builder(label.id, |node| node.set_description(text!("source-needed-by", feature = name)));
                         }
                     }
                 });
             }
         });
-        if let Some(feature) = chosen_feature {
-            self.feature = text.features.get(feature).map(|(name, _)| name.clone());
+        if let Some(index) = chosen_index {
+            self.feature = text.features.get(index).map(|(name, _)| name.clone());
         }
     }
 
     /// Shows the feature of a line in the margin. `height`: of the line, points. `is_first`: whether the line is the first visible line of its run, so that
-    /// the margin also shows the feature's name, unless names are hidden. `highlighted`: index of the highlighted feature. Returns whether the margin was
+    /// the margin also shows the feature's name, unless names are hidden. `highlighted_index`: of the highlighted feature. Returns whether the margin was
     /// clicked.
-    fn margin(&self, ui: &mut Ui, text: &ModuleText, line_index: usize, height: f32, is_first: bool, highlighted: Option<usize>) -> bool {
+    fn margin(
+        &self,
+        ui: &mut Ui,
+        text: &ModuleText,
+        line_index: usize,
+        height: f32,
+        is_first: bool,
+        highlighted_index: Option<usize>,
+    ) -> bool {
         let Some(line) = text.lines.get(line_index) else { return false };
-        let Some((name, _)) = text.features.get(usize::from(line.feature)) else { return false };
+        let Some((name, _)) = text.features.get(usize::from(line.feature_index)) else { return false };
         let width = if self.hides_names { STRIPE_POINTS } else { MARGIN_POINTS };
         // The list is the Tab stop, so the margin of a line is not.
         let (rect, response) = ui.allocate_exact_size(Vec2::new(width, height), Sense::CLICK);
         let colour = feature_colour(name, ui.visuals().dark_mode);
         let stripe = egui::Rect::from_min_size(egui::pos2(rect.right() - STRIPE_POINTS, rect.top()), vec2(STRIPE_POINTS, height));
         ui.painter().rect_filled(stripe, 0.0, colour);
-        if highlighted == Some(usize::from(line.feature)) {
+        if highlighted_index == Some(usize::from(line.feature_index)) {
             ui.painter().rect_filled(rect, 0.0, colour.gamma_multiply(HIGHLIGHT_OPACITY));
         }
         if is_first {

@@ -165,7 +165,7 @@ fn texture_table(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspect
             match (map, ring_table) {
                 (Some((file, decoding)), _) => {
                     ui.label(file);
-                    match panel.queries.map(inspected.worker, file, decoding) {
+                    match panel.queries.map_facts(inspected.worker, file, decoding) {
                         Some(Ok(facts)) => {
                             ui.label(text!(
                                 "values-map",

@@ -34,8 +34,8 @@ pub(crate) struct ImageOptions {
 pub enum FrameViews {
     /// One view, whose displayed time advances by `step_s` seconds from frame to frame; a negative step goes back in time.
     Steps { view: Box<ViewState>, step_s: f64 },
-    /// A tour at `rate` frames per second, drawn at this quality instead of the tour's own.
-    Tour { tour: Arc<Tour>, rate: u32, quality: Quality },
+    /// A tour, drawn at this quality instead of the tour's own.
+    Tour { tour: Arc<Tour>, frames_per_s: u32, quality: Quality },
 }
 
 impl FrameViews {
@@ -43,7 +43,9 @@ impl FrameViews {
     fn view(&self, frame: u32) -> ViewState {
         match self {
             Self::Steps { view, step_s } => ViewState { tdb_s: view.tdb_s + f64::from(frame) * step_s, ..(**view).clone() },
-            Self::Tour { tour, rate, quality } => ViewState { quality: *quality, ..tour.at(f64::from(frame) / f64::from(*rate)).view },
+            Self::Tour { tour, frames_per_s, quality } => {
+                ViewState { quality: *quality, ..tour.at(f64::from(frame) / f64::from(*frames_per_s)).view }
+            }
         }
     }
 }
@@ -84,25 +86,30 @@ pub(crate) struct Export {
 }
 
 impl Export {
-    /// An export that writes each frame to a file of its own. `name`: a file name, which may contain a placeholder for the frame number. `count`: number of
-    /// frames.
+    /// An export that writes each frame to a file of its own. `name`: a file name, which may contain a placeholder for the frame number.
     ///
     /// # Errors
     /// If the name's placeholder for the frame number is invalid; the message explains how to write it.
-    pub(crate) fn sequence(views: FrameViews, name: &str, count: u32, options: ImageOptions) -> Result<Self, String> {
-        let files = free_sequence(name, count).map_err(|e| error_text(&e))?;
-        Ok(Self::new(views, ExportOutput::Files(files), count, options))
+    pub(crate) fn sequence(views: FrameViews, name: &str, frame_count: u32, options: ImageOptions) -> Result<Self, String> {
+        let files = free_sequence(name, frame_count).map_err(|e| error_text(&e))?;
+        Ok(Self::new(views, ExportOutput::Files(files), frame_count, options))
     }
 
-    /// An export of `count` frames as one animation at `rate` frames per second.
+    /// An export of all frames as one animation.
     ///
     /// # Errors
     /// If the extension is not that of an animation format, the format does not support the size or the rate, all frames together have more
     /// than [`MAX_ANIMATION_PIXELS`], or no file can be written in the folder.
-    pub(crate) fn animation(views: FrameViews, name: &str, count: u32, rate: u32, options: ImageOptions) -> Result<Self, String> {
+    pub(crate) fn animation(
+        views: FrameViews,
+        name: &str,
+        frame_count: u32,
+        frames_per_s: u32,
+        options: ImageOptions,
+    ) -> Result<Self, String> {
         let file_format = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
         let [width, height] = options.size_px;
-        if f64::from(width) * f64::from(height) * f64::from(count) > MAX_ANIMATION_PIXELS {
+        if f64::from(width) * f64::from(height) * f64::from(frame_count) > MAX_ANIMATION_PIXELS {
             return Err(text!("export-too-large", millions = decimal(MAX_ANIMATION_PIXELS / 1e6, 0)));
         }
         // The file itself is written after the last frame; a frame takes up to minutes.
@@ -110,9 +117,9 @@ impl Export {
             try_output_path(&file).map_err(|e| error_text(&e))?;
         }
         let bytes = SharedBytes::default();
-        let writer = AnimationWriter::new(bytes.clone(), file_format, (width, height), count, rate).map_err(|e| error_text(&e))?;
-        let animation = AnimationInProgress { writer, bytes, name: name.to_owned() };
-        Ok(Self::new(views, ExportOutput::Animation(Some(Box::new(animation))), count, options))
+        let writer = AnimationWriter::new(bytes.clone(), file_format, (width, height), frame_count, frames_per_s);
+        let animation = AnimationInProgress { writer: writer.map_err(|e| error_text(&e))?, bytes, name: name.to_owned() };
+        Ok(Self::new(views, ExportOutput::Animation(Some(Box::new(animation))), frame_count, options))
     }
 
     fn new(views: FrameViews, output: ExportOutput, frame_count: u32, options: ImageOptions) -> Self {
@@ -173,16 +180,18 @@ impl Export {
 
     /// Asks the query worker to draw and write the next frame.
     fn start_next_frame(&mut self, worker: &dyn RenderWorker) {
-        let (views, number, options) = (Arc::clone(&self.views), self.finished_count, self.options);
-        let is_last = number + 1 == self.frame_count;
+        // The number of the frame, from 0.
+        let frame = self.finished_count;
+        let (views, options) = (Arc::clone(&self.views), self.options);
+        let is_last = frame + 1 == self.frame_count;
         self.pending_frame = match &mut self.output {
             ExportOutput::Files(files) => {
-                let file = files.path(number);
-                ask(worker, move |session| Ok((Some(save(session, &views.view(number), options, std::iter::once(file))?), None)))
+                let file = files.path(frame);
+                ask(worker, move |session| Ok((Some(save(session, &views.view(frame), options, std::iter::once(file))?), None)))
             }
             ExportOutput::Animation(animation) => {
                 let Some(animation) = animation.take() else { return };
-                ask(worker, move |session| add_frame(session, animation, &views.view(number), options, is_last))
+                ask(worker, move |session| add_frame(session, animation, &views.view(frame), options, is_last))
             }
         };
     }

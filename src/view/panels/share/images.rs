@@ -62,9 +62,9 @@ pub(super) struct FrameTimes {
 
 /// The times of frames that span the chosen event; `None` unless the displayed time is near the event.
 fn frames_of_event(interface: &Interface) -> Option<FrameTimes> {
-    // `destination`: of a flight, if there is one. `home`: the user's place on the Earth, at which an event may be shorter.
-    let view = interface.viewer.destination();
-    let playback = interface.events.playback_of_chosen(&view.camera_pose, interface.information.home)?;
+    let view = interface.viewer.view_after_flight();
+    // At the observer's place an event may be shorter than for the entire Earth.
+    let playback = interface.events.playback_of_chosen(&view.camera_pose, interface.information.observer_place)?;
     let step_s = (playback.end_tdb_s - playback.start_tdb_s) / f64::from(interface.share.frame_count.max(2) - 1);
     playback.is_near(view.tdb_s).then_some(FrameTimes { start_tdb_s: playback.start_tdb_s, step_s })
 }

@@ -42,7 +42,7 @@ pub(crate) struct SharePanel {
     frame_count: u32,
     /// Displayed time between two frames, seconds; negative to go back in time.
     step_s: f64,
-    /// Whether the frames span the chosen event instead, while the displayed time is near it.
+    /// Whether the frames span the chosen event while the displayed time is near this event; `step_s` then has no effect.
     wants_event_span: bool,
     animation: Animation,
     /// The image that is being drawn and written.
@@ -137,7 +137,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 /// Shows the controls for links and view files.
 fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, actions: &mut Vec<Action>) {
     ui.strong(text!("share-view"));
-    let link = interface.viewer.shareable().to_link();
+    let link = interface.viewer.shareable_view().to_link();
     ui.horizontal(|ui| {
         let copy = icons::button(ui, Icon::Link, text!("share-copy-link"));
         if ui.add(copy).on_hover_text(text!("share-copy-link-hint")).clicked() {
@@ -159,7 +159,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         dialog::button(interface, ui, FileField::View);
         let path = PathBuf::from(&interface.share.view_file_name);
         if ui.button(text!("share-save-view")).on_hover_text(text!("share-save-view-hint")).clicked() {
-            let json = interface.viewer.shareable().to_json();
+            let json = interface.viewer.shareable_view().to_json();
             let write = |names| write_new(names, FileAccess::All, |out| out.write_all(json.as_bytes())).map_err(|e| error_text(&e));
             let written = candidate_names(&interface.share.view_file_name).map_err(|e| error_text(&e)).and_then(write);
             if let Ok(path) = &written {
@@ -207,7 +207,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     } else if wants_image {
         match candidate_names(&panel.image_file_name) {
             Ok(files) => {
-                let (view, options) = (interface.viewer.shareable(), panel.image_options);
+                let (view, options) = (interface.viewer.shareable_view(), panel.image_options);
                 panel.saving = Some(ask(worker, move |session| export::save(session, &view, options, files)));
                 interface.show_reply(text!("share-saving", width = options.size_px[0], height = options.size_px[1]));
             }
@@ -239,9 +239,9 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
 fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String> {
     let panel = &interface.share;
     let Animation { file_name, options, frames_per_s, is_centred_on_displayed_time } = &panel.animation;
-    let view = interface.viewer.shareable();
+    let view = interface.viewer.shareable_view();
     let event_frames = images::chosen_frames_of_event(interface);
-    // The frames from a time on, or those of the chosen event.
+    // The frames from a time on, at the panel's interval; those of the chosen event instead, if they are to span it.
     let frames_from = |tdb_s: f64| {
         let FrameTimes { start_tdb_s, step_s } = event_frames.unwrap_or(FrameTimes { start_tdb_s: tdb_s, step_s: panel.step_s });
         FrameViews::Steps { view: Box::new(ViewState { tdb_s: start_tdb_s, ..view.clone() }), step_s }
@@ -257,7 +257,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
             let tour = interface.tour.current_tour().ok_or(text!("share-no-tour"))?;
             let frame_count = ((tour.length_s() * f64::from(*frames_per_s)).ceil() as u32).max(1);
             Export::animation(
-                FrameViews::Tour { tour, rate: *frames_per_s, quality: view.quality },
+                FrameViews::Tour { tour, frames_per_s: *frames_per_s, quality: view.quality },
                 file_name,
                 frame_count,
                 *frames_per_s,
@@ -270,7 +270,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
 /// Shows the bookmarks, a field that adds one, and the recent views.
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.strong(text!("bookmarks"));
-    let default_name = interface.name_of_view(&interface.viewer.destination());
+    let default_name = interface.name_of_view(&interface.viewer.view_after_flight());
     ui.horizontal_wrapped(|ui| {
         let field = ui.add(TextEdit::singleline(&mut interface.share.bookmark_name).hint_text(&default_name).desired_width(180.0));
         let enter_pressed = is_entered(&field.on_hover_text(text!("bookmarks-name")), &interface.share.bookmark_name);
@@ -278,7 +278,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
         if ui.add(add).on_hover_text(text!("bookmarks-add-hint")).clicked() || enter_pressed {
             let typed = std::mem::take(&mut interface.share.bookmark_name);
             let name = if typed.trim().is_empty() { default_name.clone() } else { typed.trim().to_owned() };
-            interface.settings.bookmarks.push(Bookmark { name, view: interface.viewer.shareable() });
+            interface.settings.bookmarks.push(Bookmark { name, view: interface.viewer.shareable_view() });
         }
     });
     let mut removed_index = None;

@@ -1,13 +1,13 @@
 //! Optical depth of the air above the ground along a straight line, as a polynomial.
 //!
-//! In: the atmosphere's uniforms. Out: the uniform `air_ground_depth` of shaders/lib/air/ground_depth.wesl: per channel, the coefficients of t, t², and so on,
-//! where t = 1 / (1 + slope cos z) and z is the zenith angle. Always: the air is taken to extend upwards without limit, because the air above an atmosphere's
-//! top is negligible. Relative error of the opacity 1 - exp(-depth) against quadrature: under 6e-5 for any body of the catalog, above its ground and above its
-//! clouds, and under 2e-3 for the invented atmospheres of the tests below.
+//! In: the atmosphere's uniforms. Out: the uniform `air_optical_depth_above_ground` of shaders/lib/air/optical_depth_above.wesl: per channel, the coefficients
+//! of t, t², and so on, where t = 1 / (1 + slope cos z) and z is the zenith angle. Always: the air is taken to extend upwards without limit, because the air
+//! above an atmosphere's top is negligible. Relative error of the opacity 1 - exp(-depth) against quadrature: under 6e-5 for any body of the catalog, above its
+//! ground and above its clouds, and under 2e-3 for the invented atmospheres of the tests below.
 
 use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera;
-use crate::scene::constants::{ERFCX_SLOPE, GROUND_DEPTH_TERMS as TERMS};
+use crate::scene::constants::{ERFCX_SLOPE, OPTICAL_DEPTH_TERMS as TERMS};
 use crate::scene::draw::AtmosphereUniforms;
 use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec3, Vec4};
@@ -160,8 +160,11 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
 mod tests {
     use super::*;
 
+    const ZENITH_COSINE: f64 = 1.0;
+    const HORIZON_COSINE: f64 = 0.0;
+
     /// The optical depth by the polynomial.
-    fn value(rows: &[Vec4; TERMS], cos_zenith: f64) -> DVec3 {
+    fn fitted_depth(rows: &[Vec4; TERMS], cos_zenith: f64) -> DVec3 {
         let t = 1.0 / (1.0 + f64::from(rows[0].w) * cos_zenith);
         rows.iter().rev().fold(DVec3::ZERO, |sum, row| (sum + row.truncate().as_dvec3()) * t)
     }
@@ -171,7 +174,7 @@ mod tests {
         let (rows, exact) = (terms(air), DepthIntegral::of(air, 200));
         let steps = (0..=400).map(|k| f64::from(k) / 400.0);
         let relative_error = |cos: f64| {
-            let (fitted, truth) = (value(&rows, cos), exact.depth(cos));
+            let (fitted, truth) = (fitted_depth(&rows, cos), exact.depth(cos));
             let opacity = |d: DVec3| 1.0 - (-d).exp();
             ((opacity(fitted) - opacity(truth)).abs() / opacity(truth).max(DVec3::splat(1e-12))).max_element()
         };
@@ -184,9 +187,10 @@ mod tests {
         let mut bodies = 0;
         for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
             let clouds = body.clouds.as_ref().map(|c| crate::scene::atmosphere::clouds::shell_scale(body, c));
-            for floor in std::iter::once(1.0).chain(clouds) {
-                let error = error(&crate::scene::atmosphere::air::uniforms(body, floor));
-                assert!(error < 6e-5, "{} at {floor}: {error:e}", body.name);
+            let ground_scale = 1.0;
+            for floor_scale in std::iter::once(ground_scale).chain(clouds) {
+                let error = error(&crate::scene::atmosphere::air::uniforms(body, floor_scale));
+                assert!(error < 6e-5, "{} at {floor_scale}: {error:e}", body.name);
             }
             bodies += 1;
         }
@@ -195,31 +199,32 @@ mod tests {
 
     #[test]
     fn invented_atmospheres_keep_the_bound_and_no_air_has_no_depth() {
-        let invented = |gas: f32, haze: f32, extinction: [f32; 3], layer: Vec3| AtmosphereUniforms {
-            rayleigh_scale_height: gas,
-            rayleigh_extinction: Vec3::splat(extinction[0] / gas),
-            mie_scale_height: haze,
-            mie_extinction: Vec3::splat(extinction[1] / haze),
+        // `depths`: vertical optical depths of gas and haze, and about four times that of the layer. `layer`: |p|² - 1 at its lower edge, middle and top.
+        let invented = |[gas_scale_height, haze_scale_height]: [f32; 2], depths: [f32; 3], layer: Vec3| AtmosphereUniforms {
+            rayleigh_scale_height: gas_scale_height,
+            rayleigh_extinction: Vec3::splat(depths[0] / gas_scale_height),
+            mie_scale_height: haze_scale_height,
+            mie_extinction: Vec3::splat(depths[1] / haze_scale_height),
             absorption_layer: layer,
-            absorption_extinction: Vec3::splat(extinction[2] / (layer.z - layer.x)),
+            absorption_extinction: Vec3::splat(depths[2] / (layer.z - layer.x)),
             ..AtmosphereUniforms::default()
         };
         let high = Vec3::new(0.0031, 0.0078, 0.0126);
-        for (gas, haze) in [(1.25e-3, 1.25e-3), (1.25e-3, 1.9e-4), (1.25e-3, 5e-5), (0.05, 0.01), (2e-4, 2e-4)] {
-            for extinction in [[0.01, 0.0, 0.0], [0.3, 0.1, 0.05], [0.0, 3.0, 0.0], [1e-4, 0.0, 1.0], [20.0, 1.0, 0.0]] {
+        for scale_heights in [[1.25e-3, 1.25e-3], [1.25e-3, 1.9e-4], [1.25e-3, 5e-5], [0.05, 0.01], [2e-4, 2e-4]] {
+            for depths in [[0.01, 0.0, 0.0], [0.3, 0.1, 0.05], [0.0, 3.0, 0.0], [1e-4, 0.0, 1.0], [20.0, 1.0, 0.0]] {
                 // The layer reaches the ground in the second case.
                 for layer in [high, Vec3::new(0.0, 0.002, 0.004)] {
-                    let error = error(&invented(gas, haze, extinction, layer));
-                    assert!(error < 2e-3, "{gas} {haze} {extinction:?} {layer}: {error:e}");
+                    let error = error(&invented(scale_heights, depths, layer));
+                    assert!(error < 2e-3, "{scale_heights:?} {depths:?} {layer}: {error:e}");
                 }
             }
         }
-        let none = terms(&invented(1.25e-3, 1.25e-3, [0.0; 3], high));
+        let none = terms(&invented([1.25e-3; 2], [0.0; 3], high));
         assert!(none.iter().all(|row| row.truncate() == Vec3::ZERO));
         // Air so thin that its transmittance rounds to 1.
         for thin in [1e-19, 1e-30, 1e-36] {
-            let rows = terms(&invented(1.25e-3, 1.25e-3, [thin, 0.0, 0.0], high));
-            let depth = value(&rows, 1.0).x;
+            let rows = terms(&invented([1.25e-3; 2], [thin, 0.0, 0.0], high));
+            let depth = fitted_depth(&rows, ZENITH_COSINE).x;
             assert!(rows.iter().all(|row| row.is_finite()) && (0.0..2.0 * f64::from(thin)).contains(&depth.abs()), "{thin:e}: {depth:e}");
             assert!(thin < 1e-20 || (depth / f64::from(thin) - 1.0).abs() < 0.01, "{thin:e}: {depth:e}");
         }
@@ -230,17 +235,18 @@ mod tests {
     fn the_columns_have_their_closed_forms() {
         let nodes = gauss_legendre(NODES);
         for scale_height in [2e-4, 1.25e-3, 0.02] {
-            assert!((exponential_column(scale_height, 1.0, &nodes) / scale_height - 1.0).abs() < 1e-9);
+            assert!((exponential_column(scale_height, ZENITH_COSINE, &nodes) / scale_height - 1.0).abs() < 1e-9);
             // Horizontal: H sqrt(pi x / 2) (1 + 3 / (8 x)) for the scale height H = 1 / x in radii.
             let x = 1.0 / scale_height;
             let grazing = scale_height * (0.5 * PI * x).sqrt() * (1.0 + 0.375 / x);
-            let error = exponential_column(scale_height, 0.0, &nodes) / grazing - 1.0;
+            let error = exponential_column(scale_height, HORIZON_COSINE, &nodes) / grazing - 1.0;
             assert!(error.abs() < 0.2 / (x * x), "{scale_height}: {error:e}");
         }
         let knots = DVec3::new(2e-4, 4e-4, 6e-4);
-        assert!((layer_column(knots, 1.0, &gauss_legendre(2)) / 1e-4 - 1.0).abs() < 1e-3);
+        assert!((layer_column(knots, ZENITH_COSINE, &gauss_legendre(2)) / 1e-4 - 1.0).abs() < 1e-3);
         // Twice as long at 60 degrees, less the curvature.
-        let slanted = layer_column(knots, 0.5, &gauss_legendre(2)) / layer_column(knots, 1.0, &gauss_legendre(2));
+        let cos_60_deg = 0.5;
+        let slanted = layer_column(knots, cos_60_deg, &gauss_legendre(2)) / layer_column(knots, ZENITH_COSINE, &gauss_legendre(2));
         assert!((slanted - 2.0).abs() < 2e-3, "{slanted}");
     }
 }

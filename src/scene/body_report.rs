@@ -48,7 +48,7 @@ impl SubPoint {
 /// One body of the frame: its appearance to the viewer, and the decisions about it. `explain --json` prints a new field without further code. JSON keeps two
 /// names of earlier versions.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct BodyInView {
+pub struct BodyReport {
     /// Its NAIF code.
     pub id: NaifId,
     /// As in the catalog.
@@ -89,8 +89,9 @@ pub struct BodyInView {
     pub invented: Vec<(String, Reason)>,
 }
 
-impl BodyInView {
-    /// Whether size, phase, magnitude and sub-observer point are defined: they are neither if the camera is at the body's centre nor if its place is unknown.
+impl BodyReport {
+    /// Whether size, phase, magnitude and sub-observer point are defined. They are not if the camera is at the body's centre, or if the ephemeris could not
+    /// place the body.
     pub fn is_seen_from_outside(&self) -> bool {
         self.distance_km > 0.0
     }
