@@ -70,8 +70,8 @@ fn numbers_between(text: &str, before: &str, after: &str) -> Vec<f64> {
     text.split(before).skip(1).filter_map(|rest| rest.split_once(after)?.0.parse().ok()).collect()
 }
 
-/// What the reason of a metered exposure says of the main subject: luminance in cd/m2, the level at which it is shown, and its aim; and the stops by which other
-/// subjects and a limit move it from its aim.
+/// What the reason of a metered exposure says: luminance of the main subject in cd/m2, the level at which it is shown, and its aim; and the stops by which
+/// other subjects and a limit move it from its aim.
 fn metered_levels(reason: &str) -> ([f64; 3], Vec<f64>) {
     let number = |before: &str, after: &str| numbers_between(reason, before, after).first().copied();
     let luminance_cd_m2 = number("metered at ", " cd/m2").expect(reason);
