@@ -1,4 +1,4 @@
-//! Numerical methods that several modules of `scene` use.
+//! Numerical methods, and a format of numbers, that several modules of `scene` use.
 
 use std::f64::consts::PI;
 
@@ -36,6 +36,13 @@ pub(crate) fn smooth_rise((start, end): (f64, f64), value: f64) -> f64 {
     smoothstep((value - start) / (end - start))
 }
 
+/// A number with this many significant digits, without trailing zeros after the decimal point; at most nine decimals, and no digit before the point is dropped.
+pub(crate) fn with_significant_digits(number: f64, digits: i32) -> String {
+    let decimals = (f64::from(digits) - 1.0 - number.abs().max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{number:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,6 +59,21 @@ mod tests {
             // With more than 8 nodes the error of the next degree is too small for this test.
             assert!((power(degree + 1) - 1.0 / f64::from(degree + 2)).abs() > 1e-12 || count > 8);
             assert!(nodes.windows(2).all(|w| w[0].0 < w[1].0));
+        }
+    }
+
+    #[test]
+    fn numbers_have_their_significant_digits() {
+        for (number, digits, text) in [
+            (1234.5, 3, "1234"),
+            (12.345, 3, "12.3"),
+            (0.5, 3, "0.5"),
+            (0.001_26, 2, "0.0013"),
+            (100.0, 2, "100"),
+            (-2.0, 3, "-2"),
+            (0.0, 3, "0"),
+        ] {
+            assert_eq!(with_significant_digits(number, digits), text);
         }
     }
 

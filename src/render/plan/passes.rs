@@ -85,7 +85,8 @@ pub enum ShadingRate {
     /// Each pixel's centre.
     #[default]
     PerPixel,
-    /// The draw adds light without fine structure. A renderer may interpolate it between fewer points where the error is at most about a 500th of the light.
+    /// The draw adds light without fine structure. A renderer may interpolate it between fewer points where the error is at most about a 500th of the light
+    /// that the draw adds to the pixel.
     Interpolated,
 }
 
@@ -138,8 +139,8 @@ pub struct PlanDraw {
 pub enum ColourFormat {
     /// Linear HDR target. The GPU renderer may store it in half floats.
     Hdr,
-    /// Linear HDR target that needs f32, because its radiances are below the range of half floats, such as those of a night sky, or, at an exposure shorter
-    /// than that of the Sun, above it.
+    /// Linear HDR target that needs f32, because some of its radiances are outside the range of half floats: below it, such as those of a night sky; or above
+    /// it, if the exposure is so short that even the Sun's disc is not white.
     HdrF32,
     /// Bytes that the shader has already encoded: display values, or masks.
     Rgba8Unorm,
@@ -169,7 +170,7 @@ impl Pass {
     }
 }
 
-/// Which images a renderer returns in the frame.
+/// Which images a renderer returns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameImages {
     /// The display image.

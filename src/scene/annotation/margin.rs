@@ -10,6 +10,7 @@ use crate::catalog::Catalog;
 use crate::message::{Argument, TextLanguage, message};
 use crate::scene::body_report::BodyReport;
 use crate::scene::camera::sphere::ImageProjection;
+use crate::scene::numeric::with_significant_digits;
 use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::units::KM_PER_AU;
 use glam::DVec2;
@@ -60,6 +61,8 @@ const NEEDLE_STEPS: u32 = 10;
 const MIN_POLE_SINE: f64 = 0.02;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
 const MIN_DISC_PX: f64 = 20.0;
+/// Significant digits of lengths and angles.
+const SIGNIFICANT_DIGITS: i32 = 3;
 
 impl Margin {
     /// The margin of an image.
@@ -278,19 +281,12 @@ fn grouped(number: f64) -> String {
 /// A length as text, in millimetres, metres, kilometres or astronomical units. A length that rounds to 1000 of a unit is given in the next one.
 fn length_text(km: f64) -> String {
     match km {
-        _ if km < 999.5e-6 => format!("{} mm", significant(km * 1e6)),
-        _ if km < 999.5e-3 => format!("{} m", significant(km * 1e3)),
-        _ if km < 999.5 => format!("{} km", significant(km)),
+        _ if km < 999.5e-6 => format!("{} mm", with_significant_digits(km * 1e6, SIGNIFICANT_DIGITS)),
+        _ if km < 999.5e-3 => format!("{} m", with_significant_digits(km * 1e3, SIGNIFICANT_DIGITS)),
+        _ if km < 999.5 => format!("{} km", with_significant_digits(km, SIGNIFICANT_DIGITS)),
         _ if km < 0.1 * KM_PER_AU => format!("{} km", grouped(km.round())),
-        _ => format!("{} au", significant(km / KM_PER_AU)),
+        _ => format!("{} au", with_significant_digits(km / KM_PER_AU, SIGNIFICANT_DIGITS)),
     }
-}
-
-/// About three significant digits, without trailing zeros.
-fn significant(number: f64) -> String {
-    let places = (2.0 - number.abs().max(1e-9).log10().floor()).clamp(0.0, 9.0) as usize;
-    let text = format!("{number:.places$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// The largest round angle not above `max_rad`: its text, and its value in radians.
@@ -303,7 +299,7 @@ fn round_angle_below(max_rad: f64) -> (String, f64) {
         _ if deg >= 1.0 / 3600.0 => (round(3600.0 * deg, &[1.0, 2.0, 5.0, 10.0, 20.0, 30.0]), "\"", 3600.0),
         _ => (round_number_below(3600.0 * deg), "\"", 3600.0),
     };
-    (format!("{}{unit}", significant(value)), (value / per_deg).to_radians())
+    (format!("{}{unit}", with_significant_digits(value, SIGNIFICANT_DIGITS)), (value / per_deg).to_radians())
 }
 
 #[cfg(test)]

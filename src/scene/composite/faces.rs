@@ -162,8 +162,8 @@ pub(super) fn frames(
             _ => Some([0.0, 0.0, 1.0, 1.0]),
         };
         let Some([x0, y0, x1, y1]) = bounds else { continue };
-        // The rectangle in pixels of the frame, which begins one border before the face. It is widened by one border on each side, for the filter: at its start
-        // the two borders cancel, at its end they add up.
+        // The rectangle in pixels of the frame, widened by one border on each side for the filter that reads the face. The frame begins one border before the
+        // face, so in pixels of the frame the rectangle starts where the part starts in pixels of the face, and ends two borders later than it.
         let side_px = f64::from(face_px);
         let first_px = |fraction: f64| (fraction * side_px).floor().max(0.0) as u32;
         let end_px = |fraction: f64| ((fraction * side_px + 2.0 * border).ceil() as u32).min(frame_px);
@@ -173,7 +173,7 @@ pub(super) fn frames(
         let viewer = Viewer { camera: camera(axes, tan_half_fov, frame_px), ..viewer.clone() };
         frames.push(FrameRequest { request: face_request.clone(), viewer });
     }
-    // The light meter sees the middle of the image, at most the front face. Because it is not a cube face, a Sun outside its frame has no glare.
+    // The light meter sees the middle of the image, at most the front face. Unlike a cube face, it must not see the glare of a Sun outside its frame.
     let meter_half_fov_rad = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let meter_camera = Camera { is_cube_face: false, ..camera(FACE_AXES[0], meter_half_fov_rad.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: meter_camera, ..viewer } };

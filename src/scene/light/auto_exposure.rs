@@ -15,6 +15,7 @@ use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE, COST_
 use crate::scene::light::lights::{self, Reflector};
 use crate::scene::light::meter::{Meter, MeterReading, MeteredSubject};
 use crate::scene::light::night_lights;
+use crate::scene::numeric::with_significant_digits;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ExposureRequest;
@@ -171,13 +172,7 @@ fn reason_of(
     [main].into_iter().chain(others).chain(limit).collect()
 }
 
-/// A number with about this many significant digits, outside of a range with an exponent and one digit after the point.
-fn rounded(number: f64, significant: i32, plain: Range<f64>) -> Argument {
-    if !plain.contains(&number) {
-        return Argument::Number(format!("{number:.1e}"));
-    }
-    let digits = (significant - 1 - number.log10().floor() as i32).clamp(0, 4) as usize;
-    let text = format!("{number:.digits$}");
-    let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    Argument::Number(short.to_owned())
+/// A number with `digits` significant digits; outside the range `plain` with an exponent and two digits.
+fn rounded(number: f64, digits: i32, plain: Range<f64>) -> Argument {
+    Argument::Number(if plain.contains(&number) { with_significant_digits(number, digits) } else { format!("{number:.1e}") })
 }

@@ -62,12 +62,7 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaInstr>, outputs: &[SsaValue]) {
                     closed_chains.push(chain);
                 }
             }
-            SsaInstr::SkipIfNoLane { .. }
-            | SsaInstr::JumpIf { .. }
-            | SsaInstr::Jump { .. }
-            | SsaInstr::Label(_)
-            | SsaInstr::LoopStart
-            | SsaInstr::LoopEnd => {
+            other if other.is_control_flow() => {
                 closed_chains.extend(std::mem::take(&mut open_chains).into_values());
             }
             _ => {}
@@ -108,12 +103,7 @@ fn fold_negations(code: &mut Vec<SsaInstr>, outputs: &[SsaValue]) {
                 removed.insert(negation);
                 *instr = SsaInstr::Op { dst: *dst, op: Op::Fnma, args: smallvec![factors[0], factors[1], args[2]] };
             }
-            SsaInstr::SkipIfNoLane { .. }
-            | SsaInstr::JumpIf { .. }
-            | SsaInstr::Jump { .. }
-            | SsaInstr::Label(_)
-            | SsaInstr::LoopStart
-            | SsaInstr::LoopEnd => {
+            other if other.is_control_flow() => {
                 negated.clear();
             }
             _ => {}

@@ -89,12 +89,7 @@ pub(super) fn write_variables_directly(code: &mut Vec<SsaInstr>, outputs: &[SsaV
             SsaInstr::Op { dst: dst @ SsaValue::Lane(_), .. } | SsaInstr::FusedKernel { dst, .. } => {
                 computed_at.insert(*dst, index);
             }
-            SsaInstr::SkipIfNoLane { .. }
-            | SsaInstr::JumpIf { .. }
-            | SsaInstr::Jump { .. }
-            | SsaInstr::Label(_)
-            | SsaInstr::LoopStart
-            | SsaInstr::LoopEnd => {
+            other if other.is_control_flow() => {
                 computed_at.clear();
                 accessed_at.clear();
             }

@@ -85,6 +85,21 @@ pub(crate) enum SsaInstr {
     LoopEnd,
 }
 
+impl SsaInstr {
+    /// Whether the instruction is at the border of straight-line code: what is known of values before it may not hold after it.
+    pub(crate) fn is_control_flow(&self) -> bool {
+        match self {
+            Self::SkipIfNoLane { .. } | Self::JumpIf { .. } | Self::Jump { .. } | Self::Label(_) | Self::LoopStart | Self::LoopEnd => true,
+            Self::Op { .. }
+            | Self::FusedKernel { .. }
+            | Self::Assign { .. }
+            | Self::LoadUniform { .. }
+            | Self::Texture { .. }
+            | Self::TextureSize { .. } => false,
+        }
+    }
+}
+
 /// The values that an instruction reads.
 pub(crate) fn reads(instr: &SsaInstr) -> SsaValues {
     match instr {

@@ -15,8 +15,8 @@ const MAX_ITERATIONS: usize = 8;
 const MAX_UNROLLED_INSTRS: usize = 2048;
 
 impl<'m> Lowerer<'m> {
-    /// Lowers a loop without a loop, if that is possible; otherwise returns false and leaves instructions and environment as they were. `flags`: of the loop's
-    /// `break` and `continue`, both clear.
+    /// Lowers a loop as its iterations one after the other, if that is possible; otherwise returns false and leaves instructions and environment as they were.
+    /// `flags`: where `break` and `continue` mark the lanes that execute them; none yet.
     pub(super) fn unroll(
         &mut self,
         body: &'m Block,
@@ -24,7 +24,7 @@ impl<'m> Lowerer<'m> {
         break_if: Option<Handle<Expression>>,
         flags: LoopFlags,
     ) -> Result<bool> {
-        // The probe of a pixel shows the names of one iteration. Loops in loops would multiply the time of lowering.
+        // The probe of a pixel shows one value per name, so it needs a loop with one iteration in the tape. Loops in loops would multiply the time of lowering.
         if self.named_values.is_some() || !self.open_loops.is_empty() {
             return Ok(false);
         }
