@@ -66,6 +66,8 @@ impl Place {
     /// A view along a direction, with another direction upwards.
     fn view(&self, id: NaifId, direction: DVec3, up: DVec3, fov_deg: f64) -> ViewRequest {
         ViewRequest {
+            // As a target the ground would outweigh the sky.
+            target: None,
             position: self.position,
             look: Look::Along { direction, axes: Axes::BodyFixed },
             up: Up::Along { direction: up, axes: Axes::BodyFixed },
