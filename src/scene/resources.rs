@@ -6,6 +6,7 @@
 use crate::catalog::NaifId;
 use crate::ephemeris::Ephemeris;
 use crate::mesh::Mesh;
+use crate::scene::atmosphere::sky_brightness::SkyBrightnessCache;
 use crate::scene::draw::MapFiles;
 use crate::scene::draw::features::Shape;
 use crate::scene::eclipse::shadow_path::ShadowPaths;
@@ -74,6 +75,7 @@ impl Resources {
 #[derive(Debug, Default)]
 pub struct Caches {
     pub(crate) ring_tables: RingTables,
+    pub(crate) skies: SkyBrightnessCache,
     pub(crate) ring_shines: RingShineCache,
     pub(crate) shadow_paths: ShadowPaths,
     pub(crate) limb_profiles: LimbProfileCache,

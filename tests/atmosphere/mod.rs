@@ -4,6 +4,7 @@ mod air_pass;
 mod clouds;
 mod clouds_with_ground;
 mod draft;
+mod dusk;
 mod limb_profile;
 mod model_bounds;
 mod night_sky;

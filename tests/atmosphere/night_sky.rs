@@ -150,8 +150,7 @@ fn metered_cd_m2(scene: &Scene) -> f64 {
 }
 
 /// The meter counts the moonlight that is drawn: the luminance that it finds in the zenith, divided by the drawn light, is by full Moon what it is by day with
-/// the Sun as high, within a factor of 1.5 (by night it also counts a constant for the moonless sky, a fifth of the moonlight). Negative control: an image
-/// without moonlight, with the exposure for it.
+/// the Sun as high, within a factor of 1.5. Negative control: an image without moonlight, with the exposure for it.
 #[test]
 fn the_meter_finds_the_moonlight_that_is_drawn() {
     let metered_per_drawn = |time: &str, drawn_effects: &str| {

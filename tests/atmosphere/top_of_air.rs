@@ -132,7 +132,7 @@ fn the_light_of_the_night_side_does_not_jump_at_the_top_of_the_air() {
 fn the_exposure_changes_gradually_from_the_ground_into_space() {
     const MAX_STOPS: f64 = 0.8;
     const MAX_STOPS_AT_CLOUDS: f64 = 3.5;
-    let mut longest_way: f64 = 0.0;
+    let (mut longest_way, mut has_earth) = (0.0_f64, false);
     let clouds_km = clouds_of_the_earth_km();
     for (_, (body, top_km)) in bodies_with_air().into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
         let noon_deg = noon_deg(body);
@@ -150,9 +150,14 @@ fn the_exposure_changes_gradually_from_the_ground_into_space() {
             let is_gradual = elsewhere < MAX_STOPS && at_clouds < MAX_STOPS_AT_CLOUDS;
             assert!(is_gradual, "{body:?}, {degrees} degrees from noon: {elsewhere} stops in a step, at clouds {at_clouds}: {all:?}");
             longest_way = longest_way.max((all[all.len() - 1].1 - all[0].1).abs());
+            // In the dust of Mars and the haze of Titan ground and space are as bright.
+            has_earth |= body == NaifId::EARTH;
         }
     }
-    assert!(longest_way > 3.0 * MAX_STOPS, "no exposure changes by more than {longest_way} stops: the check above cannot fail");
+    assert!(
+        !has_earth || longest_way > 3.0 * MAX_STOPS,
+        "no exposure changes by more than {longest_way} stops: the check above cannot fail"
+    );
 }
 
 /// Looks straight up, or along the horizon towards the north, where no ground is in sight or only a part of the frame is ground.

@@ -7,6 +7,7 @@ use crate::catalog::{Atmosphere, Body, Species};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::extinction::{density, extinction, opacity_above, optical_depth, scattering};
 use crate::scene::atmosphere::rim;
+use crate::scene::atmosphere::sky_brightness::{SkyBrightness, SkyBrightnessCache};
 use crate::scene::atmosphere::species::{absorption_layer, mie, rayleigh, vertical_optical_depth, vertical_scattering_depth};
 use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera::{self, Placement};
@@ -19,6 +20,7 @@ use crate::scene::request::view_request::Quality;
 use crate::scene::thresholds::VISIBLE_CHANGE;
 use glam::{DVec3, DVec4, Vec2, Vec3};
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Fraction of scattered light that reaches the ground as skylight: Rayleigh scattering sends half downwards and half upwards.
 const DOWNWARD_FRACTION: f64 = 0.5;
@@ -46,7 +48,8 @@ pub(crate) fn set_night_sky(uniforms: &mut AtmosphereUniforms, air: &Atmosphere,
 const TRANSMITTANCE_STEPS: usize = 64;
 
 /// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun. Chosen by
-/// eye. Between altitudes the logarithm of the radiance is linear.
+/// eye: by day 4 times the sky's mean radiance, with the Sun 12 degrees below the horizon 40 times, so that dusk is shown darker than day. Between altitudes
+/// the logarithm of the radiance is linear.
 const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
     [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
@@ -264,17 +267,18 @@ pub(crate) struct SurroundingAir<'a> {
     pub body: &'a Body,
     air: &'a Atmosphere,
     placement: Placement,
+    skies: &'a SkyBrightnessCache,
 }
 
 impl<'a> SurroundingAir<'a> {
     /// `None` if the camera is not in the body's air.
-    pub(crate) fn of(body: &'a Body, placement: &Placement) -> Option<Self> {
+    pub(crate) fn of(body: &'a Body, placement: &Placement, skies: &'a SkyBrightnessCache) -> Option<Self> {
         let air = body.atmosphere.as_ref()?;
         // A camera inside the body, such as one at its centre, sees neither the body nor its air.
         if placement.camera_is_inside() {
             return None;
         }
-        shell(body, placement)?.camera_is_inside().then_some(Self { body, air, placement: *placement })
+        shell(body, placement)?.camera_is_inside().then_some(Self { body, air, placement: *placement, skies })
     }
 
     /// Tint of light from beyond the air: transmittance per channel divided by its mean. The draw of the sky applies the mean. `direction`: towards the
@@ -305,16 +309,41 @@ impl<'a> SurroundingAir<'a> {
         (METERED_SKY_LOG_WEIGHT_AT_TOP * in_upper_part * in_upper_part).exp()
     }
 
-    /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] interpolated at the light's altitude, times the
-    /// light's `irradiance` and [`Self::sky_weight`]. `towards`: vector from the body to the light.
+    /// The brightness of the body's sky; computed when it is first needed.
+    fn sky_brightness(&self) -> Arc<SkyBrightness> {
+        self.skies.of(self.air, self.body.radii_km.x)
+    }
+
+    /// Altitude of a light above the horizon of the camera, degrees. `towards`: vector from the body to the light.
+    fn altitude_deg(&self, towards: DVec3) -> f64 {
+        self.up().dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees()
+    }
+
+    /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] times the light's `irradiance` and [`Self::sky_weight`]. For a low
+    /// light it is that of the Earth when its sky is dimmed as much as the sky here: high haze stays lit long after sunset. `towards`: vector from the body to
+    /// the light.
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
-        let altitude_deg = (-self.placement.centre_km.normalize()).dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees();
+        let altitude_deg = self.sky_brightness().altitude_on_earth_deg(self.altitude_deg(towards));
         let table = &EXPOSURE_BY_ALTITUDE;
         let index_below = table.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
         let ((deg0, radiance0), (deg1, radiance1)) =
             (table[index_below.min(table.len() - 2)], table[(index_below + 1).min(table.len() - 1)]);
         let fraction = ((altitude_deg - deg0) / (deg1 - deg0)).clamp(0.0, 1.0);
         self.sky_weight() * irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
+    }
+
+    /// The mean radiance of the sky, as a luminance, that the air scatters from a light; without the light of the night sky. `towards`: vector from the body to
+    /// the light.
+    pub(crate) fn scattered_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
+        let height_part = camera_height_km(self.body, &self.placement) / self.air.top_km;
+        irradiance * self.sky_brightness().luminance(self.altitude_deg(towards), height_part)
+    }
+
+    /// The radiance of the moonless night sky as its draw has it: airglow, and the scattered light from beyond the air.
+    pub(crate) fn night_radiance(&self) -> f64 {
+        let height_km = camera_height_km(self.body, &self.placement);
+        let [airglow, starlight] = night_radiances(self.air);
+        night_sky_above(self.air, height_km) * (airglow + starlight * opacity_above(self.air, height_km))
     }
 
     /// Transmittance to light from beyond the air, the mean of the channels. `direction`: towards the light, ICRF.
@@ -355,16 +384,17 @@ mod tests {
         let earth = catalog.body(crate::catalog::NaifId(399)).expect("the Earth");
         let up = DVec3::X;
         let place = Placement { centre_km: -up * (earth.radii_km.x + 0.002), body_from_icrf: DMat3::IDENTITY, radii_km: earth.radii_km };
-        let around = SurroundingAir::of(earth, &place).expect("two metres up is in the air");
+        let skies = SkyBrightnessCache::default();
+        let around = SurroundingAir::of(earth, &place, &skies).expect("two metres up is in the air");
         let to_zenith = around.transmittance(up);
         let expected = (-vertical_optical_depth(earth.atmosphere.as_ref().expect("air"))).exp();
         assert!((to_zenith - expected).abs().max_element() < 2e-3, "{to_zenith} for {expected}");
         let low_sun = around.tint(DVec3::new(0.0, 1.0, 0.01));
         assert!(low_sun.x > 2.0 && low_sun.y < 0.9 && low_sun.z < 0.01, "{low_sun}");
         let far = Placement { centre_km: -up * 1e6, ..place };
-        assert!(SurroundingAir::of(earth, &far).is_none());
+        assert!(SurroundingAir::of(earth, &far, &skies).is_none());
         let centre = Placement { centre_km: DVec3::ZERO, ..place };
-        assert!(SurroundingAir::of(earth, &centre).is_none());
+        assert!(SurroundingAir::of(earth, &centre, &skies).is_none());
     }
 
     /// The air of Titan and that of Mars with its dust are thick. Drafts use the table only in thick air or near a body, standard quality

@@ -16,6 +16,7 @@ pub(crate) mod optical_depth_above_ground;
 pub mod phase;
 pub mod quadrature_nodes;
 pub(crate) mod rim;
+pub(crate) mod sky_brightness;
 pub(crate) mod species;
 pub(crate) mod uniform_rows;
 

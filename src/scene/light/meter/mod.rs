@@ -19,6 +19,7 @@ mod refracted_limb;
 mod rim;
 mod ring_shadow;
 mod rings;
+mod sky;
 mod sun_glare;
 mod twilight;
 mod visible_ground;
@@ -30,7 +31,7 @@ use crate::scene::camera::{Camera, silhouette::Outline};
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::sun_occluders::evaluate_shadow;
 use crate::scene::light::corona;
-use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CD_M2_PER_RADIANCE};
+use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN};
 use crate::scene::light::glare::VeilingGlare;
 use crate::scene::light::lights::{self, IncidentLight, Reflector};
 use crate::scene::light::photometry;
@@ -51,11 +52,6 @@ use sun_glare::FrameGlare;
 #[doc(hidden)]
 pub use twilight::metered_twilight;
 
-/// Luminance of the sky around sunset, cd/m2. Below it, images of sky and ground are made darker, in stops per factor of ten in luminance, but not by more than
-/// the maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
-const SUNSET_SKY_CD_M2: f64 = 300.0;
-const DUSK_STOPS_PER_DECADE: f64 = 0.6;
-const MAX_DUSK_STOPS: f64 = 3.0;
 /// Weight of the target relative to an equal area of another subject: a target that fills a 64th of the frame outweighs everything else that is as bright.
 const TARGET_WEIGHT: f64 = 64.0;
 /// Weight of the Sun if it is the target; larger than that of other targets, because a daylight sky around the Sun is as bright as any ground. Also the weight
@@ -66,10 +62,6 @@ const SUN_WEIGHT: f64 = 256.0;
 const SUN_HALF_WEIGHT_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// Weight of the dark sky: if everything bright in the frame has less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
-/// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
-/// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
-/// sunlight (Sharp, Silverman and Lloyd 1971, ibid. 1207).
-const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
 /// Distances of the camera, in body radii, between which the meter blends from the part of the ground that the frame shows (near) to a sum over the entire disc
 /// (far). Of a distant disc that reaches beyond the frame, too, only the part in the frame counts ([`entire_disc_weight`]).
 const FAR_RADII: [f64; 2] = [3.0, 8.0];
@@ -89,7 +81,7 @@ pub(crate) struct MeteredSubject {
     pub name: Argument,
     /// The body that the subject belongs to, if any: its ground, sky, refracted limb or, for the Sun, disc.
     pub body: Option<NaifId>,
-    /// Weighted geometric mean of the subject's radiance.
+    /// Weighted geometric mean of the subject's radiance; of a sky around the camera the mean luminance.
     pub radiance: f64,
     /// The display level, as a linear fraction of white, at which this radiance should be shown.
     pub target_level: f64,
@@ -122,13 +114,6 @@ pub(crate) struct Meter<'m, 'a> {
     pub night_light_weight: f64,
 }
 
-/// Factor by which the target level of surroundings of a given radiance is reduced: a photograph of dusk that is as bright as one of noon looks like day. The
-/// factor is 1 above [`SUNSET_SKY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in luminance, by at most [`MAX_DUSK_STOPS`].
-fn dusk_factor(radiance: f64) -> f64 {
-    let decades = (SUNSET_SKY_CD_M2 / (radiance * CD_M2_PER_RADIANCE).max(1e-30)).log10().max(0.0);
-    (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
-}
-
 /// How far away a body is: 0 if only a part of its globe is in view at a time, or if its outline is open; 1 if half of it is.
 fn far_weight(placed: &PlacedBody<'_>) -> f64 {
     let [from, to] = FAR_RADII;
@@ -144,7 +129,7 @@ struct MeteredFrame<'f, 'a> {
     glare: Option<VeilingGlare>,
     /// Transmittance of the air in front of the Sun and its glare.
     sun_transmittance: f64,
-    /// Radiance of the sky around the camera.
+    /// The radiance for which images under the sky around the camera are exposed; 0 without such a sky.
     sky_radiance: f64,
     /// Bodies of more than a pixel, which may hide others along rays. [`Self::visible_fraction`] lets smaller ones hide the Sun, too.
     resolved_bodies: Vec<&'f PlacedBody<'a>>,
@@ -162,8 +147,8 @@ impl Meter<'_, '_> {
         let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
         let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
         let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_radiance: 0.0, resolved_bodies };
-        // The method `sky_radiance` reads the other fields only.
-        let frame = MeteredFrame { sky_radiance: frame.sky_radiance(), ..frame };
+        // The method reads the other fields only.
+        let frame = MeteredFrame { sky_radiance: frame.sky_exposure_radiance(), ..frame };
         let mut subjects = Vec::new();
         let (mut mean_of_target, mut mean_of_others) = (LogMean::default(), LogMean::default());
         let (mut target_name, mut dominant, mut max_weight) = ("", None, 0.0);
@@ -192,15 +177,12 @@ impl Meter<'_, '_> {
         subjects.extend(frame.outer_corona());
         subjects.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
-            let mut sky = LogMean::default();
-            let no_foreground = 0.0;
-            sky.add((frame.sky_fraction() - share_of_bodies_in_sky).max(0.0), frame.sky_radiance, no_foreground);
-            subjects.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
-            // Sky and ground around the camera are shown darker in dusk, less so near the top of the air.
+            // The ground around the camera is shown darker in dusk, as the sky is, less so near the top of the air.
             let sky_weight = air.sky_weight();
             let around = subjects.iter_mut().filter(|m| m.body == Some(air.body.id));
-            around.for_each(|m| m.target_level *= dusk_factor(m.radiance).powf(sky_weight));
+            around.for_each(|m| m.target_level *= sky::dusk_factor(m.radiance).powf(sky_weight));
         }
+        subjects.extend(frame.sky(share_of_bodies_in_sky));
         subjects.push(MeteredSubject {
             name: reason!("subject-dark-sky").into(),
             body: None,
@@ -238,26 +220,6 @@ impl<'a> MeteredFrame<'_, 'a> {
     /// Fraction of a body's light that the frame draws as a disc; it draws the rest as a point.
     fn disc_fraction(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
         drawn_disc_fraction(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
-    }
-
-    /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the body that gives the most light besides the
-    /// Sun. Images show the light of one other body in the air.
-    fn sky_radiance(&self) -> f64 {
-        let Some(air) = self.meter.air else { return 0.0 };
-        let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
-        let eclipses_are_on = self.meter.context.request.effects.override_of_body(air.body, Effect::Eclipse) != Some(false);
-        let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on);
-        let visible_sun_fraction = sun.map_or(1.0, |s| {
-            let towards = s.placement.centre_km / s.distance_km;
-            let radius_rad = s.angular_radius_rad();
-            let nearer =
-                self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
-            nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius_rad)).product::<f64>()
-        });
-        let sunlight_fraction = visible_sun_fraction + (1.0 - visible_sun_fraction) * TOTALITY_SKY_FRACTION;
-        let by_sunlight = air.exposure_radiance(p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
-        let by_planet_shine = self.planet_shine_on(p).first().map_or(0.0, |l| air.exposure_radiance(l.direction, l.irradiance.y));
-        by_sunlight + by_planet_shine
     }
 
     /// The lights that other bodies reflect onto a body, unless the user has switched planet-shine off.
@@ -487,13 +449,5 @@ impl<'a> MeteredFrame<'_, 'a> {
     fn sample_frame<T>(&self, function: impl Fn(DVec3) -> T) -> Vec<T> {
         let clip = |k: u32| (DVec2::new(f64::from(k % FRAME_RAYS), f64::from(k / FRAME_RAYS)) + 0.5) * 2.0 / f64::from(FRAME_RAYS) - 1.0;
         (0..FRAME_RAYS * FRAME_RAYS).map(|k| function(self.meter.camera.ray(clip(k)))).collect()
-    }
-
-    /// Fraction of the frame above the horizon of the body whose air surrounds the camera.
-    fn sky_fraction(&self) -> f64 {
-        let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return 0.0 };
-        let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
-        let above_horizon = self.sample_frame(|ray| 1.0 - smoothstep(0.5 + ray_and_limb(&p.placement, ray).inside_rad / spacing));
-        above_horizon.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 }

@@ -1,0 +1,340 @@
+//! How bright the sky is that the air scatters, by the altitude of the light: for the exposure of images under that sky.
+//!
+//! In: the atmosphere of a body. Out: [`SkyBrightness`], the mean radiance of the sky above the horizon as a luminance, per irradiance of the light, at four
+//! heights of the camera; and the altitude of the Sun at which the Earth's sky is dimmed as much ([`SkyBrightness::altitude_on_earth_deg`]). Method: the light
+//! that the air scatters once is summed along rays over the whole sky. Light that it scatters out of a ray reaches the ground by way of further scattering
+//! instead; of this the sum includes what two streams, up and down, carry down. Left out: light that the ground reflects. Within a factor of 2.5 of images
+//! (tests/atmosphere/dusk.rs). Far below the horizon, where only light scattered twice is left, the logarithm falls on at the rate that it has reached.
+//! Computed once for each air, in some 30 ms: [`SkyBrightnessCache`] keeps the result from frame to frame.
+
+use crate::catalog::{AerosolPhase, Atmosphere, PhaseFunction, Species};
+use crate::memo::{Memo, NumbersKey};
+use crate::scene::atmosphere::air_sphere::{direction, scattering_into_air};
+use crate::scene::atmosphere::extinction::{column_above_km, density, extinction, quadrature};
+use crate::scene::atmosphere::phase;
+use crate::scene::numeric::gauss_legendre;
+use crate::units::luminance;
+use glam::DVec3;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// Zenith angles and azimuths of the rays, and steps along each. With six zenith angles, six azimuths and 64 steps the radiance changes by less than 25 %,
+/// where it is more than 1e-3 of that by day.
+const ZENITH_ANGLES: usize = 4;
+const AZIMUTHS: u32 = 4;
+const STEPS: usize = 32;
+/// The edge of the body's shadow in the air is softened over this part of the air's height, so that it does not move from step to step in jumps.
+const SHADOW_EDGE: f64 = 0.03;
+
+/// Altitudes of the light, degrees: in steps of one degree from the first to the second number, then in steps of 15 up to the zenith.
+const FINE_ALTITUDES_DEG: (f64, f64) = (-45.0, 15.0);
+const COARSE_STEP_DEG: f64 = 15.0;
+const ALTITUDES: usize = 66;
+/// Heights of the camera as parts of the air's height. Higher up the logarithm falls on at the rate between the last two.
+const HEIGHT_PARTS: [f64; 4] = [0.0, 0.05, 0.2, 0.5];
+
+/// Altitude of the Sun in degrees from which images under a sky are exposed as by day, when what counts is the ground in the sunlight.
+const DAY_ALTITUDE_DEG: f64 = 5.0;
+/// The part of the radiance at [`DAY_ALTITUDE_DEG`] below which the sky's light is taken to be scattered more than once.
+const ONCE_SCATTERED_PART: f64 = 3e-4;
+/// The sky of the Earth, seen from the ground: altitude of the Sun in degrees, and radiance relative to that at [`DAY_ALTITUDE_DEG`]. Computed by this module
+/// from the catalog's air. Between altitudes the logarithm is linear.
+const EARTH_SKY: [(f64, f64); 17] = [
+    (-18.0, 1.295e-8),
+    (-10.0, 3.880e-5),
+    (-9.0, 1.055e-4),
+    (-8.0, 2.870e-4),
+    (-7.0, 7.808e-4),
+    (-6.0, 2.187e-3),
+    (-5.0, 6.123e-3),
+    (-4.0, 0.01667),
+    (-3.0, 0.04213),
+    (-2.0, 0.09407),
+    (-1.0, 0.1855),
+    (0.0, 0.3092),
+    (1.0, 0.4410),
+    (2.0, 0.5875),
+    (3.0, 0.7362),
+    (4.0, 0.8755),
+    (DAY_ALTITUDE_DEG, 1.0),
+];
+
+/// The number of airs whose brightness is kept: more than the catalog has.
+const CACHE_CAPACITY: usize = 16;
+
+/// The altitude of a row's element.
+fn altitude_deg(index: usize) -> f64 {
+    let (lowest, coarse_from) = FINE_ALTITUDES_DEG;
+    let fine = lowest + index as f64;
+    if fine <= coarse_from { fine } else { coarse_from + COARSE_STEP_DEG * (fine - coarse_from) }
+}
+
+/// The inverse of [`altitude_deg`], a number that need not be whole.
+fn position_in_row(altitude_deg: f64) -> f64 {
+    let (lowest, coarse_from) = FINE_ALTITUDES_DEG;
+    let above = altitude_deg - coarse_from;
+    coarse_from - lowest + if above <= 0.0 { above } else { above / COARSE_STEP_DEG }
+}
+
+/// A species with what does not depend on the ray.
+struct Constituent<'a> {
+    species: &'a Species,
+    scattering: DVec3,
+    extinction: DVec3,
+    /// The part of the scattered light that does not count as scattered forwards: 1 minus the mean cosine of the scattering angle.
+    turned_part: DVec3,
+}
+
+impl<'a> Constituent<'a> {
+    fn of(species: &'a Species) -> Self {
+        let mean_cosine = species.aerosol_phase().map_or(DVec3::ZERO, |aerosol| phase::mean_cosine(PhaseFunction::Aerosol(aerosol)));
+        Self { species, scattering: scattering_into_air(species), extinction: extinction(species), turned_part: DVec3::ONE - mean_cosine }
+    }
+
+    /// Column of the species from a point outwards to a light that is not behind the body. `from_centre_km`: the point's distance from the body's centre;
+    /// `cosine`: of the light's zenith angle there.
+    fn column_to_light_km(&self, ground_radius_km: f64, from_centre_km: f64, cosine: f64) -> f64 {
+        let (s, height_km) = (self.species, from_centre_km - ground_radius_km);
+        // The point of the line that is closest to the centre. A light below the horizon is seen past it.
+        let closest_km = from_centre_km * (1.0 - cosine * cosine).max(0.0).sqrt();
+        let closest_height_km = (closest_km - ground_radius_km).max(0.0);
+        if let Some(centre_km) = s.tent_centre_km {
+            let layer_km = ground_radius_km + centre_km;
+            let cosine_in_layer = (1.0 - (closest_km / layer_km).powi(2)).max(s.scale_height_km / layer_km).sqrt();
+            let above = column_above_km(s, height_km);
+            let vertical = if cosine >= 0.0 { above } else { 2.0 * column_above_km(s, closest_height_km) - above };
+            return vertical / cosine_in_layer;
+        }
+        // Chapman's function, with the upper bound of the error function by Abramowitz & Stegun 1964, 7.1.13. It is exact for a horizontal ray.
+        let slope_sq = cosine * cosine * from_centre_km / (2.0 * s.scale_height_km);
+        let scale_km = density(s, height_km) * (2.0 * from_centre_km * s.scale_height_km).sqrt();
+        let outwards = scale_km / (slope_sq.sqrt() + (slope_sq + 4.0 / PI).sqrt());
+        if cosine >= 0.0 {
+            return outwards;
+        }
+        let both_ways = density(s, closest_height_km) * (2.0 * PI * closest_km * s.scale_height_km).sqrt();
+        (both_ways - outwards).max(0.0)
+    }
+}
+
+/// The air over a sphere.
+struct AirOverSphere<'a> {
+    radius_km: f64,
+    top_km: f64,
+    constituents: Vec<Constituent<'a>>,
+}
+
+impl AirOverSphere<'_> {
+    /// Radiance of the sky along a ray that leaves the air at its top, in the shaders' unit, per irradiance of the light. `from`: relative to the body's
+    /// centre, km; `zenith_cosine`: of the ray at its start; `light`: unit vector.
+    fn radiance_along(&self, from: DVec3, along: DVec3, zenith_cosine: f64, light: DVec3) -> DVec3 {
+        let start = from.dot(along);
+        let half_chord_sq = (self.radius_km + self.top_km).powi(2) - (from.length_squared() - start * start);
+        let length_km = half_chord_sq.max(0.0).sqrt() - start;
+        let into_ray_of = |c: &Constituent<'_>| c.scattering * phase::per_steradian(c.species.phase, along.dot(light)) * PI;
+        let into_ray: Vec<DVec3> = self.constituents.iter().map(into_ray_of).collect();
+        let (mut absorbed, mut turned, mut radiance) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        for (fraction, weight) in quadrature(STEPS) {
+            let point = from + along * (length_km * fraction);
+            let from_centre_km = point.length();
+            let height_km = from_centre_km - self.radius_km;
+            let cosine = point.dot(light) / from_centre_km;
+            let closest_height_km = from_centre_km * (1.0 - cosine * cosine).max(0.0).sqrt() - self.radius_km;
+            let lit_part = if cosine >= 0.0 { 1.0 } else { (0.5 + closest_height_km / (SHADOW_EDGE * self.top_km)).clamp(0.0, 1.0) };
+            let (mut absorption, mut turning, mut source, mut depth_to_light) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+            for (c, into_ray) in self.constituents.iter().zip(&into_ray) {
+                let column_km = density(c.species, height_km) * length_km * weight;
+                absorption += (c.extinction - c.scattering) * column_km;
+                turning += c.scattering * c.turned_part * column_km;
+                source += *into_ray * column_km;
+                if lit_part > 0.0 {
+                    depth_to_light += c.extinction * c.column_to_light_km(self.radius_km, from_centre_km, cosine);
+                }
+            }
+            // Depths up to the middle of the step.
+            let (absorbed_here, turned_here) = (absorbed + absorption * 0.5, turned + turning * 0.5);
+            (absorbed, turned) = (absorbed + absorption, turned + turning);
+            if lit_part > 0.0 {
+                let direct = (-(absorbed_here + turned_here)).exp();
+                let vertical = turned_here * zenith_cosine;
+                // What two streams carry down, less what comes without being turned.
+                let by_streams = (-absorbed_here * zenith_cosine).exp() * ((vertical * 0.75 + 1.0).recip() - (-vertical).exp());
+                radiance += source * (direct + by_streams * zenith_cosine) * (-depth_to_light).exp() * lit_part;
+            }
+        }
+        radiance
+    }
+
+    /// Mean luminance of the sky above the horizon of a camera at this height.
+    fn mean_luminance(&self, height_km: f64, altitude_deg: f64) -> f64 {
+        let azimuth_rad = 0.0;
+        let light = direction(altitude_deg.to_radians().sin(), azimuth_rad);
+        let from = DVec3::Z * (self.radius_km + height_km);
+        let mut sum = DVec3::ZERO;
+        for (cosine, weight) in gauss_legendre(ZENITH_ANGLES) {
+            // The sky is symmetric about the light's vertical.
+            for k in 0..AZIMUTHS {
+                let along = direction(cosine, PI * (f64::from(k) + 0.5) / f64::from(AZIMUTHS));
+                sum += self.radiance_along(from, along, cosine, light) * (weight / f64::from(AZIMUTHS));
+            }
+        }
+        luminance(sum.to_array())
+    }
+
+    /// Natural logarithms of [`Self::mean_luminance`] at all altitudes.
+    fn row(&self, height_km: f64) -> Vec<f64> {
+        let mut row: Vec<f64> = (0..ALTITUDES).map(|k| self.mean_luminance(height_km, altitude_deg(k)).max(1e-30).ln()).collect();
+        let dim = ln_between(&row, DAY_ALTITUDE_DEG) + ONCE_SCATTERED_PART.ln();
+        let first_coarse = position_in_row(FINE_ALTITUDES_DEG.1) as usize;
+        for k in (0..first_coarse - 1).rev() {
+            if row[k + 1] < dim {
+                row[k] = row[k].max(2.0 * row[k + 1] - row[k + 2]);
+            }
+        }
+        row
+    }
+}
+
+/// Interpolates a row of logarithms; below its first altitude it continues linearly.
+fn ln_between(row: &[f64], altitude_deg: f64) -> f64 {
+    let position = position_in_row(altitude_deg);
+    let below = (position.max(0.0) as usize).min(row.len() - 2);
+    row[below] + (position - below as f64) * (row[below + 1] - row[below])
+}
+
+/// The sky's mean radiance as a luminance, by the light's altitude and the camera's height.
+#[derive(Debug)]
+pub(crate) struct SkyBrightness {
+    /// Natural logarithms: one row for each of [`HEIGHT_PARTS`].
+    rows: [Vec<f64>; HEIGHT_PARTS.len()],
+}
+
+impl SkyBrightness {
+    /// `radius_km`: of the ground.
+    fn of(air: &Atmosphere, radius_km: f64) -> Self {
+        let constituents = air.species.iter().map(Constituent::of).collect();
+        let sphere = AirOverSphere { radius_km, top_km: air.top_km, constituents };
+        Self { rows: HEIGHT_PARTS.map(|part| sphere.row(part * air.top_km)) }
+    }
+
+    /// The mean luminance of the sky under a light of irradiance 1, in the shaders' unit. `height_part`: the camera's height as a part of the air's height.
+    pub(crate) fn luminance(&self, altitude_deg: f64, height_part: f64) -> f64 {
+        let below = HEIGHT_PARTS.iter().rposition(|part| *part <= height_part).unwrap_or(0).min(HEIGHT_PARTS.len() - 2);
+        let [lower, upper] = [below, below + 1].map(|k| ln_between(&self.rows[k], altitude_deg));
+        let fraction = (height_part - HEIGHT_PARTS[below]) / (HEIGHT_PARTS[below + 1] - HEIGHT_PARTS[below]);
+        (lower + fraction.max(0.0) * (upper - lower)).exp()
+    }
+
+    /// The altitude of the Sun at which the sky of the Earth, seen from the ground, is dimmed by as large a factor as this sky is under a light at this
+    /// altitude, both compared with a light at [`DAY_ALTITUDE_DEG`]. From there on it is the altitude itself; it is at least -18 degrees, as night begins.
+    pub(crate) fn altitude_on_earth_deg(&self, altitude_deg: f64) -> f64 {
+        if altitude_deg >= DAY_ALTITUDE_DEG {
+            return altitude_deg;
+        }
+        let [row, ..] = &self.rows;
+        let dimming = ln_between(row, altitude_deg) - ln_between(row, DAY_ALTITUDE_DEG);
+        let table = &EARTH_SKY;
+        let below = table.iter().rposition(|(_, part)| part.ln() <= dimming).unwrap_or(0).min(table.len() - 2);
+        let ((deg0, part0), (deg1, part1)) = (table[below], table[below + 1]);
+        let fraction = ((dimming - part0.ln()) / (part1 / part0).ln()).clamp(0.0, 1.0);
+        deg0 + fraction * (deg1 - deg0)
+    }
+}
+
+/// The numbers of a species on which its light depends, as a cache key.
+fn cache_key(s: &Species) -> [f64; 12] {
+    let [scattered_red, scattered_green, scattered_blue] = s.scattering_per_km;
+    let [absorbed_red, absorbed_green, absorbed_blue] = s.absorption_per_km;
+    // No aerosol has these parameters.
+    let [red, green, blue, function] = s.aerosol_phase().map_or([-2.0; 4], AerosolPhase::parameters);
+    [
+        s.scale_height_km,
+        s.tent_centre_km.unwrap_or(f64::NAN),
+        scattered_red,
+        scattered_green,
+        scattered_blue,
+        absorbed_red,
+        absorbed_green,
+        absorbed_blue,
+        red,
+        green,
+        blue,
+        function,
+    ]
+}
+
+/// The brightness of skies, kept from frame to frame.
+#[derive(Debug)]
+pub(crate) struct SkyBrightnessCache(Memo<NumbersKey, Arc<SkyBrightness>>);
+
+impl Default for SkyBrightnessCache {
+    fn default() -> Self {
+        Self(Memo::with_capacity(CACHE_CAPACITY))
+    }
+}
+
+impl SkyBrightnessCache {
+    /// The brightness of the sky of this air, over ground of this radius.
+    pub(crate) fn of(&self, air: &Atmosphere, radius_km: f64) -> Arc<SkyBrightness> {
+        let key = [radius_km, air.top_km].into_iter().chain(air.species.iter().flat_map(cache_key)).collect();
+        self.0.get(key, || Arc::new(SkyBrightness::of(air, radius_km)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::{Catalog, NaifId};
+
+    fn brightness(catalog: &Catalog, id: NaifId) -> SkyBrightness {
+        let body = catalog.body(id).expect("a body");
+        SkyBrightness::of(body.atmosphere.as_ref().expect("air"), body.radii_km.x)
+    }
+
+    /// The constants are those of the catalog's air, so that the Earth's own dusk is compared with itself: to 1 %, which is 0.01 stops of exposure. With the
+    /// radius of Mars they are not.
+    #[test]
+    fn the_sky_of_the_earth_is_that_of_its_air() {
+        let catalog = Catalog::embedded();
+        let earth = catalog.body(NaifId::EARTH).expect("the Earth");
+        let air = earth.atmosphere.as_ref().expect("air");
+        let part = |sky: &SkyBrightness, deg: f64| sky.luminance(deg, 0.0) / sky.luminance(DAY_ALTITUDE_DEG, 0.0);
+        let errors = |sky: &SkyBrightness| EARTH_SKY.map(|(deg, expected)| (part(sky, deg) / expected - 1.0).abs());
+        let error = |sky: &SkyBrightness| errors(sky).into_iter().fold(0.0, f64::max);
+        let [sky, on_mars] = [earth.radii_km.x, 3400.0].map(|radius_km| SkyBrightness::of(air, radius_km));
+        assert!(error(&sky) < 0.01, "the constants should be {:?}", EARTH_SKY.map(|(deg, _)| (deg, part(&sky, deg))));
+        assert!(error(&on_mars) > 0.5, "the check above cannot fail");
+        for deg in [-17.9, -12.5, -9.5, -3.3, 0.7, 4.9, 5.1, 60.0] {
+            let found = sky.altitude_on_earth_deg(deg);
+            assert!((found - deg).abs() < 0.02, "{deg} degrees: {found}");
+        }
+        assert_eq!(sky.altitude_on_earth_deg(-60.0), -18.0);
+    }
+
+    /// The sky of every body darkens as the light sinks (a sum over a few rays of thin air may brighten by 1 %), without a jump, and has none as the camera
+    /// rises; that of high air darkens more slowly than the Earth's.
+    #[test]
+    fn skies_darken_steadily() {
+        let catalog = Catalog::embedded();
+        for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
+            let sky = brightness(&catalog, body.id);
+            let ln = |deg: f64, height_part: f64| sky.luminance(deg, height_part).max(1e-200).ln();
+            for k in -400..50 {
+                let (lower, upper) = (0.1 * f64::from(k), 0.1 * f64::from(k + 1));
+                assert!(ln(lower, 0.0) <= ln(upper, 0.0) + 0.01, "{} at {lower} degrees", body.name);
+                let step = sky.altitude_on_earth_deg(upper) - sky.altitude_on_earth_deg(lower);
+                assert!((-0.1..0.8).contains(&step), "{} at {lower} degrees: {step} degrees on the Earth", body.name);
+            }
+            for k in 0..100 {
+                let step = ln(-3.0, 0.01 * f64::from(k + 1)) - ln(-3.0, 0.01 * f64::from(k));
+                assert!(step.abs() < 0.5, "{} at {k} hundredths of the height: {step}", body.name);
+            }
+        }
+        for id in [499, 606, 999] {
+            let found = brightness(&catalog, NaifId(id)).altitude_on_earth_deg(-10.0);
+            assert!((-8.0..5.0).contains(&found), "{id}: {found} degrees");
+        }
+        let low_air = brightness(&catalog, NaifId(599)).altitude_on_earth_deg(-6.0);
+        assert!(low_air < -8.0, "{low_air} degrees");
+    }
+}

@@ -1,0 +1,84 @@
+//! Meters the sky of the body whose air surrounds the camera.
+//!
+//! In: the metered frame. Out: the sky as a subject; the radiance for which images under it are exposed, which weighs the sky, reduces the contrast of what is
+//! behind it and lights the ground; and how much darker surroundings are shown in dusk. That radiance is greater than the drawn one, the more so the darker
+//! the sky is (`SurroundingAir::exposure_radiance`): the level at which the sky is shown falls with its light. The subject has the drawn radiance, with this
+//! level. Always: continuous in time and height; no sky is shown at a higher level because its light is less (tests/atmosphere/dusk.rs).
+
+use super::geometry::{ray_and_limb, visible_fraction_behind_body};
+use super::{FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject};
+use crate::catalog::NaifId;
+use crate::message::reason;
+use crate::scene::atmosphere::air::SurroundingAir;
+use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE};
+use crate::scene::light::lights;
+use crate::scene::numeric::smoothstep;
+use crate::scene::request::effects::Effect;
+use glam::DVec3;
+
+/// Luminance of the sky around sunset, cd/m2. Below it, images of sky and ground are made darker, in stops per factor of ten in luminance, but not by more than
+/// the maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
+const SUNSET_SKY_CD_M2: f64 = 300.0;
+const DUSK_STOPS_PER_DECADE: f64 = 0.6;
+const MAX_DUSK_STOPS: f64 = 3.0;
+/// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
+/// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
+/// sunlight (Sharp, Silverman and Lloyd 1971, ibid. 1207).
+const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
+
+/// Factor by which the target level of surroundings of a given radiance is reduced: a photograph of dusk that is as bright as one of noon looks like day. The
+/// factor is 1 above [`SUNSET_SKY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in luminance, by at most [`MAX_DUSK_STOPS`].
+pub(super) fn dusk_factor(radiance: f64) -> f64 {
+    let decades = (SUNSET_SKY_CD_M2 / (radiance * CD_M2_PER_RADIANCE).max(1e-30)).log10().max(0.0);
+    (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
+}
+
+impl MeteredFrame<'_, '_> {
+    /// The radiance for which images under the sky around the camera are exposed.
+    pub(super) fn sky_exposure_radiance(&self) -> f64 {
+        self.sum_over_lights_of_sky(|air, towards, irradiance| air.exposure_radiance(towards, irradiance))
+    }
+
+    /// A sum over the lights of the sky around the camera: sunlight, dimmed in an eclipse, and the light of the body that gives the most light besides the Sun.
+    /// Images show the light of one other body in the air. `by_light`: a function of the air, the vector from the body to the light, and its irradiance.
+    fn sum_over_lights_of_sky(&self, by_light: impl Fn(&SurroundingAir<'_>, DVec3, f64) -> f64) -> f64 {
+        let Some(air) = self.meter.air else { return 0.0 };
+        let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
+        let eclipses_are_on = self.meter.context.request.effects.override_of_body(air.body, Effect::Eclipse) != Some(false);
+        let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on);
+        let visible_sun_fraction = sun.map_or(1.0, |s| {
+            let towards = s.placement.centre_km / s.distance_km;
+            let radius_rad = s.angular_radius_rad();
+            let nearer =
+                self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
+            nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius_rad)).product::<f64>()
+        });
+        let sunlight_fraction = visible_sun_fraction + (1.0 - visible_sun_fraction) * TOTALITY_SKY_FRACTION;
+        let by_sunlight = by_light(air, p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
+        let by_planet_shine = self.planet_shine_on(p).first().map_or(0.0, |l| by_light(air, l.direction, l.irradiance.y));
+        by_sunlight + by_planet_shine
+    }
+
+    /// Fraction of the frame above the horizon of the body whose air surrounds the camera.
+    pub(super) fn sky_fraction(&self) -> f64 {
+        let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return 0.0 };
+        let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
+        let above_horizon = self.sample_frame(|ray| 1.0 - smoothstep(0.5 + ray_and_limb(&p.placement, ray).inside_rad / spacing));
+        above_horizon.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
+    }
+
+    /// Meters the sky around the camera, without the part of the frame that bodies in it cover (`share_of_bodies`). It has the weight and the exposure of the
+    /// radiance for which it is exposed, and the radiance that is drawn.
+    pub(super) fn sky(&self, share_of_bodies: f64) -> Option<MeteredSubject> {
+        let air = self.meter.air?;
+        let mut mean = LogMean::default();
+        let no_foreground = 0.0;
+        mean.add((self.sky_fraction() - share_of_bodies).max(0.0), self.sky_radiance, no_foreground);
+        // Darker in dusk, less so near the top of the air.
+        let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_radiance).powf(air.sky_weight());
+        let exposed = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
+        let scattered = self.sum_over_lights_of_sky(|air, towards, irradiance| air.scattered_radiance(towards, irradiance));
+        let radiance = scattered + air.night_radiance();
+        Some(MeteredSubject { radiance, target_level: radiance / exposed.white(), ..exposed })
+    }
+}
