@@ -16,9 +16,10 @@ reason-purpose-display = a display at this exposure: what adds less than { $thre
 reason-purpose-linear = linear light: what changes no pixel by more than { $floor } of its light is left out
 # Exposure.
 reason-exposure-metered = { $subject } metered at { $luminance } cd/m2, shown at { $level } of white
-reason-exposure-second = { $subject } at { $luminance } cd/m2 contributes { $part } %
-reason-exposure-glare = limited by the Sun's glare, shown as white at { $luminance } cd/m2
-reason-exposure-night = limited to a night-sky photograph, EV { $ev }
+reason-exposure-moved = { $subject } metered at { $luminance } cd/m2, shown at { $level } of white (aim: { $aim })
+reason-exposure-second = { $subject } at { $luminance } cd/m2 contributes { $part } %: { $stops } stops
+reason-exposure-glare = limited by the Sun's glare: { $stops } stops
+reason-exposure-night = limited to a night-sky photograph, EV { $ev }: { $stops } stops
 reason-exposure-nothing = nothing in the frame
 reason-exposure-plane = a plane that faces the Sun at the target is white
 reason-exposure-instructions = a pixel that costs { $count } instructions is white

@@ -16,9 +16,10 @@ reason-purpose-display = eine Anzeige mit dieser Belichtung: was einem Pixel wen
 reason-purpose-linear = lineares Licht: was kein Pixel um mehr als { $floor } seines Werts ändert, fällt weg
 # Exposure.
 reason-exposure-metered = { $subject } gemessen mit { $luminance } cd/m2, gezeigt mit { $level } von Weiß
-reason-exposure-second = { $subject } mit { $luminance } cd/m2 trägt { $part } % bei
-reason-exposure-glare = begrenzt durch das Streulicht der Sonne, gezeigt als Weiß mit { $luminance } cd/m2
-reason-exposure-night = begrenzt auf eine Aufnahme des Nachthimmels, LW { $ev }
+reason-exposure-moved = { $subject } gemessen mit { $luminance } cd/m2, gezeigt mit { $level } von Weiß (angestrebt: { $aim })
+reason-exposure-second = { $subject } mit { $luminance } cd/m2 trägt { $part } % bei: { $stops } Blenden
+reason-exposure-glare = begrenzt durch das Streulicht der Sonne: { $stops } Blenden
+reason-exposure-night = begrenzt auf eine Aufnahme des Nachthimmels, LW { $ev }: { $stops } Blenden
 reason-exposure-nothing = nichts im Bild
 reason-exposure-plane = eine der Sonne zugewandte Fläche beim Ziel ist weiß
 reason-exposure-instructions = ein Pixel mit { $count } Instruktionen ist weiß

@@ -8,7 +8,7 @@ use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::camera::Placement;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, Composition, ExposureRequest, Position, Projection, ViewRequest};
+use orrery::scene::request::{Axes, Composition, ExposureRequest, Look, Position, Projection, ViewRequest};
 use orrery::scene::{Scene, glare};
 use orrery::time::Instant;
 use orrery::units::GOLDEN_ANGLE_RAD;
@@ -63,6 +63,62 @@ fn a_lit_planet_limits_the_exposure_of_its_eclipsed_moon() {
         previous = stops_gained;
     }
     assert!(previous < 2.0, "{previous}");
+}
+
+/// The numbers in a text that stand between two texts.
+fn numbers_between(text: &str, before: &str, after: &str) -> Vec<f64> {
+    text.split(before).skip(1).filter_map(|rest| rest.split_once(after)?.0.parse().ok()).collect()
+}
+
+/// What the reason of a metered exposure says: luminance of the main subject in cd/m2, the level at which it is shown, and its aim; and the stops by which
+/// other subjects and a limit move it from its aim.
+fn metered_levels(reason: &str) -> ([f64; 3], Vec<f64>) {
+    let number = |before: &str, after: &str| numbers_between(reason, before, after).first().copied();
+    let luminance_cd_m2 = number("metered at ", " cd/m2").expect(reason);
+    let level = number("shown at ", " of white").expect(reason);
+    let aim = number("(aim: ", ")").unwrap_or(level);
+    ([luminance_cd_m2, level, aim], numbers_between(reason, "%: ", " stops").into_iter().chain(limit_stops(reason)).collect())
+}
+
+/// The stops by which a limit darkens an image.
+fn limit_stops(reason: &str) -> Option<f64> {
+    let (_, limit) = reason.split_once("; limited ")?;
+    limit.split_once(": ")?.1.strip_suffix(" stops")?.parse().ok()
+}
+
+/// The reason gives the level at which the exposure shows the subject that was metered, and what moves it from its aim: another subject (the Moon as a point by
+/// night), the Sun's glare, the limit of night photographs. Negative control: the aim is not that level. The Moon alone, as a large disc, is shown at its aim.
+#[test]
+fn the_reason_says_at_which_level_a_subject_is_shown() {
+    let (moon, titan, from_earth) = (NaifId::MOON, NaifId(606), Position::Centre(NaifId::EARTH));
+    let on_the_ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 25.0, longitude_deg: 10.0, height_km: 0.0017 };
+    let of_size = |side: u32, request: ViewRequest| ViewRequest { width: side, height: side, ..request };
+    let full_moon = "2024-01-25T22:00:00Z";
+    let dark_sky = ViewRequest {
+        look: Look::Along { direction: DVec3::new(0.1, -0.3, 1.0), axes: Axes::Icrf },
+        target: None,
+        ..request(NaifId::EARTH, "2024-03-01T00:00:00Z", from_earth, Some(5.0))
+    };
+    for (request, moved_by) in [
+        (of_size(256, request(moon, full_moon, on_the_ground, Some(90.0))), "the sky of Earth at"),
+        (of_size(1024, request(moon, full_moon, on_the_ground, Some(90.0))), "the sky of Earth at"),
+        (request(PHOBOS, "2024-04-05T20:12:00Z", from_earth, Some(20.0)), "contributes"),
+        (of_size(1024, request(moon, "2024-09-23T17:57:00Z", Position::Centre(titan), Some(5.0))), "limited by the Sun's glare: "),
+        (dark_sky, "limited to a night-sky photograph, EV -4: -0.25 stops"),
+        (request(moon, full_moon, from_earth, None), ""),
+    ] {
+        let exposure = scene(&request).exposure;
+        let reason = exposure.reason.to_string();
+        let ([luminance_cd_m2, level, aim], moved_stops) = metered_levels(&reason);
+        // A white plane in sunlight, radiance 1, has 128 klx / pi.
+        let drawn_level = luminance_cd_m2 * exposure.stops.exp2() / (128_000.0 / std::f64::consts::PI);
+        // Levels are rounded to two digits, the first perhaps a 1.
+        assert!((drawn_level / level).log2().abs() < 0.08, "{drawn_level}: {reason}");
+        assert_eq!((drawn_level / aim).log2().abs() > 0.1, !moved_by.is_empty(), "{drawn_level}: {reason}");
+        assert!(reason.contains(moved_by) && moved_stops.is_empty() == moved_by.is_empty(), "{reason}");
+        // The text leaves out what moves the exposure by less than 0.1 stops: the dark sky, a faint body.
+        assert!(((level / aim).log2() - moved_stops.iter().sum::<f64>()).abs() < 0.25, "{moved_stops:?}: {reason}");
+    }
 }
 
 /// Low over Saturn, where the rings take the sunlight from all ground in the frame. Metered in full sunlight, the image would be black.

@@ -20,6 +20,7 @@ use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ExposureRequest;
 use crate::scene::resources::Context;
 use glam::FloatExt;
+use std::ops::Range;
 
 /// Power to which the weights of subjects are raised: subjects with weights in the ratio 1:3 contribute in the ratio 1:9.
 const WEIGHT_EXPONENT: i32 = 2;
@@ -32,6 +33,10 @@ const MAX_MEDIAN_GLARE: [f64; 3] = [0.2, 0.02, 0.003];
 const LOST_SUBJECT_RATIO: f64 = 0.1;
 /// Number of stops by which the brightest city lights must exceed white to get full weight.
 const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
+/// The reason of an exposure names every other subject that contributes more than this share, or moves the exposure by more than this number of stops; a limit,
+/// and the main subject's aim, if they make more than this number of stops.
+const NAMED_SHARE: f64 = 0.1;
+const NAMED_STOPS: f64 = 0.1;
 
 /// The exposure of an image: metered, or as requested.
 pub(crate) fn exposure(
@@ -91,7 +96,7 @@ fn from_reading(reading: MeterReading) -> Exposure {
     let mut subjects = reading.subjects;
     let contribution = |m: &MeteredSubject| m.weight.powi(WEIGHT_EXPONENT);
     let total_contribution: f64 = subjects.iter().map(contribution).sum();
-    let log_white: f64 = subjects.iter().map(|m| contribution(m) / total_contribution * (m.radiance / m.target_level).ln()).sum();
+    let log_white: f64 = subjects.iter().map(|m| contribution(m) / total_contribution * m.white().ln()).sum();
     let subjects_white = log_white.exp();
     // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey. The level of white at which the glare reaches
     // its upper limit is blended between the three limits by the subjects' radiance relative to the glare.
@@ -106,7 +111,7 @@ fn from_reading(reading: MeterReading) -> Exposure {
     let whites = [subjects_white, glare_white, darkest_white()];
     let white = whites.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
     subjects.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    Exposure::of(-white.log2(), reason_of(&subjects, |m| contribution(m) / total_contribution, whites))
+    Exposure::of(-white.log2(), reason_of(&subjects, |m| contribution(m) / total_contribution, whites, white))
 }
 
 /// Bodies in the frame whose city lights this exposure would overexpose: the caller loads their maps and meters again with their light. Empty if the user has
@@ -122,42 +127,57 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
     placed.iter().filter(|_| is_metered).filter(is_overexposed).map(|p| p.body.id).collect()
 }
 
-/// The reason for a metered exposure: the main subject with its luminance, a second subject that contributes more than a tenth, and what limited the exposure.
-/// `subjects`: the one with the greatest weight first; `share`: a subject's contribution to the exposure, 0 to 1. The last argument: the radiances that the
-/// subjects, the glare and the night sky each require as white.
+/// The reason for a metered exposure: the main subject with its luminance and the level at which the image shows it; the level at which it should be shown, if
+/// that differs; and what moves it, in stops: other subjects, and a limit. `subjects`: the one with the greatest weight first; `share`: a subject's
+/// contribution to the exposure, 0 to 1; then the radiances that the subjects, the glare and the night sky each require as white; `white`: the radiance that
+/// the image shows as white.
 fn reason_of(
     subjects: &[MeteredSubject],
     share: impl Fn(&MeteredSubject) -> f64,
     [subjects_white, glare_white, night_white]: [f64; 3],
+    white: f64,
 ) -> Reason {
-    let luminance_argument = |radiance: f64| {
-        let luminance = radiance * CD_M2_PER_RADIANCE;
-        Argument::Number(if (0.01..1e4).contains(&luminance) { Rounded(luminance).to_string() } else { format!("{luminance:.1e}") })
-    };
     let Some(first) = subjects.first() else { return reason!("exposure-nothing") };
-    let level = Argument::Number(Rounded(first.target_level).to_string());
-    let main = reason!("exposure-metered", subject = first.name.clone(), luminance = luminance_argument(first.radiance), level = level);
-    let second = subjects.get(1).filter(|m| share(m) > 0.1).map(|second| {
-        let percent = Argument::Number(format!("{:.0}", 100.0 * share(second)));
-        reason!("exposure-second", part = percent, subject = second.name.clone(), luminance = luminance_argument(second.radiance))
-    });
-    let limit = if glare_white > subjects_white.max(night_white) {
-        Some(reason!("exposure-glare", luminance = luminance_argument(glare_white)))
+    let luminance_argument = |radiance: f64| rounded(radiance * CD_M2_PER_RADIANCE, 3, 0.01..1e4);
+    let level_argument = |level: f64| rounded(level, 2, 0.001..1e3);
+    // Without the sign of a rounded 0.
+    let stops_argument = |stops: f64| Argument::Number(format!("{:+.2}", (100.0 * stops).round() / 100.0 + 0.0));
+    let (subject, luminance) = (first.name.clone(), luminance_argument(first.radiance));
+    let level = first.radiance / white;
+    let main = if (level / first.target_level).log2().abs() > NAMED_STOPS {
+        let aim = level_argument(first.target_level);
+        reason!("exposure-moved", subject = subject, luminance = luminance, level = level_argument(level), aim = aim)
     } else {
-        // If the dark sky is the only subject, the two radiances differ only by rounding.
-        (night_white >= 0.999 * subjects_white).then(|| reason!("exposure-night", ev = DARKEST_EV))
+        reason!("exposure-metered", subject = subject, luminance = luminance, level = level_argument(level))
     };
-    [main].into_iter().chain(second).chain(limit).collect()
+    let others = subjects.iter().skip(1).filter_map(|other| {
+        let part = share(other);
+        let moved_stops = part * (first.white() / other.white()).log2();
+        (part > NAMED_SHARE || moved_stops.abs() > NAMED_STOPS).then(|| {
+            let (luminance, percent) = (luminance_argument(other.radiance), rounded(100.0 * part, 2, 0.01..1e3));
+            let stops = stops_argument(moved_stops);
+            reason!("exposure-second", part = percent, subject = other.name.clone(), luminance = luminance, stops = stops)
+        })
+    });
+    let limit_stops = (subjects_white / white).log2();
+    let limit = (limit_stops < -NAMED_STOPS).then(|| {
+        let stops = stops_argument(limit_stops);
+        if glare_white > night_white {
+            reason!("exposure-glare", stops = stops)
+        } else {
+            reason!("exposure-night", ev = DARKEST_EV, stops = stops)
+        }
+    });
+    [main].into_iter().chain(others).chain(limit).collect()
 }
 
-/// Formats a number with about three significant digits.
-struct Rounded(f64);
-
-impl std::fmt::Display for Rounded {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let digits = (2 - self.0.abs().log10().floor() as i32).clamp(0, 4) as usize;
-        let text = format!("{:.digits$}", self.0);
-        let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-        f.write_str(short)
+/// A number with about this many significant digits, outside of a range with an exponent and one digit after the point.
+fn rounded(number: f64, significant: i32, plain: Range<f64>) -> Argument {
+    if !plain.contains(&number) {
+        return Argument::Number(format!("{number:.1e}"));
     }
+    let digits = (significant - 1 - number.log10().floor() as i32).clamp(0, 4) as usize;
+    let text = format!("{number:.digits$}");
+    let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    Argument::Number(short.to_owned())
 }

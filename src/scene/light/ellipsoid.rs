@@ -1,8 +1,9 @@
 //! Phase function and size of globes with unequal axes, without a published phase law.
 //!
 //! In: the body, and the directions of its Sun and its viewer. Out: the light that its lit and visible part reflects, integrated over the ellipsoid. Not here:
-//! bright and dark sides of maps ([`photometry::light_curve`]). A body with a published law keeps that law. Error of the integral, for semi-axes that differ by
-//! up to a factor of 2.4: 2e-3 for Lommel-Seeliger and lunar-Lambert, 1e-2 for Lambert and Oren-Nayar.
+//! bright and dark sides of maps ([`photometry::light_curve`]). A body with a published law keeps that law. Greatest error of the integral, for semi-axes that
+//! differ by up to a factor of 2.4 and phase angles up to 150 degrees: 2e-4 for Lommel-Seeliger, 5e-3 for lunar-Lambert with a lunar weight of at least 0.35,
+//! 1.2e-2 for Lambert, 1.6e-2 for Oren-Nayar with a roughness of up to 20 degrees. In 99 of 100 directions: 4e-3.
 
 use crate::catalog::{Body, Photometry};
 use crate::ephemeris::angle_rad;
@@ -132,7 +133,7 @@ mod tests {
                     let [sun, viewer] = random_directions(&mut random, phase_deg);
                     let reference = muinonen_lumme_km2(radii_km, sun, viewer);
                     let error = reflected_km2(&Photometry::LommelSeeliger, radii_km, sun, viewer) / reference - 1.0;
-                    assert!(error.abs() < 5e-4, "{radii_km} at {phase_deg}: {error:e}");
+                    assert!(error.abs() < 2e-4, "{radii_km} at {phase_deg}: {error:e}");
                     worst = worst.max(error.abs());
                     // Negative control: the outline's area and the phase function of a sphere.
                     let phase = photometry::model_phase(&Photometry::LommelSeeliger, phase_deg.to_radians());
@@ -148,12 +149,12 @@ mod tests {
     #[test]
     fn ellipsoids_of_each_model_have_the_light_of_a_fine_sum() {
         let mut random = Random::new(4);
-        // The sum itself is within 1e-3. The rest are the errors that the file states.
+        // The sum itself is within 1e-3. The rest are the errors that the file states for almost all directions; none of the few here is among the worst.
         for (model, tolerance) in [
-            (Photometry::LommelSeeliger, 4e-3),
+            (Photometry::LommelSeeliger, 1.2e-3),
             (Photometry::LunarLambert { lunar_weight: 0.35 }, 5e-3),
-            (Photometry::Lambert, 1.2e-2),
-            (Photometry::OrenNayar { roughness_deg: 20.0 }, 1.2e-2),
+            (Photometry::Lambert, 5e-3),
+            (Photometry::OrenNayar { roughness_deg: 20.0 }, 5e-3),
         ] {
             for radii_km in SHAPES.map(DVec3::from_array) {
                 for phase_deg in PHASES_DEG {
@@ -162,6 +163,22 @@ mod tests {
                     assert!((light / reference - 1.0).abs() < tolerance, "{model:?}, {radii_km} at {phase_deg}: {light}, {reference}");
                 }
             }
+        }
+    }
+
+    /// Directions to Sun and viewer with nearly the greatest errors that a search found for the shape of Prometheus. The errors are within those that the file
+    /// states, and more than 2/3 of them, so that smaller stated errors would fail. The sum is within 1e-4 here.
+    #[test]
+    fn in_the_worst_directions_the_errors_are_those_stated() {
+        for (model, sun, viewer, stated) in [
+            (Photometry::LunarLambert { lunar_weight: 0.35 }, [0.678, -0.734, -0.019], [0.699, 0.715, 0.019], 5e-3),
+            (Photometry::Lambert, [-0.418, -0.905, 0.072], [-0.092, 0.993, -0.077], 1.2e-2),
+            (Photometry::OrenNayar { roughness_deg: 20.0 }, [-0.832, -0.545, 0.099], [-0.878, 0.472, -0.076], 1.6e-2),
+        ] {
+            let radii_km = DVec3::from_array(SHAPES[1]);
+            let [sun, viewer] = [sun, viewer].map(|direction| DVec3::from_array(direction).normalize());
+            let error = (reflected_km2(&model, radii_km, sun, viewer) / summed_km2(&model, radii_km, sun, viewer) - 1.0).abs();
+            assert!((2.0 / 3.0 * stated..stated).contains(&error), "{model:?}: {error:e}");
         }
     }
 

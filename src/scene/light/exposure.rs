@@ -14,7 +14,7 @@ pub struct Exposure {
     /// The light meter's result in the same unit. `stops` differs from it during a transition (`ExposureRequest::Transition`). Equal to `stops` if nothing was
     /// metered.
     pub metered_stops: f64,
-    /// Why the image has this exposure, for the user.
+    /// Why the image has this exposure, for the user; while `stops` differs from `metered_stops`, why it approaches the latter.
     pub reason: Reason,
 }
 

@@ -207,6 +207,62 @@ fn no_panel_shows_a_text_that_is_not_in_the_fluent_files() {
     );
 }
 
+/// The names of the contacts of events of all kinds, as the Events panel lists them: those for the entire Earth, and those at a place.
+fn contact_names() -> BTreeSet<&'static str> {
+    use crate::time::Instant;
+    use crate::view::app::event_search::{EventKind, events_between};
+    use crate::view::app::settings::Home;
+    let catalog = crate::catalog::Catalog::embedded();
+    let ephemeris = crate::ephemeris::Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+    let instant = |text: &str| Instant::parse(text).expect("a time");
+    let mut names = BTreeSet::new();
+    // Total eclipses of the Sun and the Moon and a transit, each with the place nearest to its middle; two days of moons, which include all four classes of
+    // events at Jupiter; mutual events of its moons.
+    for (kind, from, to, latitude_deg, longitude_deg) in [
+        (EventKind::Solar, "2024-04-08T00:00:00Z", "2024-04-09T00:00:00Z", 25.3, -104.1),
+        (EventKind::Lunar, "2025-03-14T00:00:00Z", "2025-03-15T00:00:00Z", 3.3, -102.2),
+        (EventKind::Transit, "2012-06-05T00:00:00Z", "2012-06-07T00:00:00Z", 22.7, 157.0),
+        (EventKind::Moons, "2015-01-24T00:00:00Z", "2015-01-26T00:00:00Z", 18.0, 0.0),
+    ] {
+        let found = events_between(&catalog, &ephemeris, &[kind], instant(from), instant(to)).expect("events");
+        assert!(!found.is_empty(), "{kind:?}");
+        for event in found {
+            names.extend(event.contacts().iter().map(|(name, _)| *name));
+            let seen = event.seen_from(&catalog, &ephemeris, Home { latitude_deg, longitude_deg }).expect("a place");
+            names.extend(seen.contacts.iter().map(|contact| contact.name));
+        }
+    }
+    names
+}
+
+/// Each contact is either a symbol, the same in all languages, which a message explains, or a word that each language has; and no language has others.
+#[test]
+fn each_contact_of_an_event_has_its_message() {
+    let names = contact_names();
+    for expected in ["C2", "P4", "U2", "U3", "I", "III", "maximum", "begin", "end"] {
+        assert!(names.contains(expected), "{expected} is not among {names:?}");
+    }
+    // A symbol consists of capitals and digits.
+    let key = |name: &str| {
+        let lower = name.to_lowercase();
+        if name == name.to_uppercase() { format!("contact-about-{lower}") } else { format!("contact-{lower}") }
+    };
+    for language in Language::ALL {
+        let known = &messages(language).without_arguments;
+        let has_message = |name: &str| known.contains_key(&key(name));
+        let missing: Vec<_> = names.iter().filter(|name| !has_message(name)).collect();
+        assert!(missing.is_empty(), "{language:?}: {missing:?}");
+        // A message for a name that no contact has.
+        assert!(!has_message("begins") && !has_message("U9"), "{language:?}");
+        let is_of_a_contact = |id: &str| names.iter().any(|name| id == key(name) || id == format!("contact-about-{}", name.to_lowercase()));
+        let unused: Vec<_> = known.keys().filter(|id| id.starts_with("contact-") && !is_of_a_contact(id)).collect();
+        assert!(unused.is_empty(), "{language:?}: {unused:?}");
+    }
+    set(Language::German);
+    assert_eq!(["begin", "end", "maximum", "C1"].map(|name| translated_name("contact", name)), ["beginnt", "endet", "Maximum", "C1"]);
+    set(Language::English);
+}
+
 /// A message that a language lacks is shown in English, an unknown message as its id; missing arguments cause no panic.
 #[test]
 fn missing_messages_fall_back() {

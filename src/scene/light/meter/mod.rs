@@ -97,6 +97,13 @@ pub(crate) struct MeteredSubject {
     pub weight: f64,
 }
 
+impl MeteredSubject {
+    /// The radiance that is white in an image that shows this subject at its target level.
+    pub fn white(&self) -> f64 {
+        self.radiance / self.target_level
+    }
+}
+
 /// What the meter found in the frame.
 pub(crate) struct MeterReading {
     pub subjects: Vec<MeteredSubject>,
