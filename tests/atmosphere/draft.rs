@@ -25,8 +25,8 @@ fn light(body: NaifId, time: &str, quality: Quality, effects: &str) -> [f64; 3] 
     [0, 1, 2].map(|c| drawn.frame.hdr.iter().map(|p| f64::from(p[c])).sum())
 }
 
-/// From 2.5 radii, at several phases: draft quality loses at most a fifth of the light of any channel. Without the table of multiple scattering Titan loses a
-/// quarter or more, and Mars more than a fifth of its blue light, so the comparison can fail.
+/// From 2.5 radii, at several phases: draft quality loses at most a fifth of the light of any channel; of Titan and Mars, whose air is thick, at most a
+/// twentieth, because drafts take the table of multiple scattering, too. Without the table each would lose more than a tenth, so the comparison can fail.
 #[test]
 fn draft_keeps_four_fifths_of_the_light_of_every_body_with_air() {
     let bodies: Vec<_> = SESSION.catalog().bodies().iter().filter(|b| b.atmosphere.is_some() && b.id != NaifId(599)).collect();
@@ -39,16 +39,14 @@ fn draft_keeps_four_fifths_of_the_light_of_every_body_with_air() {
                 [0, 1, 2].map(|c| draft[c] / standard[c].max(f64::MIN_POSITIVE))
             };
             let draft = ratios("");
-            assert!(draft.iter().all(|r| (0.8..1.1).contains(r)), "{} {time}: {draft:?}", body.name);
-            let scattered_once = || {
-                let parts = ratios("+atmosphere=pixel-8");
-                println!("{} {time}: scattered once {parts:.3?}", body.name);
-                parts
-            };
-            match body.id {
-                NaifId(606) => assert!(scattered_once().iter().all(|r| *r < 0.75), "Titan: {:?}", scattered_once()),
-                NaifId(499) if time == "2020-01-01" => assert!(scattered_once()[2] < 0.8, "Mars: {:?}", scattered_once()),
-                _ => {}
+            let has_thick_air = [NaifId(499), NaifId(606)].contains(&body.id);
+            let allowed = if has_thick_air { 0.95..1.05 } else { 0.8..1.1 };
+            assert!(draft.iter().all(|r| allowed.contains(r)), "{} {time}: {draft:?}", body.name);
+            // From near the Sun's direction, as Mars is seen on 2024-12-01, little of its light is scattered more than once.
+            if has_thick_air && time == "2020-01-01" {
+                let scattered_once = ratios("+atmosphere=pixel-8");
+                println!("{} {time}: scattered once {scattered_once:.3?}", body.name);
+                assert!(scattered_once.iter().all(|r| *r < 0.9), "{}: {scattered_once:?}", body.name);
             }
         }
     }

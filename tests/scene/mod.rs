@@ -10,6 +10,7 @@ mod disc_glare;
 mod eclipse_lines;
 mod exposure;
 mod features;
+mod forward_light;
 mod glint;
 mod layers;
 mod linear_light;

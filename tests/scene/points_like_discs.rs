@@ -5,25 +5,38 @@ use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
-use orrery::catalog::{Body, NaifId};
+use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Position, Purpose, ViewRequest};
+use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::units::KM_PER_AU;
 
 /// A side of a square image and a diameter of the body in it, in pixels: a disc with its air, and a point. The point's image is so narrow that no other body is
 /// in it at the phase angles of the tests.
 const DISC: [u32; 2] = [48, 36];
-const POINT: [u32; 2] = [8, 1];
+pub(super) const POINT: [u32; 2] = [8, 1];
 
 /// Light of a body at a phase angle times its distance squared, linear RGB. `distance_radii`: so large that the phase law holds in full.
-fn light(body: i32, phase_deg: f64, time: &str, distance_radii: f64, [side, diameter_px]: [u32; 2], effects: &str) -> DVec3 {
-    let (body, time) = (NaifId(body), Instant::parse(time).expect("a time"));
-    let towards_sun = SESSION.ephemeris().state(NaifId::SUN, body, time, None).expect("a position").state.pos_km.normalize();
+fn light(body: i32, phase_deg: f64, time: &str, distance_radii: f64, size: [u32; 2], effects: &str) -> DVec3 {
+    light_in(&SESSION, NaifId(body), phase_deg, Instant::parse(time).expect("a time"), distance_radii, size, effects)
+}
+
+/// As [`light`], in a session whose catalog may be another one.
+pub(super) fn light_in(
+    session: &Session,
+    body: NaifId,
+    phase_deg: f64,
+    time: Instant,
+    distance_radii: f64,
+    [side, diameter_px]: [u32; 2],
+    effects: &str,
+) -> DVec3 {
+    let towards_sun = session.ephemeris().state(NaifId::SUN, body, time, None).expect("a position").state.pos_km.normalize();
     // In the ecliptic, roughly.
     let across = towards_sun.cross(DVec3::new(0.0, -0.4, 0.917)).normalize();
-    let radius_km = SESSION.catalog().body(body).expect("in the catalog").radii_km.x;
+    let radius_km = session.catalog().body(body).expect("in the catalog").radii_km.x;
     let (sin, cos) = phase_deg.to_radians().sin_cos();
     let offset_km = (towards_sun * cos + across * sin) * (radius_km * distance_radii);
     let request = ViewRequest {
@@ -32,7 +45,7 @@ fn light(body: i32, phase_deg: f64, time: &str, distance_radii: f64, [side, diam
         effects: EffectOverrides::parse(&format!("sun:-glow,sun:-corona{effects}")).expect("effects"),
         ..ViewRequest::of(body, time)
     };
-    light_of(request, side)
+    light_of(session, request, side)
 }
 
 /// The same of the Moon from the Earth's centre.
@@ -43,14 +56,14 @@ fn light_of_moon(time: &str, fov_deg: f64, effects: &str) -> DVec3 {
         effects: EffectOverrides::parse(&format!("-planet-shine{effects}")).expect("effects"),
         ..ViewRequest::of(NaifId::MOON, Instant::parse(time).expect("a time"))
     };
-    light_of(request, 64)
+    light_of(&SESSION, request, 64)
 }
 
 /// Light of the image, in a unit that does not depend on its field of view.
-fn light_of(request: ViewRequest, side: u32) -> DVec3 {
+fn light_of(session: &Session, request: ViewRequest, side: u32) -> DVec3 {
     let (exposure, purpose, layers) = (ExposureRequest::Stops(0.0), Purpose::LINEAR, Layers::NONE);
     let request = ViewRequest { exposure, purpose, layers, width: side, height: side, ..request };
-    let frame = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 4 }, FrameImages::DisplayAndHdr).expect("drawn").frame;
+    let frame = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 4 }, FrameImages::DisplayAndHdr).expect("drawn").frame;
     let sum: DVec3 = frame.hdr.iter().map(|p| DVec3::new(p[0].into(), p[1].into(), p[2].into())).sum();
     sum * ((0.5 * request.fov_deg.expect("a field of view").to_radians()).tan() / f64::from(side)).powi(2)
 }
@@ -60,10 +73,10 @@ fn difference(light: DVec3, reference: DVec3) -> f64 {
     (light / reference - 1.0).abs().to_array().into_iter().fold(0.0, larger)
 }
 
-const TIME: &str = "2024-10-10T00:00:00Z";
+pub(super) const TIME: &str = "2024-10-10T00:00:00Z";
 
 /// A disc whose rim of air is lower than a pixel, but not by so much that its light would be wrong.
-const DISC_WITH_LOW_RIM: [u32; 2] = [96, 72];
+pub(super) const DISC_WITH_LOW_RIM: [u32; 2] = [96, 72];
 /// A distance from which less than a hundredth of a rim that the Sun lights at a phase angle of 179 degrees is behind the limb.
 const FAR_RADII: f64 = 4000.0;
 
@@ -99,42 +112,6 @@ fn a_backlit_body_with_air_has_the_light_of_its_disc() {
     }
 }
 
-/// Moments a quarter of a rotation of Mars apart.
-const TIMES_OF_MARS: [&str; 4] = [TIME, "2024-10-10T06:09:21Z", "2024-10-10T12:18:41Z", "2024-10-10T18:28:02Z"];
-
-/// The light of a row of `forward_light` at a phase angle: the light of the disc less that of the disc without air, drawn as catalogs/README.md says. `now`:
-/// the present row, which gives the unit. With a published phase law (Mars) it also determines how bright the drawn ground is, so that the result is final only
-/// when it is equal to `now`.
-fn forward_light_of_disc(body: &Body, phase_deg: f64, now: DVec3) -> DVec3 {
-    // The rim of Mars would be lower than a pixel of the smaller disc, and its map has brighter and darker sides.
-    let (disc, times) = if body.id == NaifId(499) { (DISC_WITH_LOW_RIM, &TIMES_OF_MARS[..]) } else { (DISC, &TIMES_OF_MARS[..1]) };
-    let of = |size: [u32; 2], time: &str, effects: &str| {
-        light(body.id.0, phase_deg, time, 400.0, size, &format!(",-planet-shine,-eclipse,-rings{effects}"))
-    };
-    // Without its air a body has the light of its ground alone.
-    let of_air = |size: [u32; 2]| -> DVec3 { times.iter().map(|&time| of(size, time, "") - of(size, time, ",-atmosphere")).sum() };
-    let [of_point, of_disc] = [POINT, disc].map(of_air);
-    (of_disc * (now.element_sum() / of_point.element_sum())).max(DVec3::ZERO)
-}
-
-/// Prints `forward_light` of all bodies as catalogs/atmospheres.toml has it, at the phase angles of the present rows. Rows without light stay; where
-/// the light begins is not computed.
-#[test]
-#[ignore = "prints tables for catalogs/atmospheres.toml"]
-fn print_forward_light() {
-    let rounded = |x: f64| -> f64 { format!("{x:.2e}").parse().expect("a number") };
-    for body in SESSION.catalog().bodies() {
-        let Some(air) = body.atmosphere.as_ref().filter(|air| !air.forward_light.is_empty()) else { continue };
-        println!("# {}\nforward_light = [", body.name);
-        for [phase_deg, rgb @ ..] in &air.forward_light {
-            let now = DVec3::from_array(*rgb);
-            let new = if now == DVec3::ZERO { now } else { forward_light_of_disc(body, *phase_deg, now) };
-            println!("    {:?},", [*phase_deg, rounded(new.x), rounded(new.y), rounded(new.z)]);
-        }
-        println!("]");
-    }
-}
-
 /// Light of a disc in units of that of a white Lambert disc under full sunlight: geometric albedo times phase function. Luminance.
 fn mean_radiance(body: i32, phase_deg: f64, effects: &str) -> f64 {
     let distance_radii = 400.0;
@@ -147,27 +124,29 @@ fn mean_radiance(body: i32, phase_deg: f64, effects: &str) -> f64 {
 }
 
 /// Drawn discs of Venus and Mars with their air against Mallama and Hilton 2018: magnitude by phase angle, relative to zero phase, of a disc of the catalog's
-/// geometric albedo. Near 120 degrees Mars is a quarter brighter.
+/// geometric albedo. At 120 degrees, where the law of Mars ends, its dust may have all the light of the law, and the ground still has a quarter of it: so there
+/// 30 % more light is allowed.
 #[test]
 fn discs_with_air_have_the_light_of_the_published_law() {
     let venus = |a: f64| 236.05828 - 2.81914 * a + 8.39034e-3 * a * a + 4.384;
     let mars = |a: f64| -0.367 - 2.573e-2 * a + 3.445e-4 * a * a + 1.601;
     let published = |albedo: f64, magnitude: f64| albedo * 10_f64.powf(-0.4 * magnitude);
     let mut without_air = Vec::new();
-    for (body, phase_deg, expected) in [
-        (299, 165.0, published(0.689, venus(165.0))),
-        (299, 172.0, published(0.689, venus(172.0))),
-        (299, 177.0, published(0.689, venus(177.0))),
-        (499, 100.0, published(0.17, mars(100.0))),
-        (499, 110.0, published(0.17, mars(110.0))),
+    for (body, phase_deg, expected, max_excess) in [
+        (299, 165.0, published(0.689, venus(165.0)), 0.12),
+        (299, 172.0, published(0.689, venus(172.0)), 0.12),
+        (299, 177.0, published(0.689, venus(177.0)), 0.12),
+        (499, 100.0, published(0.17, mars(100.0)), 0.12),
+        (499, 110.0, published(0.17, mars(110.0)), 0.12),
+        (499, 120.0, published(0.17, mars(120.0)), 0.3),
     ] {
         let found = mean_radiance(body, phase_deg, "");
         println!("{body} at {phase_deg}: {found:.5}, published {expected:.5}");
-        assert!((found / expected - 1.0).abs() < 0.12, "{body} at {phase_deg}: {found}, not {expected}");
+        assert!((-0.12..max_excess).contains(&(found / expected - 1.0)), "{body} at {phase_deg}: {found}, not {expected}");
         without_air.push(mean_radiance(body, phase_deg, ",-atmosphere") / expected);
     }
-    // Negative control: the air has part of this light, at Venus' largest phase angle three quarters.
-    assert!(without_air[2] < 0.35 && without_air[4] < 0.8, "{without_air:?}");
+    // Negative control: without their air both would be too faint for the law, Venus at its largest phase angle by more than three fifths.
+    assert!(without_air[2] < 0.35 && without_air[4..].iter().all(|part| *part < 0.88), "{without_air:?}");
 }
 
 /// With the Sun behind them, nearly all light of Saturn and Uranus is that of the grey dust of their rings, not of the globes' colours.

@@ -118,10 +118,11 @@ fn discs_under_air_have_the_same_light_at_every_size() {
         println!("{}: the rim has {rim} of the light", view.time);
         assert!(bare.draws.len() < scene.draws.len() && rim.max_element() > 1e-3, "{}: {rim}", view.time);
     }
-    // The air over the ground of Mars is drawn whatever the height of the rim: it has a fifth of the red light.
+    // The air over the ground of Mars is drawn whatever the height of the rim: it adds light to each channel, most
+    // to blue, which the ground hardly has.
     let ground = View { effects: "-atmosphere", ..MARS };
     let with_air = light(&MARS.scene(48)) / light(&ground.scene(48));
-    assert!(with_air.x > 1.1, "{with_air}");
+    assert!(with_air.max_element() > 1.1, "{with_air}");
 }
 
 /// Mercury's crescent at a phase angle of 150 degrees, just narrower than the widest one that is averaged: no pixel changes by more than 2 levels where

@@ -76,9 +76,9 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
 /// --choice air --choice air-near`). Draft quality may leave out up to 16 %.
 const NEAR_RADII: f64 = 1.25;
 
-/// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: more than a fifth of the light of such
-/// air is scattered more than once. In the catalog the air of Titan (depth 2.6) and of Mars (0.5) is as thick: without multiple scattering an image of Titan
-/// would have only 0.6 of its light, one of Mars 0.78 of its blue light. The colours of the maps already include the gas of the giant planets.
+/// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: about a fifth of the light of such air
+/// is scattered more than once. In the catalog the air of Titan (depth 2.6) and of Mars (0.5) is as thick (tests/atmosphere/draft.rs). The colours of
+/// the maps already include the gas of the giant planets.
 const THICK_DEPTH: f64 = 0.4;
 
 /// Why draft quality includes multiple scattering.

@@ -16,8 +16,8 @@ use crate::scene::numeric::smoothstep;
 use crate::units::{KM_PER_AU, luminance};
 use glam::DVec3;
 
-/// Smallest part of the published law that is left to the ground. Only Mars needs it, from a phase angle of 117 degrees to the law's limit at 120: there its
-/// dust alone rises from three quarters of the law's light to all of it, so that Mars is brighter than the law by up to 0.25 magnitudes.
+/// Smallest part of the published law that is left to the ground. Only Mars needs it, near the law's limit, where its dust alone has most of the law's light;
+/// there Mars is brighter than the law (docs/accuracy.md, "light of a disc with its air").
 const MIN_GROUND_PART: f64 = 0.25;
 
 /// Light of haze or dust at a phase angle: mean radiance of the disc under irradiance 1, linear RGB, from the catalog's table.
