@@ -1,5 +1,6 @@
 //! A body drawn as a point has the light and the colour of its disc: air in front of the Sun, rings, the eclipsed Moon, both sides of the full Moon,
-//! planet-shine, elongated moons. The discs of Venus and Mars have the light of the published phase laws.
+//! planet-shine, elongated moons. The discs of Venus and Mars have the light of the published phase laws. The Earth, whose drawn ground is darker than the
+//! published albedo, has a point of more light than its disc, within stated limits.
 
 use crate::support::folds::larger;
 use crate::support::session::SESSION;
@@ -99,20 +100,24 @@ fn a_backlit_body_with_air_has_the_light_of_its_disc() {
     }
 }
 
-/// Moments a quarter of a rotation of Mars apart.
+/// Moments a quarter of a rotation of Mars apart, about a quarter of a rotation of the Earth.
 const TIMES_OF_MARS: [&str; 4] = [TIME, "2024-10-10T06:09:21Z", "2024-10-10T12:18:41Z", "2024-10-10T18:28:02Z"];
+
+/// Effects that leave out the light of `forward_light`, in point and disc.
+const WITHOUT_AIR: &str = ",-atmosphere,-specular";
 
 /// The light of a row of `forward_light` at a phase angle: the light of the disc less that of the disc without air, drawn as catalogs/README.md says. `now`:
 /// the present row, which gives the unit. With a published phase law (Mars) it also determines how bright the drawn ground is, so that the result is final only
 /// when it is equal to `now`.
 fn forward_light_of_disc(body: &Body, phase_deg: f64, now: DVec3) -> DVec3 {
-    // The rim of Mars would be lower than a pixel of the smaller disc, and its map has brighter and darker sides.
-    let (disc, times) = if body.id == NaifId(499) { (DISC_WITH_LOW_RIM, &TIMES_OF_MARS[..]) } else { (DISC, &TIMES_OF_MARS[..1]) };
+    // The rims of Mars and the Earth would be lower than a pixel of the smaller disc, and their maps have brighter and darker sides.
+    let (disc, times) =
+        if [NaifId(499), NaifId::EARTH].contains(&body.id) { (DISC_WITH_LOW_RIM, &TIMES_OF_MARS[..]) } else { (DISC, &TIMES_OF_MARS[..1]) };
     let of = |size: [u32; 2], time: &str, effects: &str| {
         light(body.id.0, phase_deg, time, 400.0, size, &format!(",-planet-shine,-eclipse,-rings{effects}"))
     };
-    // Without its air a body has the light of its ground alone.
-    let of_air = |size: [u32; 2]| -> DVec3 { times.iter().map(|&time| of(size, time, "") - of(size, time, ",-atmosphere")).sum() };
+    // Without its air, and the Earth without its glint, a body has the light of its ground alone.
+    let of_air = |size: [u32; 2]| -> DVec3 { times.iter().map(|&time| of(size, time, "") - of(size, time, WITHOUT_AIR)).sum() };
     let [of_point, of_disc] = [POINT, disc].map(of_air);
     (of_disc * (now.element_sum() / of_point.element_sum())).max(DVec3::ZERO)
 }
@@ -133,6 +138,49 @@ fn print_forward_light() {
         }
         println!("]");
     }
+}
+
+/// The Earth at all phases, in the mean over a rotation: what air and glint add to point and disc, and the light of both. The point follows the published law.
+/// The drawn ground and clouds have 0.36 of its geometric albedo (whole discs measured by DSCOVR with their air: 0.5), so that the disc has less light, 0.37 of
+/// it where the ground has most of the light. The disc once had up to 50 times the light of the point, at phase angles of 150 degrees and more.
+#[test]
+fn the_earth_has_the_light_of_its_disc_within_the_stated_limits() {
+    let mean = |phase_deg: f64, size: [u32; 2], effects: &str| -> DVec3 {
+        let effects = format!(",-planet-shine,-eclipse{effects}");
+        let sum: DVec3 = TIMES_OF_MARS.iter().map(|time| light(399, phase_deg, time, 400.0, size, &effects)).sum();
+        sum / TIMES_OF_MARS.len() as f64
+    };
+    // Measured: 2.44 2.67 2.53 2.05 1.73 1.46 1.19 1.15 1.15 1.31 1.15 1.06 1.01.
+    for (phase_deg, least, most) in [
+        (5.0, 2.2, 2.8),
+        (60.0, 2.2, 2.9),
+        (90.0, 2.2, 2.8),
+        (110.0, 1.8, 2.3),
+        (120.0, 1.5, 1.95),
+        (135.0, 1.25, 1.65),
+        (145.0, 1.0, 1.4),
+        (155.0, 0.95, 1.35),
+        (165.0, 0.95, 1.35),
+        (170.0, 1.05, 1.5),
+        (174.0, 0.95, 1.35),
+        (176.0, 0.9, 1.2),
+        (178.0, 0.9, 1.12),
+    ] {
+        let [disc, point] = [DISC_WITH_LOW_RIM, POINT].map(|size| mean(phase_deg, size, ""));
+        let ratio = point.y / disc.y;
+        println!("Earth at {phase_deg}: point / disc {ratio:.3}");
+        assert!((least..most).contains(&ratio), "at {phase_deg}: point {point}, disc {disc}");
+        // The rows of `forward_light` from the second on, of which some are for angles between those of the test.
+        if phase_deg >= 135.0 {
+            let [disc_ground, point_ground] = [DISC_WITH_LOW_RIM, POINT].map(|size| mean(phase_deg, size, WITHOUT_AIR));
+            let [of_disc, of_point] = [disc - disc_ground, point - point_ground];
+            println!("    of air and glint {}", of_point / of_disc);
+            assert!(difference(of_point, of_disc) < 0.1, "at {phase_deg}: air and glint {of_point} in the point, {of_disc} in the disc");
+        }
+    }
+    // Negative control: without air the point has a twentieth of the light of the disc.
+    let (disc, point) = (mean(178.0, DISC_WITH_LOW_RIM, ""), mean(178.0, POINT, WITHOUT_AIR));
+    assert!(point.y < 0.2 * disc.y, "point {point}, disc {disc}");
 }
 
 /// Light of a disc in units of that of a white Lambert disc under full sunlight: geometric albedo times phase function. Luminance.
