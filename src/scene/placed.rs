@@ -44,8 +44,8 @@ pub(crate) struct PlacedBody<'a> {
     pub outline: Outline,
     /// Irradiance at the viewer from globe and rings without eclipses and planet-shine, in units of the Sun's at 1 au.
     pub irradiance: Irradiance,
-    /// As `irradiance`, linear RGB, but without the rings and their shadow on the globe, or without the light of the air, if the user has switched them off:
-    /// the light of the body's point.
+    /// As `irradiance`, linear RGB, but without the rings and their shadow and light on the globe, without ring-shine, or without the light of the air, if the
+    /// user has switched them off: the light of the body's point.
     pub shown_irradiance: DVec3,
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.
@@ -124,9 +124,10 @@ pub(crate) fn place<'a>(
     let (irradiance, shown_irradiance) = if camera_is_at_centre {
         (Irradiance::default(), DVec3::ZERO)
     } else {
-        let with_rings = brightness::irradiance(&caches.ring_tables, body, phase_angle_rad, sun_km, viewer_km);
+        let with_rings = brightness::irradiance(caches, body, phase_angle_rad, sun_km, viewer_km);
         let shown = if shows(Effect::Rings) { with_rings } else { brightness::globe_irradiance(body, phase_angle_rad, sun_km, viewer_km) };
         let shown = if shows(Effect::Atmosphere) { shown } else { shown.without_air() };
+        let shown = if shows(Effect::RingShine) { shown } else { shown.without_ring_shine() };
         (with_rings, shown.rgb(body))
     };
     let outline = if camera_is_at_centre { Outline::Behind } else { Outline::of(camera, &placement) };

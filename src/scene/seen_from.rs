@@ -34,7 +34,7 @@ pub fn bodies_seen_from(
     time: Instant,
 ) -> Result<Vec<BodyReport>, SceneError> {
     let mut effects = EffectOverrides::default();
-    // No magnitude depends on ring-shine, which would need a new table for each date.
+    // Magnitudes have ring-shine at large phase angles whatever this effect; for images it would need a new table for each date.
     effects.set(Effect::RingShine, false);
     let request = ViewRequest {
         target: None,

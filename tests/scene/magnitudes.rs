@@ -16,7 +16,7 @@ const TOLERANCE_MAG: f64 = 0.2;
 /// (NAIF code, distance from the Sun au, from the viewer au, phase angle deg, V). Mallama and Hilton 2018 as coded in skyfield 1.55,
 /// `magnitudelib`, Saturn without its rings; the geometries of the first three, the fifth and the seventh are those of the paper's
 /// examples.
-const PUBLISHED: [(i32, f64, f64, f64, f64); 17] = [
+const PUBLISHED: [(i32, f64, f64, f64, f64); 19] = [
     (199, 0.4136, 0.9264, 90.17, 0.181),
     (299, 0.7215, 0.3776, 124.13, -4.916),
     (299, 0.7227, 1.7161, 1.36, -3.917),
@@ -34,6 +34,8 @@ const PUBLISHED: [(i32, f64, f64, f64, f64); 17] = [
     (699, 9.5, 0.5, 90.0, -4.155),
     (799, 18.321, 17.323, 0.04, 5.398),
     (899, 30.03, 29.03, 0.05, 7.702),
+    (399, 1.0, 0.7, 165.0, 0.653),
+    (399, 1.0, 0.7, 170.0, 0.991),
 ];
 
 fn sky() -> (Catalog, Ephemeris) {

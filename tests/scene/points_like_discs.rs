@@ -1,5 +1,6 @@
-//! A body drawn as a point has the light and the colour of its disc: air in front of the Sun, rings, the eclipsed Moon, both sides of the full Moon,
-//! planet-shine, elongated moons. The discs of Venus and Mars have the light of the published phase laws.
+//! A body drawn as a point has the light and the colour of its disc: air in front of the Sun, rings and ring-shine, the eclipsed Moon, both sides of the full
+//! Moon, planet-shine, elongated moons. The discs of Venus and Mars have the light of the published phase laws. The Earth, whose drawn ground is darker than
+//! the published albedo, has a point of more light than its disc, within stated limits.
 
 use crate::support::folds::larger;
 use crate::support::session::SESSION;
@@ -18,24 +19,39 @@ use orrery::units::KM_PER_AU;
 const DISC: [u32; 2] = [48, 36];
 pub(super) const POINT: [u32; 2] = [8, 1];
 
-/// Light of a body at a phase angle times its distance squared, linear RGB. `distance_radii`: so large that the phase law holds in full.
+/// Direction from a body to the Sun.
+fn towards_sun(session: &Session, body: NaifId, time: Instant) -> DVec3 {
+    session.ephemeris().state(NaifId::SUN, body, time, None).expect("a position").state.pos_km.normalize()
+}
+
+/// A view of a body alone.
+pub(super) struct View<'a> {
+    pub body: NaifId,
+    pub phase_deg: f64,
+    pub time: Instant,
+    /// So large that the phase law holds in full.
+    pub distance_radii: f64,
+    /// A side of the square image and the diameter of the body in it, in pixels.
+    pub size: [u32; 2],
+    pub effects: &'a str,
+    /// Normal of the plane in which Sun, body and viewer are.
+    pub plane_normal: DVec3,
+}
+
+/// The normal of the ecliptic, roughly.
+pub(super) const ECLIPTIC_NORMAL: DVec3 = DVec3::new(0.0, -0.4, 0.917);
+
+/// Light of a body times its distance squared, linear RGB.
 fn light(body: i32, phase_deg: f64, time: &str, distance_radii: f64, size: [u32; 2], effects: &str) -> DVec3 {
-    light_in(&SESSION, NaifId(body), phase_deg, Instant::parse(time).expect("a time"), distance_radii, size, effects)
+    let (body, time) = (NaifId(body), Instant::parse(time).expect("a time"));
+    light_in(&SESSION, &View { body, phase_deg, time, distance_radii, size, effects, plane_normal: ECLIPTIC_NORMAL })
 }
 
 /// As [`light`], in a session whose catalog may be another one.
-pub(super) fn light_in(
-    session: &Session,
-    body: NaifId,
-    phase_deg: f64,
-    time: Instant,
-    distance_radii: f64,
-    [side, diameter_px]: [u32; 2],
-    effects: &str,
-) -> DVec3 {
-    let towards_sun = session.ephemeris().state(NaifId::SUN, body, time, None).expect("a position").state.pos_km.normalize();
-    // In the ecliptic, roughly.
-    let across = towards_sun.cross(DVec3::new(0.0, -0.4, 0.917)).normalize();
+pub(super) fn light_in(session: &Session, view: &View<'_>) -> DVec3 {
+    let View { body, phase_deg, time, distance_radii, size: [side, diameter_px], effects, plane_normal } = *view;
+    let towards_sun = towards_sun(session, body, time);
+    let across = towards_sun.cross(plane_normal).normalize();
     let radius_km = session.catalog().body(body).expect("in the catalog").radii_km.x;
     let (sin, cos) = phase_deg.to_radians().sin_cos();
     let offset_km = (towards_sun * cos + across * sin) * (radius_km * distance_radii);
@@ -112,6 +128,44 @@ fn a_backlit_body_with_air_has_the_light_of_its_disc() {
     }
 }
 
+/// The Earth at all phases, in the mean over a rotation. The point follows the published law.
+/// The drawn ground and clouds have 0.36 of its geometric albedo (whole discs measured by DSCOVR with their air: 0.5), so that the disc has less light, 0.37 of
+/// it where the ground has most of the light. The disc once had up to 50 times the light of the point, at phase angles of 150 degrees and more.
+#[test]
+fn the_earth_has_the_light_of_its_disc_within_the_stated_limits() {
+    // A quarter of a rotation apart.
+    const TIMES: [&str; 4] = [TIME, "2024-10-10T06:00:00Z", "2024-10-10T12:00:00Z", "2024-10-10T18:00:00Z"];
+    let mean = |phase_deg: f64, size: [u32; 2], effects: &str| -> DVec3 {
+        let effects = format!(",-planet-shine,-eclipse{effects}");
+        let sum: DVec3 = TIMES.iter().map(|time| light(399, phase_deg, time, 400.0, size, &effects)).sum();
+        sum / TIMES.len() as f64
+    };
+    // Measured: 2.44 2.67 2.53 2.05 1.73 1.46 1.19 1.15 1.15 1.31 1.15 1.06 1.01.
+    for (phase_deg, least, most) in [
+        (5.0, 2.2, 2.8),
+        (60.0, 2.2, 2.9),
+        (90.0, 2.2, 2.8),
+        (110.0, 1.8, 2.3),
+        (120.0, 1.5, 1.95),
+        (135.0, 1.25, 1.65),
+        (145.0, 1.0, 1.4),
+        (155.0, 0.95, 1.35),
+        (165.0, 0.95, 1.35),
+        (170.0, 1.05, 1.5),
+        (174.0, 0.95, 1.35),
+        (176.0, 0.9, 1.2),
+        (178.0, 0.9, 1.12),
+    ] {
+        let [disc, point] = [DISC_WITH_LOW_RIM, POINT].map(|size| mean(phase_deg, size, ""));
+        let ratio = point.y / disc.y;
+        println!("Earth at {phase_deg}: point / disc {ratio:.3}");
+        assert!((least..most).contains(&ratio), "at {phase_deg}: point {point}, disc {disc}");
+    }
+    // Negative control: without air the point has a twentieth of the light of the disc.
+    let (disc, point) = (mean(178.0, DISC_WITH_LOW_RIM, ""), mean(178.0, POINT, ",-atmosphere"));
+    assert!(point.y < 0.2 * disc.y, "point {point}, disc {disc}");
+}
+
 /// Light of a disc in units of that of a white Lambert disc under full sunlight: geometric albedo times phase function. Luminance.
 fn mean_radiance(body: i32, phase_deg: f64, effects: &str) -> f64 {
     let distance_radii = 400.0;
@@ -155,12 +209,36 @@ fn rings_of_a_point_have_their_own_colour() {
     for (body, size) in [(699, [144, 36]), (799, [144, 36])] {
         let [disc, point] = [size, POINT].map(|size| light(body, 178.0, TIME, 400.0, size, ",-planet-shine,-eclipse"));
         println!("{body}: point / disc {}", point / disc);
-        // Left out in the point: the rings' light on the globe, 3 % of Saturn's light.
         assert!(difference(point, disc) < 0.15, "{body}: point {point}, disc {disc}");
         // Negative control: the globe's colour.
         let colour = SESSION.catalog().body(NaifId(body)).expect("in the catalog").colour.as_dvec3();
         assert!(difference(colour * (disc.y / colour.y), disc) > 0.15, "{body}: colour {colour}, disc {disc}");
     }
+}
+
+/// Saturn with open rings from their unlit side: up to half of its light is ring-shine on the globe's night side, which was missing in the point and in the
+/// magnitude.
+#[test]
+fn saturn_has_its_ring_shine_as_a_point() {
+    // The Sun is 27 degrees north of the rings.
+    let time = "2017-06-01T00:00:00Z";
+    let pole = DVec3::new(0.0857, 0.0735, 0.9936);
+    // The place is southwards of the direction away from the Sun, as far as the phase angle allows.
+    let (body, time) = (NaifId(699), Instant::parse(time).expect("a time"));
+    let plane_normal = towards_sun(&SESSION, body, time).cross(pole);
+    let saturn = |phase_deg: f64, size: [u32; 2], effects: &str| {
+        let effects = &format!(",-planet-shine,-eclipse{effects}");
+        light_in(&SESSION, &View { body, phase_deg, time, distance_radii: 400.0, size, effects, plane_normal })
+    };
+    for phase_deg in [75.0, 100.0, 130.0, 150.0, 160.0, 165.0, 170.0, 174.0] {
+        let [disc, point] = [[144, 36], POINT].map(|size| saturn(phase_deg, size, ""));
+        println!("Saturn at {phase_deg}: point / disc {}", point / disc);
+        // Measured: 0.98 to 1.09. The ring-shine of the point is up to 7 % fainter than that of the disc, whose map is brighter there.
+        assert!(difference(point, disc) < 0.12, "at {phase_deg}: point {point}, disc {disc}");
+    }
+    // Negative control: without it the point has 0.6 of the light.
+    let (disc, point) = (saturn(165.0, [144, 36], ""), saturn(165.0, POINT, ",-ring-shine"));
+    assert!(point.y < 0.7 * disc.y, "point {point}, disc {disc}");
 }
 
 /// The Moon in the Earth's umbra is as red and as bright as a point as it is as a disc: the approximation for points and the shader differ by 3 % in red and by

@@ -82,10 +82,17 @@ fn the_ring_of_air_around_a_backlit_body_is_exposed() {
 #[test]
 fn the_exposure_is_continuous_where_a_backlit_disc_becomes_a_point() {
     let diameters_px: Vec<f64> = (0..=81).map(|k| 7.0 * 0.98_f64.powi(k)).collect();
-    // The greatest change from the largest disc to any smaller one. The crescent of the Earth without its ring is metered as brighter than its point.
-    for (body, phase_deg, has_target, most_stops) in
-        [(499, 175.0, true, 3.5), (499, 178.0, false, 3.5), (606, 175.0, true, 3.5), (299, 177.0, true, 6.0), (399, 165.0, true, 8.0)]
-    {
+    // The greatest change from the largest disc to any smaller one. The Earth's was 11 stops at 178.5 degrees, while its point had a fiftieth of the light of
+    // its disc.
+    for (body, phase_deg, has_target, most_stops) in [
+        (499, 175.0, true, 3.5),
+        (499, 178.0, false, 3.5),
+        (606, 175.0, true, 3.5),
+        (299, 177.0, true, 6.0),
+        (399, 165.0, true, 5.0),
+        (399, 178.5, true, 5.0),
+        (399, 178.5, false, 7.0),
+    ] {
         let stops: Vec<f64> = diameters_px
             .iter()
             .map(|diameter_px| {

@@ -13,6 +13,7 @@ use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::DecisionInputs;
 use crate::scene::light::disc_light;
 use crate::scene::light::lights::{self, IncidentLight};
+use crate::scene::request::effects::Effect;
 use crate::scene::surface::{crescent, detail};
 use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
 use glam::DVec3;
@@ -106,6 +107,9 @@ pub(crate) fn uniforms_of_fraction(
     } else {
         std::iter::once(&lights::sunlight(placed.body_to_sun_km)).chain(secondary_lights).map(to_body_frame).collect()
     };
+    let shows_clouds = inputs.effects().override_of(Effect::Clouds) != Some(false);
+    let glint_factor =
+        if shows_clouds { disc_light::glint_factor(body, placed.phase_angle_rad, placed.distance_km / body.radii_km.x) } else { 1.0 };
     let ground_scale = 1.0;
     let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
@@ -119,7 +123,7 @@ pub(crate) fn uniforms_of_fraction(
         map_pixel: camera::narrow_scalar(min_pixel_width(camera, placement, body)),
         camera_height: camera::narrow_scalar(placement.camera_in_unit_sphere().length() - 1.0),
         night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * light_factor),
-        specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
+        specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x * glint_factor),
         wave_slope_sq: camera::narrow_scalar(WAVE_SLOPE_SQ),
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),
         clouds: clouds::uniforms(body),

@@ -1,14 +1,20 @@
 //! The irradiance at the viewer from an entire body (globe and rings), at any phase angle.
 //!
 //! In: the body, and the positions of the viewer and of the Sun or another light. Out: [`Irradiance`]. Left out: eclipses. Errors: 0.2 magnitudes for globes,
-//! 0.15 for Saturn with rings (tests/scene/magnitudes.rs).
+//! 0.15 for Saturn with rings (tests/scene/magnitudes.rs). Ring-shine fades in between two phase angles (`SHINE_FADE_IN_RAD`): its tables are not computed for
+//! views from the Earth.
 
-use crate::catalog::Body;
+use crate::catalog::{Body, Ring};
 use crate::scene::light::{disc_light, ellipsoid, photometry};
-use crate::scene::rings::ring_light::RingLight;
-use crate::scene::rings::ring_table::RingTables;
-use crate::units::{KM_PER_AU, luminance};
+use crate::scene::numeric::smooth_rise;
+use crate::scene::resources::Caches;
+use crate::scene::rings::ring_light::{self, RingLight, SHINE_FADE_IN_RAD};
+use crate::scene::rings::ring_shine::RingShineGeometry;
+use crate::units::{KM_PER_AU, SUN_RADIUS_KM, luminance};
 use glam::DVec3;
+
+/// Irradiance of the globe by ring-shine per unit of sunlight, by its upper limit, below which it is left out: Saturn's is 1.4, that of Uranus 0.0005.
+const MIN_RING_SHINE: f64 = 0.01;
 
 /// Irradiance at the viewer, in units of the Sun's at 1 au.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,6 +25,8 @@ pub(crate) struct Irradiance {
     of_air: DVec3,
     /// Light of the rings, linear RGB.
     of_rings: DVec3,
+    /// Light that the rings scatter onto the globe, linear RGB.
+    of_ring_shine: DVec3,
 }
 
 impl Irradiance {
@@ -27,14 +35,19 @@ impl Irradiance {
         Self { of_air: DVec3::ZERO, ..self }
     }
 
+    /// The same without ring-shine.
+    pub(crate) fn without_ring_shine(self) -> Self {
+        Self { of_ring_shine: DVec3::ZERO, ..self }
+    }
+
     /// Its luminance.
     pub(crate) fn luminance(self) -> f64 {
-        self.of_ground + luminance((self.of_air + self.of_rings).to_array())
+        self.of_ground + luminance((self.of_air + self.of_rings + self.of_ring_shine).to_array())
     }
 
     /// Its colour, linear RGB.
     pub(crate) fn rgb(self, body: &Body) -> DVec3 {
-        body.colour.as_dvec3() * self.of_ground + self.of_air + self.of_rings
+        body.colour.as_dvec3() * self.of_ground + self.of_air + self.of_rings + self.of_ring_shine
     }
 }
 
@@ -52,6 +65,7 @@ pub(crate) fn globe_irradiance(body: &Body, phase_angle_rad: f64, sun_km: DVec3,
         of_ground: of_uniform_ground * photometry::light_curve(body, sun_km.normalize_or_zero(), viewer_km.normalize()),
         of_air,
         of_rings: DVec3::ZERO,
+        of_ring_shine: DVec3::ZERO,
     }
 }
 
@@ -60,18 +74,43 @@ fn sun_distance_km(sun_km: DVec3) -> f64 {
     sun_km.length().max(1.0)
 }
 
+/// Mean radiance, under a sunlight of irradiance 1, that ring-shine gives a disc of the equatorial radius, linear RGB.
+fn ring_shine_radiance(caches: &Caches, body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer: DVec3) -> DVec3 {
+    let weight = smooth_rise(SHINE_FADE_IN_RAD, phase_angle_rad);
+    if weight <= 0.0 {
+        return DVec3::ZERO;
+    }
+    let rings: Vec<&Ring> = body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
+    let sun = sun_km.normalize();
+    // The same tables as the light meter's.
+    let geometry = RingShineGeometry {
+        rings: &rings,
+        radius_km: body.radii_km.x,
+        polar_ratio: body.radii_km.z / body.radii_km.x,
+        sin_elevation: sun.z,
+        sun_tangent: SUN_RADIUS_KM / sun_km.length(),
+    };
+    let shine = if geometry.upper_limit() < MIN_RING_SHINE { None } else { geometry.shine(&caches.ring_shines) };
+    let Some(shine) = shine else { return DVec3::ZERO };
+    // The ground is drawn as a Lambert surface under ring-shine, without the phase law's factor.
+    let ground_radiance = photometry::albedo_normalisation(body) * body.geometric_albedo * body.colour.as_dvec3();
+    ground_radiance * ring_light::seen_ring_shine(&caches.ring_tables, body, &shine, sun, viewer) * weight
+}
+
 /// Irradiance from globe and rings. `phase_angle_rad`: Sun-body-viewer. `sun_km` and `viewer_km`: positions relative to the body's centre, body axes.
-pub(crate) fn irradiance(ring_tables: &RingTables, body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> Irradiance {
+pub(crate) fn irradiance(caches: &Caches, body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> Irradiance {
     let of_globe = globe_irradiance(body, phase_angle_rad, sun_km, viewer_km);
     if body.rings.is_empty() || sun_km == DVec3::ZERO {
         return of_globe;
     }
     let (viewer_distance_km, viewer, sun_distance_km) = (viewer_km.length(), viewer_km.normalize(), sun_distance_km(sun_km));
-    let rings = RingLight::of(ring_tables, body, sun_km.normalize(), viewer);
-    // `ring_albedo` is relative to a disc of the equatorial radius.
+    let rings = RingLight::of(&caches.ring_tables, body, sun_km.normalize(), viewer);
+    // From the mean radiance of a disc of the equatorial radius under a sunlight of irradiance 1.
+    let sunlit_solid_angle = (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2);
     Irradiance {
         of_ground: of_globe.of_ground * rings.globe_light_fraction,
         of_air: of_globe.of_air * rings.globe_light_fraction,
-        of_rings: rings.ring_albedo * (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2),
+        of_rings: rings.ring_albedo * sunlit_solid_angle,
+        of_ring_shine: ring_shine_radiance(caches, body, phase_angle_rad, sun_km, viewer) * sunlit_solid_angle,
     }
 }

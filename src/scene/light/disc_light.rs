@@ -6,21 +6,31 @@
 //!
 //! The air's light has two forms. Where clear air is opaque along the limb, the rim continues the disc's colour, in proportion to the ground (Venus, the giant
 //! planets: `rim::continued_light`). Haze and dust have the light of the catalog's `forward_light` (Mars, Titan, Pluto). Without a published law the
-//! photometric model is the ground's, and the light of the air is added.
+//! photometric model is the ground's, and the light of the air is added. The Earth's `forward_light` is that of its air and of the Sun's glint on the sea. Its
+//! drawn ground and clouds have 0.36 of the published geometric albedo, so that its disc has 0.37 to 1 of the light of its point (docs/accuracy.md).
 
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::scene::atmosphere::rim;
 use crate::scene::light::phase_laws::{self, PhaseLaw};
 use crate::scene::light::photometry::{measured_side_curve, model_geometric_albedo, model_phase, sun_disc_radiance};
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::units::{KM_PER_AU, luminance};
 use glam::DVec3;
 
-/// Smallest part of the published law that is left to the ground. Only Mars needs it, near the law's limit, where its dust alone has most of the law's light;
-/// there Mars is brighter than the law (docs/accuracy.md, "light of a disc with its air").
+/// Smallest part of the published law that is left to the ground. Mars needs it near the law's limit, where its dust alone has most of the law's light; the
+/// Earth needs it from 146 to 168 degrees. There both are brighter than the law (docs/accuracy.md).
 const MIN_GROUND_PART: f64 = 0.25;
 
-/// Light of haze or dust at a phase angle: mean radiance of the disc under irradiance 1, linear RGB, from the catalog's table.
+/// Factor on the Sun's glint on the sea of a distant disc with clouds: an estimate. Clouds cover 0.72 of the seas (King et al. 2013, IEEE Transactions on
+/// Geoscience and Remote Sensing 51, 3826). The light of a crescent's glint crosses their height twice, at places far apart; both are clear for 0.28^2 = 0.08
+/// of it. The drawn clouds, which are fewer and opaque, let 0.65 pass. The quotient is 0.12, and thin clouds let some light through. Without the factor the
+/// Earth at 160 degrees had 2.4 times the light of the published law.
+const GLINT_PAST_CLOUDS: f64 = 0.15;
+/// Phase angles between which it sets in: at the first the two crossings of clouds 3 km high are 3 km apart, at the second 14 km. Chosen, not measured.
+const GLINT_FADE_RAD: (f64, f64) = (1.0, 2.35);
+
+/// Light of haze or dust, or of the Earth's air and glint, at a phase angle: mean radiance of the disc under irradiance 1, linear RGB, from the catalog's
+/// table.
 fn forward_light(body: &Body, alpha: f64) -> DVec3 {
     let rows = body.atmosphere.as_ref().map_or(&[][..], |air| air.forward_light.as_slice());
     let alpha_deg = alpha.to_degrees();
@@ -91,6 +101,14 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
         return 1.0;
     }
     (model_factor(body, rim_of_model(body), alpha) / measured_side_curve(body, alpha)).powf(weight)
+}
+
+/// Factor on the glint of the sea of a body whose clouds are drawn: [`GLINT_PAST_CLOUDS`] for a distant viewer of a crescent. It is 1 for a near viewer, who
+/// sees the gaps between clouds, and at small phase angles, where the light passes the same gap twice. With the distance it changes like
+/// [`phase_correction`].
+pub(crate) fn glint_factor(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
+    let weight = if body.clouds.is_some() { correction_weight(distance_radii) * smooth_rise(GLINT_FADE_RAD, alpha) } else { 0.0 };
+    GLINT_PAST_CLOUDS.powf(weight)
 }
 
 /// By how much [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter does not compute their light

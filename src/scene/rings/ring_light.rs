@@ -1,11 +1,13 @@
-//! The effect of rings on a body's total brightness: the light that they scatter to a viewer, and the fraction of the globe's light that they transmit.
+//! The effect of rings on a body's total brightness: the light that they scatter to a viewer, the fraction of the globe's light that they transmit, and the
+//! light that they scatter onto the globe (ring-shine).
 //!
-//! In: a ringed body, the directions to Sun and viewer in body axes. Out: [`RingLight`]. The light is computed as in shaders/lib/ring/photometry.wesl for a
-//! point Sun and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide. tests/scene/magnitudes.rs compares it with
-//! Mallama and Hilton 2018 (Astron. Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5 degrees). Not modelled: light reflected
-//! between globe and rings (seen from the unlit side of the rings, 12 % of the light at a phase angle of 100 degrees), the Sun's size.
+//! In: a ringed body, the directions to Sun and viewer in body axes. Out: [`RingLight`], [`seen_ring_shine`]. The light is computed as in
+//! shaders/lib/ring/photometry.wesl for a point Sun and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide.
+//! tests/scene/magnitudes.rs compares it with Mallama and Hilton 2018 (Astron. Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5
+//! degrees). Not modelled: the globe's light on the rings, the Sun's size.
 
 use crate::catalog::Body;
+use crate::scene::draw::tables::RingShine;
 use crate::scene::rings::phase::{MIN_COSINE, dust_phase, large_particle_phase};
 use crate::scene::rings::ring_shine::scattered;
 use crate::scene::rings::ring_table::{RingInterval, RingTables};
@@ -27,6 +29,13 @@ const LUNE_ROWS: usize = 48;
 const MIN_BLOCKED_WIDTH: f64 = 0.015;
 /// Smallest extent in radius over which transmittance is averaged, equatorial radii: it keeps the division by the extent accurate.
 const MIN_EXTENT: f64 = 1e-6;
+
+/// Numbers of cells along and across the meridians of the globe, for its ring-shine. A grid eight times as fine changes the light by up to 4 %.
+const SHINE_ROWS: usize = 24;
+const SHINE_COLUMNS: usize = 48;
+/// Phase angles between which ring-shine fades in, in the light of a point and in the light meter: at the first a quarter of the disc is dark, at the second
+/// more than half. At smaller phase angles ring-shine is at most a hundredth of Saturn's light.
+pub(crate) const SHINE_FADE_IN_RAD: (f64, f64) = (1.0, 1.7);
 
 /// Unit vectors in the rings' plane, at the middles of `AZIMUTH_COUNT` equal angles.
 static DIRECTIONS: LazyLock<[DVec2; AZIMUTH_COUNT]> =
@@ -76,6 +85,15 @@ impl RingLight {
     }
 }
 
+/// Ring-shine on the globe as a distant viewer sees it past the rings: the irradiance of the ground per unit of sunlight, integrated over the visible part of
+/// the globe as projected towards the viewer, divided by pi and the squared equatorial radius, linear RGB. `sun` and `viewer`: unit vectors from the body's
+/// centre, body axes.
+pub(crate) fn seen_ring_shine(tables: &RingTables, body: &Body, shine: &RingShine, sun: DVec3, viewer: DVec3) -> DVec3 {
+    let globe = Globe { axes: body.radii_km / body.radii_km.x };
+    let intervals = tables.intervals(body.rings.iter(), body.radii_km.x);
+    globe.seen_ring_shine(shine, &RingPath::new(&intervals, viewer), sun)
+}
+
 /// The globe, lengths in its equatorial radii.
 struct Globe {
     /// Semi-axes.
@@ -99,6 +117,30 @@ impl Globe {
             !is_blocked(sun.truncate(), sun_sq) && !is_blocked(viewer.truncate(), viewer_sq)
         };
         DIRECTIONS.iter().filter(is_visible).count() as f64 / AZIMUTH_COUNT as f64
+    }
+
+    /// See [`seen_ring_shine`]. The cells are equal steps of the unit sphere's latitude and of the hour angle from the Sun. `path`: towards the viewer.
+    fn seen_ring_shine(&self, shine: &RingShine, path: &RingPath<'_>, sun: DVec3) -> DVec3 {
+        let noon = sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let (cell_height_rad, cell_width_rad) = (PI / SHINE_ROWS as f64, TAU / SHINE_COLUMNS as f64);
+        let mut sum = DVec3::ZERO;
+        for row in 0..SHINE_ROWS {
+            let (sin_latitude, cos_latitude) = ((row as f64 + 0.5) * cell_height_rad - 0.5 * PI).sin_cos();
+            for column in 0..SHINE_COLUMNS {
+                let meridian = DVec2::from_angle((column as f64 + 0.5) * cell_width_rad).rotate(noon);
+                let unit_point = (meridian * cos_latitude).extend(sin_latitude);
+                // Per area of the unit sphere. The vector is the normal of the globe, which is the unit sphere stretched by its axes.
+                let projected_area = self.axes.element_product() * (unit_point / self.axes).dot(path.towards);
+                if projected_area <= 0.0 {
+                    continue;
+                }
+                let east = (meridian.perp() * (cell_width_rad * cos_latitude)).extend(0.0);
+                let north = (meridian * -sin_latitude).extend(cos_latitude) * cell_height_rad;
+                let transmittance = path.mean_transmittance(unit_point * self.axes, [east, north].map(|edge| edge * self.axes));
+                sum += shine.irradiance_rgb(unit_point, sun) * (projected_area * transmittance * cos_latitude);
+            }
+        }
+        sum * (cell_width_rad * cell_height_rad / PI)
     }
 
     /// Fraction of a Lambert globe's light that the rings transmit, both on the way from the Sun and on the way to the viewer. The lit and visible part of the
@@ -266,6 +308,30 @@ mod tests {
             .collect();
         assert!(ring_albedo.windows(2).all(|w| w[1] > w[0]), "{ring_albedo:?}");
         assert!(ring_albedo[9] > 0.2, "{ring_albedo:?}");
+    }
+
+    /// Light that falls on the ground in proportion to the distance from the equator's plane, |z|, against closed forms: 2/3 seen from the pole, whatever the
+    /// flattening, and 4/(3 pi) seen from the equator.
+    #[test]
+    fn seen_ring_shine_is_the_integral_over_the_visible_globe() {
+        use crate::scene::rings::ring_shine::{COLUMNS, ROWS};
+        let shine = RingShine { texels: vec![1.0; 2 * ROWS * COLUMNS * 4], max_height: 1.0, brightest: 1.0 };
+        let sun = direction(20.0, 40.0);
+        let seen = |polar_radius: f64, intervals: &[RingInterval], viewer: DVec3| {
+            let globe = Globe { axes: DVec3::new(1.0, 1.0, polar_radius) };
+            globe.seen_ring_shine(&shine, &RingPath::new(intervals, viewer), sun).x
+        };
+        let expected = [2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 4.0 / (3.0 * PI)];
+        let found = [seen(1.0, &[], DVec3::Z), seen(0.5, &[], DVec3::Z), seen(0.5, &[], DVec3::NEG_Z), seen(1.0, &[], DVec3::X)];
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found / expected - 1.0).abs() < 0.01, "{found}, not {expected}");
+        }
+        // Opaque rings hide the far half of the globe beyond their plane, and nothing from straight above.
+        let opaque = [RingInterval { inner: 1.0, outer: 9.0, tau: 50.0, albedo: [0.0; 3], dust_fraction: 0.0 }];
+        let oblique = direction(40.0, 10.0);
+        let [open, hidden] = [&opaque[..0], &opaque[..]].map(|intervals| seen(0.9, intervals, oblique));
+        assert!(hidden > 0.5 * open && hidden < 0.97 * open, "{hidden} of {open}");
+        assert!((seen(1.0, &opaque, DVec3::Z) / expected[0] - 1.0).abs() < 0.02);
     }
 
     /// [`Globe::transmitted_fraction`] by many points of the square around the globe's disc, each with the transmittance at this point.

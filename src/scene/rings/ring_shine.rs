@@ -37,9 +37,14 @@ const SLANTS_PER_OCTAVE: f64 = RING_SLANTS_PER_OCTAVE as f64;
 const EQUATOR_HEIGHT: f64 = 1e-6;
 
 impl RingShine {
-    /// Irradiance of level ground per unit of sunlight, brightest channel, interpolated as in shaders/lib/ring/shine.wesl. `point`: unit-sphere frame;
-    /// `sun`: unit vector, body axes.
+    /// As [`Self::irradiance_rgb`], brightest channel.
     pub(crate) fn irradiance(&self, point: DVec3, sun: DVec3) -> f64 {
+        self.irradiance_rgb(point, sun).max_element()
+    }
+
+    /// Irradiance of level ground per unit of sunlight, linear RGB, interpolated as in shaders/lib/ring/shine.wesl. `point`: unit-sphere frame; `sun`: unit
+    /// vector, body axes.
+    pub(crate) fn irradiance_rgb(&self, point: DVec3, sun: DVec3) -> DVec3 {
         let height = point.z.abs();
         let horizontal = sun.truncate().try_normalize().unwrap_or(DVec2::X);
         let hour_fraction = point.truncate().perp_dot(horizontal).abs().atan2(point.truncate().dot(horizontal)) / PI;
@@ -51,15 +56,12 @@ impl RingShine {
         let (column, column_fraction) = cell(hour_fraction, COLUMNS);
         let (row, row_fraction) = cell((height / self.max_height).min(1.0).sqrt(), ROWS);
         let first_row = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
-        let texel = |row: usize, column: usize| {
+        let texel = |row: usize, column: usize| -> DVec3 {
             let index = 4 * ((first_row + row) * COLUMNS + column);
-            self.texels.get(index..index + 3).map_or(0.0, |t| t.iter().copied().fold(0.0, f32::max)).into()
+            self.texels.get(index..index + 3).map_or(DVec3::ZERO, |t| DVec3::from_array([0, 1, 2].map(|k| f64::from(t[k]))))
         };
-        let mixed = |row: usize| -> f64 {
-            let (a, b): (f64, f64) = (texel(row, column), texel(row, column + 1));
-            a + column_fraction * (b - a)
-        };
-        (mixed(row) + row_fraction * (mixed(row + 1) - mixed(row))) * height
+        let mixed = |row: usize| texel(row, column).lerp(texel(row, column + 1), column_fraction);
+        mixed(row).lerp(mixed(row + 1), row_fraction) * height
     }
 }
 

@@ -12,6 +12,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::{Purpose, Threshold};
 use crate::scene::request::effects::Effect;
 use crate::scene::rings::radial_sums::RadialSums;
+use crate::scene::rings::ring_light::SHINE_FADE_IN_RAD;
 use crate::scene::rings::{phase, ring_shine, view};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -22,17 +23,15 @@ const RING_RAYS: u32 = 28;
 const SHADOW_EDGE_RADII: f64 = 0.02;
 /// Sizes of the rings' rectangle, with its margins, between which their weight rises from 0 to 1. Smaller rings are part of the body's point.
 const FADE_IN_SIZES_PX: (f64, f64) = (4.0, 8.0);
-/// Phase angles between which ring-shine on the night side fades in: at the first a quarter of the disc is dark, at the second more than half.
-const NIGHT_SIDE_FADE_RAD: (f64, f64) = (1.0, 1.7);
 
 impl MeteredFrame<'_, '_> {
     /// Ring-shine on the globe, if its night side is visible, and the ground's radiance per unit of ring-shine. On the day side ring-shine is a
     /// hundredth of the light and is left out.
     pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
-        let weight = smooth_rise(NIGHT_SIDE_FADE_RAD, p.phase_angle_rad);
+        let weight = smooth_rise(SHINE_FADE_IN_RAD, p.phase_angle_rad);
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
-        // A body that is drawn as a point has no ground that ring-shine could light.
+        // The light of a point includes ring-shine.
         let weight = weight * self.disc_fraction(p, diameter_px);
         if weight <= 0.0 || rings.is_empty() || user_choice == Some(false) {
             return None;
