@@ -19,8 +19,8 @@ const MARS: NaifId = NaifId(499);
 const TITAN: NaifId = NaifId(606);
 /// Its air is too thin for a sky that is metered.
 const TRITON: NaifId = NaifId(801);
-/// The sky in sunlight alone.
-const EFFECTS: &str = "-clouds,-night,-points,-glow,-corona,-planet-shine,-eclipse";
+/// The sky in sunlight alone, without the rings in it.
+const EFFECTS: &str = "-clouds,-night,-points,-glow,-corona,-planet-shine,-eclipse,-rings,-ring-shine";
 
 fn time() -> Instant {
     Instant::parse(TIME).expect("a time")

@@ -238,7 +238,7 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         coarse_bound: Vec2::ZERO,
         coarse_first_row: 0.0,
         multi_scatter_heights: camera::narrow(DVec3::new(floor_height_km / floor_radius_km, floor_radius_km / air.top_km, 0.0)).truncate(),
-        multi_scatter: std::sync::Arc::default(),
+        multi_scatter: Arc::default(),
     }
 }
 
