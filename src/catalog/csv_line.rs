@@ -39,19 +39,26 @@ pub(super) fn cells(line: &str) -> Result<Vec<Cow<'_, str>>, String> {
     Ok(cells)
 }
 
-/// The column of each field: the one with the first of the field's accepted names that the table has. `names`: the names of all columns in the form of the
-/// accepted ones. The error is a name that counts and that several columns have, because it is unknown which of them is meant.
-pub(super) fn columns_of_fields<'n, const N: usize>(names: &'n [String], accepted: [&[&str]; N]) -> Result<[Option<usize>; N], &'n str> {
-    let mut columns = [None; N];
-    for (column, accepted) in columns.iter_mut().zip(accepted) {
-        *column = accepted.iter().find_map(|wanted| names.iter().position(|name| name == wanted));
-        if let Some(first) = *column
-            && names[first + 1..].contains(&names[first])
-        {
-            return Err(names[first].as_str());
-        }
-    }
-    Ok(columns)
+/// A column's name in the form in which names are compared: only letters and digits, in lower case.
+pub(super) fn comparable_name(name: &str) -> String {
+    name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
+}
+
+/// The column of each field: the one with the first of the field's accepted names that the table has; of several columns of this name, the first. `names`:
+/// the names of all columns, by [`comparable_name`], as are the accepted ones.
+pub(super) fn columns_of_fields<const N: usize>(names: &[String], accepted: [&[&str]; N]) -> [Option<usize>; N] {
+    accepted.map(|accepted| accepted.iter().find_map(|wanted| names.iter().position(|name| name == wanted)))
+}
+
+/// The first of the columns of fields whose name a later column of the table has too.
+pub(super) fn first_repeated(names: &[String], columns: &[Option<usize>]) -> Option<usize> {
+    columns.iter().flatten().copied().find(|column| names[column + 1..].contains(&names[*column]))
+}
+
+/// [`columns_of_fields`]; an error if several columns have a name that counts, because it is unknown which of them is meant.
+pub(super) fn unique_columns_of_fields<const N: usize>(names: &[String], accepted: [&[&str]; N]) -> Result<[Option<usize>; N], String> {
+    let columns = columns_of_fields(names, accepted);
+    first_repeated(names, &columns).map_or(Ok(columns), |column| Err(repeated_column(&names[column])))
 }
 
 /// What is wrong with a table of which several columns have this name.
@@ -67,11 +74,11 @@ mod tests {
     fn a_name_that_two_columns_have_is_an_error_if_it_counts() {
         let find = |names: &[&str]| {
             let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-            columns_of_fields(&names, [&["radeg", "ra"][..], &["vmag", "v"]]).map_err(str::to_owned)
+            unique_columns_of_fields(&names, [&["radeg", "ra"][..], &["vmag", "v"]])
         };
         assert_eq!(find(&["v", "ra", "radeg", "x", "x"]), Ok([Some(2), Some(0)]));
         assert_eq!(find(&["ra", "radeg", "ra"]), Ok([Some(1), None]), "`ra` does not count beside `radeg`");
-        assert_eq!(find(&["radeg", "vmag", "v", "vmag"]), Err("vmag".to_owned()));
+        assert_eq!(find(&["radeg", "vmag", "v", "vmag"]), Err(repeated_column("vmag")));
     }
 
     #[test]

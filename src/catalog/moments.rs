@@ -97,6 +97,13 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     let time = table.required("time", "ISO 8601 UTC, as 2024-04-08T18:17:16Z", |t: &String| Instant::parse(t).is_ok());
     let target = text(&mut table, "target", "the name of a body");
     let source = text(&mut table, "source", "a string");
+    // Asked before the fields are read. A field with an invalid value counts as given: the problem of this value is the only one.
+    let is_complete = match ["from", "side", "away_from", "over"].map(|field| table.has(field)) {
+        [true, false, false, false] => table.has("fov_deg"),
+        [false, true, false, false] | [false, false, true, false] => table.has("radii"),
+        [false, false, false, true] => ["latitude_deg", "longitude_deg", "height_km", "fov_deg"].iter().all(|field| table.has(field)),
+        _ => false,
+    };
     let body_name = "the name of a body";
     let within = |min: f64, max: f64| move |v: &f64| (min..=max).contains(v);
     let fov = table.optional("fov_deg", "degrees from 0.0001 to 120", within(1e-4, 120.0)).map(|field| field.value);
@@ -125,7 +132,7 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
         },
         _ => None,
     };
-    if vantage.is_none() {
+    if !is_complete {
         let source_line = table.source_line.clone();
         let allowed = "`from` and `fov_deg`; `side` or `away_from`, and `radii`; or `over`, `latitude_deg`, `longitude_deg`, `height_km` and `fov_deg`";
         table.problem(&source_line, "vantage", "incomplete or ambiguous", allowed);

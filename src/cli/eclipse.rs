@@ -57,8 +57,9 @@ enum Kind {
 Instants are UTC (UT1 before 1972), when the light reaches the Earth's centre. Dates
 are Gregorian in all years, also before 1582; year 0000 is 1 BC, -0584 is 585 BC.
 Contacts of eclipses: P of the penumbra, U of the umbra or antumbra; with --at also
-C1 to C4 of the discs. Contacts of transits and moons: I to IV, when the limbs touch;
-begin and end, when the centre of the moon or of its shadow passes the planet's edge.
+C1 to C4 of the discs. Contacts of transits and moons: I to IV, when the limbs touch
+(of transits with --at also those at the place); begin and end, when the centre of the
+moon or of its shadow passes the planet's edge.
 Longitudes, circumstances at a place and instants before 1972 are as uncertain as
 Delta T (TT - UT1). Its standard error is printed if it is half a second or more.
 Magnitude: covered fraction of the Sun's diameter, in a central eclipse the ratio of
@@ -369,7 +370,8 @@ fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
         json!({ "time": time, "altitude_deg": c.altitude_deg, "azimuth_deg": c.azimuth_deg, "up": c.is_up() })
     };
     let contacts: Map<String, Value> = seen.contacts.iter().map(|c| (c.name.to_owned(), contact(c))).collect();
-    for c in &seen.contacts {
+    // Those of a transit keep the times of the Earth's centre; those of a lunar eclipse are the same everywhere.
+    for c in seen.contacts.iter().filter(|c| c.name.starts_with('C')) {
         row["contacts"][c.name] = json!(c.time.to_utc_iso());
     }
     row["local"] = json!({

@@ -164,7 +164,8 @@ fn local_text(local: &Value) -> String {
         }
     }
     if !local["duration_s"].is_null() {
-        parts.push(format!("C2 to C3 {}", duration_text(&local["duration_s"])));
+        let is_transit = !local["contacts"]["II"].is_null();
+        parts.push(format!("{} {}", if is_transit { "II to III" } else { "C2 to C3" }, duration_text(&local["duration_s"])));
     }
     let limb = &local["limb"];
     format!("here: {}{}", parts.join(" · "), if limb.is_null() { String::new() } else { format!("\n    {}", limb_text(limb)) })

@@ -73,7 +73,8 @@ const HORIZON_TOLERANCE_RAD: f64 = 1e-7;
 pub struct LocalCircumstances {
     /// Whether any part of the eclipse is above the horizon; if not, the other fields ignore the horizon.
     pub is_visible: bool,
-    /// C1 to C4 of a solar eclipse or transit; P1, U1 to U4 and P4 of a lunar eclipse; by time; [`LocalContact::is_up`] marks those above the horizon.
+    /// C1 to C4 of a solar eclipse; I to IV of a transit; P1, U1 to U4 and P4 of a lunar eclipse; by time; [`LocalContact::is_up`] marks those above the
+    /// horizon.
     pub contacts: Vec<LocalContact>,
     /// The maximum above the horizon; if the eclipse is not visible, the geometric maximum.
     pub maximum: LocalContact,
@@ -295,12 +296,14 @@ impl<'a> Station<'a> {
     }
 
     /// Circumstances at the place of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` if the discs never meet.
-    pub(crate) fn solar_circumstances(&self, near_s: f64) -> Option<LocalCircumstances> {
+    /// `contact_names`: those of the first to the fourth contact.
+    pub(crate) fn solar_circumstances(&self, near_s: f64, contact_names: [&'static str; 4]) -> Option<LocalCircumstances> {
         let MeanContacts { maximum_s, outer: (first, last), inner, .. } = self.mean_contacts(near_s)?;
         let sun = Eclipsed::Sun;
-        let mut contacts = vec![self.contact("C1", first, sun), self.contact("C4", last, sun)];
+        let [first_name, second_name, third_name, fourth_name] = contact_names;
+        let mut contacts = vec![self.contact(first_name, first, sun), self.contact(fourth_name, last, sun)];
         if let Some((second, third)) = inner {
-            contacts.splice(1..1, [self.contact("C2", second, sun), self.contact("C3", third, sun)]);
+            contacts.splice(1..1, [self.contact(second_name, second, sun), self.contact(third_name, third, sun)]);
         }
         let above_horizon = self.spans_above_horizon(first, last, sun);
         let magnitude = |s: f64| self.discs(s).magnitude();

@@ -221,6 +221,6 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzy
 impl SolarEclipse {
     /// Local circumstances at a place; `None` if the Moon misses the Sun.
     pub fn seen_from(&self, place: GeodeticPosition) -> Option<LocalCircumstances> {
-        self.geometry.station(place).solar_circumstances(self.geometry.greatest_s)
+        self.geometry.station(place).solar_circumstances(self.geometry.greatest_s, ["C1", "C2", "C3", "C4"])
     }
 }

@@ -49,7 +49,8 @@ impl Transit {
 
     /// Local circumstances at a place; `None` if the planet misses the Sun.
     pub fn seen_from(&self, place: GeodeticPosition) -> Option<LocalCircumstances> {
-        Station::new(&self.conjunction.sky, self.conjunction.radii, place).solar_circumstances(self.greatest_s)
+        let station = Station::new(&self.conjunction.sky, self.conjunction.radii, place);
+        station.solar_circumstances(self.greatest_s, ["I", "II", "III", "IV"])
     }
 }
 

@@ -149,3 +149,33 @@ fn an_invalid_moment_is_reported_with_its_line() {
     let error = Catalog::with_files(&[("mine.toml".into(), unknown_target)]).expect_err("it is wrong").to_string();
     assert!(error.contains("mine.toml:5") && error.contains("did you mean \"earth\""), "{error}");
 }
+
+/// An invalid value has one problem, its own: the viewpoint is only called incomplete or ambiguous if a field is missing or superfluous.
+#[test]
+fn an_invalid_value_of_a_viewpoint_is_one_problem() {
+    let problems_of = |viewpoint: &str| -> Vec<String> {
+        let text = format!(
+            "[[moment]]\nname = \"x\"\nkind = \"rings\"\ntime = \"2020-01-01\"\ntarget = \"Saturn\"\nabout = \"a\"\nsource = \"b\"\n{viewpoint}"
+        );
+        let read = Catalog::with_files(&[("mine.toml".into(), text)]);
+        read.map_or_else(|e| e.problems.into_iter().map(|problem| problem.message).collect(), |_| Vec::new())
+    };
+    let place = "over = \"Saturn\"\nlatitude_deg = 1.0\nlongitude_deg = 2.0\nheight_km = 3.0\nfov_deg = 4.0\n";
+    assert!(problems_of(place).is_empty(), "{:?}", problems_of(place));
+    for (viewpoint, field) in [
+        ("side = \"Sun\"\nradii = 0.5\n".to_owned(), "x.radii"),
+        ("away_from = \"Sun\"\nradii = \"3\"\n".to_owned(), "x.radii"),
+        ("side = 3\nradii = 5.0\n".to_owned(), "x.side"),
+        ("from = \"Earth\"\nfov_deg = 200.0\n".to_owned(), "x.fov_deg"),
+        (place.replace("latitude_deg = 1.0", "latitude_deg = 91.0"), "x.latitude_deg"),
+        (place.replace("height_km = 3.0", "height_km = 0.0"), "x.height_km"),
+    ] {
+        let problems = problems_of(&viewpoint);
+        assert!(problems.len() == 1 && problems[0].starts_with(&format!("{field} = ")), "{viewpoint}: {problems:?}");
+    }
+    // Negative controls: a field is missing, or two viewpoints are given.
+    for viewpoint in ["side = \"Sun\"\n", "from = \"Earth\"\nfov_deg = 1.0\nside = \"Sun\"\nradii = 5.0\n", "fov_deg = 1.0\n"] {
+        let problems = problems_of(viewpoint);
+        assert!(problems.len() == 1 && problems[0].starts_with("x.vantage = incomplete or ambiguous"), "{viewpoint}: {problems:?}");
+    }
+}

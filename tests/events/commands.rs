@@ -96,6 +96,23 @@ fn local_circumstances_and_paths_are_reported() {
     }
 }
 
+/// A place sees the contacts of a transit at other times than the Earth's centre, under the same names; those of the centre stay.
+#[test]
+fn contacts_of_a_transit_at_a_place_stand_beside_those_of_the_centre() {
+    let args = ["--from", "2012-06-05", "--to", "2012-06-07", "--kind", "transit", "--at", "22.7,157.0"];
+    let transit = json(&args)[0].clone();
+    let (of_centre, at_place) = (transit["contacts"].as_object().expect("contacts"), &transit["local"]["contacts"]);
+    assert_eq!(of_centre.keys().collect::<Vec<_>>(), ["I", "II", "III", "IV"]);
+    for (name, time) in of_centre {
+        assert!(time.is_string() && at_place[name]["time"].is_string() && at_place[name]["time"] != *time, "{name}: {transit}");
+    }
+    let text = String::from_utf8(find(&args).stdout).expect("text");
+    assert!(text.contains("here: I 22:12:") && text.contains(" · II to III 5h58m"), "{text}");
+    // The time from second to third contact of a solar eclipse has the names of its contacts.
+    let text = String::from_utf8(find(&[&APRIL_2024[..], &["--kind", "solar", "--at", "32.7767,-96.797"]].concat()).stdout).expect("text");
+    assert!(text.contains("here: C1 ") && text.contains(" · C2 to C3 "), "{text}");
+}
+
 /// A repeated command finds its own file.
 #[test]
 fn a_path_replaces_another_file_only_with_overwrite() {

@@ -105,6 +105,8 @@ fn parallax_shifts_the_contacts_of_the_transit_of_venus() {
     let mut first_contact_shifts_s = Vec::new();
     for (latitude_deg, longitude_deg) in [(19.8, -155.5), (-33.9, 151.2), (65.0, -147.7)] {
         let circumstances = e.seen_from(GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0 }).expect("a transit");
+        let names: Vec<_> = circumstances.contacts.iter().map(|contact| contact.name).collect();
+        assert_eq!(names, ["I", "II", "III", "IV"]);
         let place = Observer { body: NaifId::EARTH, lat_graphic_deg: latitude_deg, lon_east_deg: longitude_deg, height_km: 0.0 };
         let sky = ObserverSky { catalog: &IAU, ephemeris: &EPHEMERIS, place };
         let start = e.greatest.plus_seconds(-5.0 * 3600.0);

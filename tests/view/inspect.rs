@@ -178,6 +178,29 @@ fn two_variants_are_drawn_and_compared() {
     assert!(metrics[0].contains("mean 0.0000") && metrics[0].contains("infinite"), "{}", metrics[0]);
 }
 
+/// After a mistake in the effects of a variant, the last pair stays under the names of its own variants and is marked as such.
+#[test]
+fn after_a_mistake_the_last_pair_keeps_its_names() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, interface_at_saturn());
+    harness.state_mut().tab = Some(Tab::Compare);
+    harness.run_steps(8);
+    let type_effects = |harness: &mut Harness<'_, Interface>, text: &str| {
+        let field = "Right: effects in addition to those of the view";
+        harness.get_by_role_and_label(Role::TextInput, field).focus();
+        harness.run_steps(1);
+        harness.get_by_role_and_label(Role::TextInput, field).type_text(text);
+        harness.run_steps(8);
+        ["to the left of the divider", "PSNR", "are still those of", "is not known"].map(|part| names_containing(harness, part))
+    };
+    let [images, numbers, marks, errors] = type_effects(&mut harness, "-rings");
+    assert_eq!(images, ["draft to the left of the divider, reference -rings to the right"]);
+    assert!(numbers.len() == 1 && marks.is_empty() && errors.is_empty(), "{numbers:?} {marks:?} {errors:?}");
+    let [images_after, numbers_after, marks, errors] = type_effects(&mut harness, ",+nonsense");
+    assert_eq!((images_after, numbers_after), (images, numbers));
+    assert!(marks == ["Images and numbers are still those of draft and reference -rings."] && errors.len() == 1, "{marks:?} {errors:?}");
+}
+
 /// Stored answers are asked for again once the fragments have changed, although the view is the same.
 #[test]
 fn after_an_edit_of_a_fragment_pixel_and_comparison_are_computed_again() {

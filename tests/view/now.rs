@@ -1,5 +1,6 @@
 //! *What to see now*, a row of thumbnails: the views that they open, and when the row is visible.
 
+use crate::support::session::session_over;
 use crate::view::input::Window;
 use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
@@ -10,7 +11,7 @@ use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::app::viewer::Action;
-use orrery::view::app::what_to_see_now::NowItem;
+use orrery::view::app::what_to_see_now::{NowItem, NowView};
 use orrery::view::panels::Tab;
 
 const MARS: NaifId = NaifId(499);
@@ -71,6 +72,28 @@ fn each_thumbnail_opens_its_view_and_hides_the_row() {
         settle(&mut window);
         assert_eq!(thumbnail_labels(&window).len(), NowItem::ALL.len());
     }
+}
+
+/// The view of *Triple shadow* in a session whose catalog has a moment of the same kind with this name, five years earlier, at the Moon.
+fn shadows_beside_moment(name: &str) -> NowView {
+    let folder = tempfile::tempdir().expect("a folder");
+    let moment = format!(
+        "[[moment]]\nname = \"{name}\"\nkind = \"shadows\"\ntime = \"2010-01-24T06:40:00Z\"\ntarget = \"Moon\"\nside = \"Sun\"\n\
+         radii = 5.0\nabout = \"One shadow.\"\nsource = \"invented\"\n"
+    );
+    std::fs::write(folder.path().join("own.toml"), moment).expect("written");
+    let (own_session, _) = session_over(folder.path());
+    let base_view = interface(MARS, "2017-05-17T00:00:00Z").viewer.view;
+    NowItem::Shadows.view(&own_session, Instant::parse("2026-01-01").expect("a time"), &base_view).expect("a view")
+}
+
+#[test]
+fn a_moment_of_the_same_kind_does_not_replace_the_triple_shadow() {
+    let shown = shadows_beside_moment("One shadow");
+    assert_eq!((shown.view.target, shown.about.as_str()), (NaifId(599), "Triple shadow on Jupiter, 2015-01-24"));
+    // A moment of the same name replaces it here as in the list of moments.
+    let shown = shadows_beside_moment("Triple shadow on Jupiter");
+    assert_eq!((shown.view.target, shown.about.as_str()), (NaifId::MOON, "Triple shadow on Jupiter, 2010-01-24"));
 }
 
 /// The user changes the present view after the thumbnails were drawn.

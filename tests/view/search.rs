@@ -1,19 +1,23 @@
 //! The search field: each kind of answer leads to its place, and similar names are offered.
 
+use crate::support::session::session_over;
 use crate::view::input::{Window, type_text, window_without_images};
-use crate::view::interface::session;
+use crate::view::interface::{interface, session};
 use egui::Key;
+use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use orrery::catalog::NaifId;
 use orrery::catalog::stars::STAR_NAMES;
 use orrery::scene::request::{Axes, Look};
+use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::SessionPositions;
 use orrery::view::app::event_search::EventKind;
 use orrery::view::app::search::{SearchTarget, similar_texts, star_view, suggestions};
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::language::Language;
-use orrery::view::panels::Tab;
+use orrery::view::panels::{Interface, Tab};
+use orrery::view::worker::render_worker::InlineWorker;
 
 pub(super) const MARS: NaifId = NaifId(499);
 
@@ -101,6 +105,42 @@ fn each_kind_of_answer_leads_to_its_target() {
     // A star is no target for the camera: the view is from near the Earth.
     let vega = window_after_search("vega");
     assert_eq!((vega.state().viewer.view.target, vega.state().viewer.view.fov_deg), (NaifId::EARTH, 20.0));
+}
+
+/// A window over a session of its own, whose catalog has a moment beyond the ephemeris and one inside its range.
+fn window_with_moments() -> Window {
+    let folder = tempfile::tempdir().expect("a folder");
+    let moment = |name: &str, time: &str| {
+        format!(
+            "[[moment]]\nname = \"{name}\"\nkind = \"photograph\"\ntime = \"{time}\"\ntarget = \"Moon\"\nside = \"Sun\"\nradii = 5.0\n\
+             about = \"Nothing.\"\nsource = \"invented\"\n"
+        )
+    };
+    let moments = moment("Qwerty beyond", "9000-05-05T00:00:00Z") + &moment("Qwerty inside", "2010-05-05T00:00:00Z");
+    std::fs::write(folder.path().join("own.toml"), moments).expect("written");
+    let session: &'static Session = Box::leak(Box::new(session_over(folder.path()).0));
+    let worker = InlineWorker::new(session);
+    Harness::builder()
+        .with_size([1100.0, 600.0])
+        .with_max_steps(40)
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface(MARS, "2017-05-17T00:00:00Z"))
+}
+
+/// The reason why a view is not shown ends with the next view, about which it would seem to be; other replies stay.
+#[test]
+fn a_chosen_view_ends_the_refusal_of_another_one() {
+    let mut window = window_with_moments();
+    window.run_steps(3);
+    for next in ["qwerty inside", "titan", "2020-01-01", "51.5, -0.1"] {
+        search(&mut window, "qwerty beyond");
+        assert_eq!(window.state().reply_text(), "Qwerty beyond: outside the range of the ephemeris");
+        search(&mut window, next);
+        assert_eq!(window.state().reply_text(), "", "{next}");
+    }
+    // Negative control.
+    search(&mut window, "-ring-shadow");
+    search(&mut window, "titan");
+    assert!(window.state().reply_text().contains(": -ring-shadow"), "{}", window.state().reply_text());
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! In: the names of the columns, then rows of text. Out: points, or a message that names the wrong field. Always: other columns are ignored.
 
 use super::layer::{DataPoint, hex_colour};
+use crate::catalog::csv_line::{columns_of_fields, comparable_name, first_repeated};
 use crate::time::Instant;
 use crate::wording::echo_within;
 
@@ -16,24 +17,19 @@ pub(super) struct Columns {
     coordinate_names: [&'static str; 2],
 }
 
-/// The letters and digits of a name, in lower case.
-fn normalized(name: &str) -> String {
-    name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase()
-}
-
 impl Columns {
     /// Finds the columns by name. Only letters and digits are compared, without regard to case. `on_body`: the points are given by latitude and longitude, not
     /// by declination and right ascension.
     pub fn of(names: &[String], on_body: bool) -> Result<Self, String> {
-        let names: Vec<String> = names.iter().map(|name| normalized(name)).collect();
+        let names: Vec<String> = names.iter().map(|name| comparable_name(name)).collect();
         let coordinates: [&[&str]; 2] = match on_body {
             true => [&["latdeg", "lat", "latitude"], &["londeg", "lon", "longitude", "lng"]],
             false => [&["decdeg", "dec", "dedeg", "deicrs", "dej2000"], &["radeg", "ra", "raicrs", "raj2000"]],
         };
         let known: [&[&str]; 5] =
             [coordinates[0], coordinates[1], &["datetime", "time", "date"], &["sizepx", "size"], &["colour", "color"]];
-        // If several columns have names for the same field, the name that comes first in `known` decides: `ra_deg` before `ra`, which may be in hours.
-        let indices = known.map(|names_of_field| names_of_field.iter().find_map(|wanted| names.iter().position(|name| name == wanted)));
+        // The earlier of a field's names has precedence: `ra_deg` before `ra`, which may be in hours.
+        let indices = columns_of_fields(&names, known);
         let coordinate_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
         // Messages use the customary order: latitude before longitude, but right ascension before declination.
         let message_order = if on_body { [0, 1] } else { [1, 0] };
@@ -48,8 +44,8 @@ impl Columns {
 
     /// The name of a column of a point, if a later column has the same name. `names`: those of all columns.
     pub fn repeated_name<'n>(&self, names: &'n [String]) -> Option<&'n str> {
-        let is_repeated = |column: &usize| names[column + 1..].iter().any(|later| normalized(later) == normalized(&names[*column]));
-        self.indices.into_iter().flatten().find(is_repeated).map(|column| names[column].as_str())
+        let comparable_names: Vec<String> = names.iter().map(|name| comparable_name(name)).collect();
+        first_repeated(&comparable_names, &self.indices).map(|column| names[column].as_str())
     }
 
     /// The indices of the columns of latitude and longitude (or declination and right ascension).

@@ -8,7 +8,7 @@ use super::rows::{
     PERIHELION_DISTANCE, PERIHELION_PASSAGE, SEMI_MAJOR_AXIS, Values, body, number,
 };
 use super::{SmallBody, SmallBodyFileError, mpcorb};
-use crate::catalog::csv_line::{cells, columns_of_fields, repeated_column};
+use crate::catalog::csv_line::{cells, comparable_name, unique_columns_of_fields};
 use crate::wording::{echo, echo_within, json_error_text};
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -28,16 +28,11 @@ struct Columns {
     column_count: usize,
 }
 
-/// A column's name in the form of `Field::columns`: only letters and digits, lower case.
-fn normalized(name: &str) -> String {
-    name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
-}
-
 impl Columns {
     /// Finds the columns by name. The error names a required column that is missing, or one that the table has twice.
     fn of(names: &[String]) -> Result<Self, String> {
         // The earlier of a field's accepted names has precedence: `M_deg` before `m`, which may be a magnitude.
-        let by_field = columns_of_fields(names, FIELDS.each_ref().map(|f| f.columns)).map_err(repeated_column)?;
+        let by_field = unique_columns_of_fields(names, FIELDS.each_ref().map(|f| f.columns))?;
         let has_any = |alternatives: &[usize]| alternatives.iter().any(|k| by_field[*k].is_some());
         let missing = |alternatives: &[usize]| {
             let names: Vec<_> = alternatives.iter().map(|k| format!("`{}`", FIELDS[*k].name)).collect();
@@ -60,7 +55,7 @@ impl Columns {
             return missing(&[EPOCH, EPOCH_MJD]);
         }
         let texts = [&["number", "pdes", "designation", "desig"][..], &["name"], &["fullname"]];
-        let [designation, name, full_name] = columns_of_fields(names, texts).map_err(repeated_column)?;
+        let [designation, name, full_name] = unique_columns_of_fields(names, texts)?;
         Ok(Self { by_field, designation, name, full_name, column_count: names.len() })
     }
 
@@ -96,7 +91,7 @@ struct Reply {
 fn read_json(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     let reply: Reply =
         serde_json::from_str(text).map_err(|e| (e.line().max(1), format!("not a reply of the database: {}", json_error_text(&e))))?;
-    let names: Vec<String> = reply.fields.iter().map(|n| normalized(n)).collect();
+    let names: Vec<String> = reply.fields.iter().map(|n| comparable_name(n)).collect();
     let columns = Columns::of(&names).map_err(|e| (1, e))?;
     let cell = |v: &serde_json::Value| match v {
         serde_json::Value::Null => String::new(),
@@ -124,7 +119,7 @@ fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
             continue;
         }
         let names: Vec<String> = match cells(line.trim_start_matches('#')) {
-            Ok(cells) => cells.iter().map(|n| normalized(n)).collect(),
+            Ok(cells) => cells.iter().map(|n| comparable_name(n)).collect(),
             Err(_) if line.starts_with('#') => continue,
             Err(why) => return Err((line_number, why)),
         };

@@ -5,7 +5,7 @@
 //! 2007, CDS I/311), whose positions are of J1991.25. Not read: the measurement errors of the values.
 
 use super::{Star, StarFileError, julian_epoch};
-use crate::catalog::csv_line::{cells, columns_of_fields, repeated_column};
+use crate::catalog::csv_line::{cells, comparable_name, unique_columns_of_fields};
 use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, RAD_PER_ARCSEC, SECONDS_PER_DAY};
 use crate::wording::{echo, echo_within};
 use glam::DVec3;
@@ -100,12 +100,11 @@ impl Columns {
             Ok(titles) => titles,
             Err(why) => return Some(Err(why)),
         };
-        let names: Vec<String> =
-            titles.iter().map(|name| name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()).collect();
+        let names: Vec<String> = titles.iter().map(|name| comparable_name(name)).collect();
         // The earlier of a field's accepted names has precedence: `hip` before `id`, which may be the table's own number.
-        let by_field = match columns_of_fields(&names, FIELDS.each_ref().map(|f| f.columns)) {
+        let by_field = match unique_columns_of_fields(&names, FIELDS.each_ref().map(|f| f.columns)) {
             Ok(by_field) => by_field,
-            Err(name) => return Some(Err(repeated_column(name))),
+            Err(why) => return Some(Err(why)),
         };
         if by_field[RA].is_none() && by_field[DEC].is_none() && !names.iter().any(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())) {
             return None;

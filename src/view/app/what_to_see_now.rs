@@ -25,6 +25,8 @@ const SATURN_DISTANCE_RADII: f64 = 6.0;
 /// Length of the search for the next eclipse, seconds: long enough, because a year has four to seven eclipses.
 const ECLIPSE_SEARCH_S: f64 = 400.0 * SECONDS_PER_DAY;
 
+/// Name, in the catalog, of the moment that [`NowItem::Shadows`] shows.
+const SHADOWS_MOMENT: &str = "Triple shadow on Jupiter";
 /// Name, in the catalog, of the moment that [`NowItem::Shader`] shows.
 const SHADER_MOMENT: &str = "Total eclipse over North America";
 
@@ -37,7 +39,7 @@ pub enum NowItem {
     Eclipse,
     /// Saturn as it is now, with its rings.
     Saturn,
-    /// A moment of the catalog with shadows of moons on a planet.
+    /// A moment of the catalog: the shadows of three moons on Jupiter.
     Shadows,
     /// A moment of the catalog; choosing it also opens the shader that draws it.
     Shader,
@@ -81,6 +83,8 @@ impl NowItem {
             let view = ViewState { tdb_s: now.tdb_seconds_past_j2000(), paused: None, ..view };
             Some(NowView { title: title.clone(), about, view, opens_at_current_time: true, event: None })
         };
+        // Found by name, because the user's catalog may have moments of the same kind.
+        let moment_named = |name: &str| catalog.moments().iter().find(|m| m.name == name);
         let of_moment = |moment: &Moment| view_of_moment(moment, catalog, &positions, base_view);
         match self {
             Self::Moon => {
@@ -105,11 +109,11 @@ impl NowItem {
                 at_current_time(text!("now-saturn-about").into(), view)
             }
             Self::Shadows => {
-                let moment = catalog.moments().iter().find(|m| m.kind == "shadows")?;
+                let moment = moment_named(SHADOWS_MOMENT)?;
                 at_fixed_time(text!("now-dated", what = catalog_text("moment", &moment.name), day = day_of(moment)), of_moment(moment)?)
             }
             Self::Shader => {
-                let moment = catalog.moments().iter().find(|m| m.name == SHADER_MOMENT)?;
+                let moment = moment_named(SHADER_MOMENT)?;
                 at_fixed_time(text!("now-shader-about", day = day_of(moment)), of_moment(moment)?)
             }
         }

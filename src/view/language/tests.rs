@@ -230,6 +230,9 @@ fn contact_names() -> BTreeSet<&'static str> {
             names.extend(event.contacts().iter().map(|(name, _)| *name));
             let seen = event.seen_from(&catalog, &ephemeris, Home { latitude_deg, longitude_deg }).expect("a place");
             names.extend(seen.contacts.iter().map(|contact| contact.name));
+            // The messages of C1 to C4 speak of an eclipse of the Sun.
+            let has_solar_contacts = seen.contacts.iter().any(|contact| contact.name.starts_with('C'));
+            assert_eq!(has_solar_contacts, kind == EventKind::Solar, "{kind:?}: {seen:?}");
         }
     }
     names

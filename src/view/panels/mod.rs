@@ -122,6 +122,8 @@ pub struct Interface {
     reply: String,
     /// When the reply disappears, in egui's time (`InputState::time`); `None` from [`Self::show_reply()`] until the next frame, which sets it.
     reply_until_s: Option<f64>,
+    /// Whether the reply says why a view is not shown; see [`Self::refuse_view()`].
+    is_reply_refusal: bool,
     /// Why there is no image of the current view.
     failure_reason: Option<String>,
     /// New messages of the session, for example that the renderer has changed, or that a map cannot be read.
@@ -173,6 +175,7 @@ impl Interface {
             had_keyboard_focus: false,
             reply: String::new(),
             reply_until_s: None,
+            is_reply_refusal: false,
             failure_reason: None,
             session_messages: Arc::default(),
             language: settings.language.unwrap_or_default(),
@@ -263,6 +266,10 @@ impl Interface {
                 self.tour.pause();
             }
         }
+        // A reply of this frame, whose time is not set yet, may be about the view that is shown instead.
+        if self.is_reply_refusal && self.reply_until_s.is_some() && actions.iter().any(chooses_view) {
+            self.reply.clear();
+        }
         for action in actions {
             match action {
                 Action::Turn(..) | Action::LookAround(..) => self.settings.hints_followed.drag = true,
@@ -293,6 +300,14 @@ impl Interface {
     pub fn show_reply(&mut self, text: impl Into<String>) {
         self.reply = text.into();
         self.reply_until_s = None;
+        self.is_reply_refusal = false;
+    }
+
+    /// Replies why the view that the user asked for is not shown. The reply ends when the user chooses another view, because it would seem to be about that
+    /// one.
+    pub(crate) fn refuse_view(&mut self, why: impl Into<String>) {
+        self.show_reply(why);
+        self.is_reply_refusal = true;
     }
 
     /// The reply to the user's last action; empty if there is none, or once it has disappeared.
@@ -365,5 +380,39 @@ impl Interface {
     pub fn show(&mut self, view: ViewState, worker: &dyn RenderWorker) {
         let positions = SessionPositions(worker.session());
         self.viewer.apply(Action::Show(Box::new(view)), f64::from(self.viewport.size_px[1]), &positions);
+    }
+}
+
+/// Whether an action shows a view or an instant that the user has chosen, and does not only move the camera or the clock from where they are.
+fn chooses_view(action: &Action) -> bool {
+    match action {
+        Action::FlyAlongList(_)
+        | Action::FlyTo(_)
+        | Action::StandOn(..)
+        | Action::LookAt(_)
+        | Action::LookFrom(_)
+        | Action::SetTime(_)
+        | Action::Now
+        | Action::PreviousView
+        | Action::NextView
+        | Action::Show(_)
+        | Action::ShowPreset(..) => true,
+        Action::Select(_)
+        | Action::Turn(..)
+        | Action::LookAround(..)
+        | Action::Roll(_)
+        | Action::Zoom(_)
+        | Action::ChangeFov(_)
+        | Action::RotateWithBody(_)
+        | Action::Track(_)
+        | Action::FaceBody
+        | Action::Step(_)
+        | Action::RunAt(_)
+        | Action::SetSpeed(_)
+        | Action::Faster
+        | Action::Slower
+        | Action::TimeForward
+        | Action::TimeBackward
+        | Action::TogglePause => false,
     }
 }

@@ -53,7 +53,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                 if ui.button(catalog_text("moment", &moment.name)).on_hover_text(hover).clicked() {
                     match view_of_moment(moment, catalog, &SessionPositions(worker.session()), &interface.viewer.base_view()) {
                         Some(view) => actions.push(Action::Show(Box::new(view))),
-                        None => interface.show_reply(text!("outside-ephemeris", name = catalog_text("moment", &moment.name))),
+                        None => interface.refuse_view(text!("outside-ephemeris", name = catalog_text("moment", &moment.name))),
                     }
                 }
                 ui.weak(text!("moments-line", day = day_text(moment.time), about = about));
@@ -86,7 +86,7 @@ pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, 
             actions.push(Action::ShowPreset(Box::new(view), changes));
             actions.extend(preset.rate().map(Action::RunAt));
         }
-        None => interface.show_reply(text!("outside-ephemeris", name = preset.name())),
+        None => interface.refuse_view(text!("outside-ephemeris", name = preset.name())),
     }
 }
 

@@ -122,7 +122,6 @@ fn open_link(interface: &mut Interface, worker: &dyn RenderWorker, actions: &mut
     match view_from_text(&interface.search.typed, worker.session(), interface.viewer.now()) {
         Ok(view) => {
             interface.search.clear();
-            interface.show_reply("");
             actions.push(Action::Show(Box::new(view)));
         }
         Err(e) => interface.search.failure = Some(error_text(&e)),
@@ -236,14 +235,14 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             let view = item.view(session, interface.viewer.now(), &interface.viewer.base_view());
             match view {
                 Some(view) => what_to_see_now::open(interface, ctx, worker, item, view, actions),
-                None => interface.show_reply(text!("outside-ephemeris", name = item.name())),
+                None => interface.refuse_view(text!("outside-ephemeris", name = item.name())),
             }
         }
         SearchTarget::Moment(name) => {
             let moment = catalog.moments().iter().find(|m| m.name == name);
             match moment.and_then(|m| view_of_moment(m, catalog, &positions, &interface.viewer.base_view())) {
                 Some(view) => actions.push(Action::Show(Box::new(view))),
-                None => interface.show_reply(text!("outside-ephemeris", name = name)),
+                None => interface.refuse_view(text!("outside-ephemeris", name = catalog_text("moment", &name))),
             }
         }
         SearchTarget::Star(hip) => {
@@ -254,7 +253,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
                     actions.push(Action::Show(Box::new(view)));
                     interface.viewport.star_index = stars.index_of_hip(hip);
                 }
-                None => interface.show_reply(text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH))),
+                None => interface.refuse_view(text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH))),
             }
         }
     }

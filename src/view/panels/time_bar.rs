@@ -123,12 +123,8 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
         let typed = interface.time_bar.typed.take();
         if let Some(typed) = typed.filter(|_| ui.input(|i| i.key_pressed(Key::Enter))) {
             match typed_time(&typed, time_zone, interface.viewer.now()) {
-                Some(time) => {
-                    // A date also removes the error of an earlier attempt.
-                    interface.show_reply("");
-                    actions.push(Action::SetTime(time));
-                }
-                None => interface.show_reply(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),
+                Some(time) => actions.push(Action::SetTime(time)),
+                None => interface.refuse_view(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),
             }
         }
     }
@@ -291,7 +287,7 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
 fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     match interface.time_bar.take_found() {
         Some(Ok(event)) => events::show(interface, worker, Arc::new(event), actions),
-        Some(Err(why)) => interface.show_reply(why),
+        Some(Err(why)) => interface.refuse_view(why),
         None => {}
     }
     let kind = interface.time_bar.kind;

@@ -98,7 +98,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
             interface.tour.playback = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false, is_view_changed: false });
             interface.tour.has_started = true;
         }
-        Err(e) => interface.show_reply(error_text(&e)),
+        Err(e) => interface.refuse_view(error_text(&e)),
     }
 }
 
@@ -106,7 +106,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
     match read_text(Path::new(&interface.tour.file_name), MAX_BYTES) {
         Ok(json) => start(interface, session, &json, actions),
-        Err(e) => interface.show_reply(format!("{}: {}", echo(&interface.tour.file_name), error_text(&e))),
+        Err(e) => interface.refuse_view(format!("{}: {}", echo(&interface.tour.file_name), error_text(&e))),
     }
 }
 

@@ -22,6 +22,7 @@ compare-reset = Zurücksetzen
 compare-reset-hint = Die aktuelle Ansicht mit Entwurfsqualität vergleichen, einen Entwurf mit Referenzqualität
 compare-coming = Beide Bilder werden gezeichnet
 compare-coming-label = beide Bilder werden gezeichnet
+compare-of-last = Bilder und Zahlen sind noch die von { $left } und { $right }.
 compare-waits = Die Bilder werden gezeichnet, sobald die Ansicht ruht.
 compare-quality-hint = { $side }: Qualität { $quality }
 compare-show = { $side }: Zeigen

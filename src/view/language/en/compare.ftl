@@ -22,6 +22,7 @@ compare-reset = Reset
 compare-reset-hint = Compare the current view with draft quality, or a draft with reference quality
 compare-coming = Drawing both images
 compare-coming-label = drawing both images
+compare-of-last = Images and numbers are still those of { $left } and { $right }.
 compare-waits = The images are drawn once the view stops moving.
 compare-quality-hint = { $side }: { $quality } quality
 compare-show = { $side }: show

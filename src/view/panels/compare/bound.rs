@@ -39,12 +39,14 @@ fn colour_index(bound: u8) -> usize {
     COLOUR_STEPS.iter().position(|step| bound <= step.max).unwrap_or(COLOUR_STEPS.len() - 1)
 }
 
-/// The range of bounds of a colour in 8-bit levels, such as `3 to 4`.
+/// The range of bounds of a colour in 8-bit levels, such as `3 to 4`; only the bound if the range has one.
 fn range_text(colour_index: usize) -> String {
-    match (colour_index, COLOUR_STEPS[colour_index].max) {
-        (0, max) => text!("bound-up-to", max = max),
-        (k, u8::MAX) => text!("bound-over", min = COLOUR_STEPS[k - 1].max),
-        (k, max) => text!("bound-range", min = COLOUR_STEPS[k - 1].max + 1, max = max),
+    let max = COLOUR_STEPS[colour_index].max;
+    let Some(max_below) = colour_index.checked_sub(1).map(|k| COLOUR_STEPS[k].max) else { return text!("bound-up-to", max = max) };
+    match max {
+        u8::MAX => text!("bound-over", min = max_below),
+        _ if max == max_below + 1 => max.to_string(),
+        _ => text!("bound-range", min = max_below + 1, max = max),
     }
 }
 
@@ -173,7 +175,7 @@ mod tests {
     #[test]
     fn each_colour_covers_twice_the_bound_of_the_last_and_fractions_sum_to_one() {
         assert_eq!([0, 1, 2, 3, 4, 5, 32, 33, 255].map(colour_index), [0, 0, 1, 2, 2, 3, 5, 6, 6]);
-        assert_eq!([0, 2, 6].map(range_text), ["up to 1", "3 to 4", "over 32"]);
+        assert_eq!([0, 1, 2, 6].map(range_text), ["up to 1", "2", "3 to 4", "over 32"]);
         let bounds = ErrorBounds::of(2, 2, &[[1, 0, 0, 255], [0, 9, 3, 255], [0, 0, 40, 255], [1, 1, 1, 255]]);
         assert!((bounds.fractions.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert_eq!((bounds.fractions[0], bounds.max, bounds.mean), (0.5, 40, 12.75));

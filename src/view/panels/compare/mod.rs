@@ -1,8 +1,8 @@
 //! The Compare panel: the current view drawn in two variants, which may differ in quality, effects, pixel view and renderer.
 //!
 //! In: the view, two variants. Out: their images, the difference and statistics, or the error bounds of the left image (`bound`). Always: the
-//! two images differ only in what the variants set; they are drawn on the query worker (a background thread) once the view is at rest; while the view
-//! moves, the last pair stays visible.
+//! two images differ only in what the variants set; they are drawn on the query worker (a background thread) once the view is at rest; until a new pair
+//! has been drawn, the last one stays visible, with the names of its own variants.
 
 mod bound;
 pub mod pair;
@@ -88,6 +88,12 @@ impl ComparisonInput {
     }
 }
 
+/// A drawn pair, and what it was drawn from.
+struct DrawnPair {
+    pair: Arc<Pair>,
+    input: ComparisonInput,
+}
+
 /// Minimum width for the controls of the two variants beside each other, points; in a narrower panel they are below each other.
 const MIN_WIDTH_FOR_COLUMNS: f32 = 520.0;
 
@@ -98,9 +104,9 @@ pub(crate) struct ComparePanel {
     variants: Option<[Variant; 2]>,
     /// The input of the newest pair, displayed or pending.
     input: Option<ComparisonInput>,
-    pending: Option<Pending<Result<Pair, String>>>,
+    pending: Option<Pending<Result<DrawnPair, String>>>,
     /// The displayed pair, or why it could not be drawn.
-    pair: Option<Result<Arc<Pair>, String>>,
+    pair: Option<Result<DrawnPair, String>>,
     pair_view: PairView,
     /// The error bounds of the left image.
     error_bound_view: ErrorBoundView,
@@ -133,7 +139,7 @@ impl ComparePanel {
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         if let Some(drawn) = self.pending.as_ref().and_then(Pending::take) {
             self.pending = None;
-            self.pair = Some(drawn.map(Arc::new));
+            self.pair = Some(drawn);
         }
         let view = &interface.viewer.view;
         let mut variants = self.variants.take().unwrap_or_else(|| initial_variants(view));
@@ -171,13 +177,14 @@ impl ComparePanel {
         } else {
             self.draw_if_needed(interface, ui, worker, &variants);
         }
-        let names = [variant_text(&variants[0]), variant_text(&variants[1])];
-        self.variants = Some(variants);
         match &self.pair {
-            Some(Ok(pair)) => {
-                if let Some(request) =
-                    self.input.as_ref().filter(|_| self.pair_view.shows_error_bounds()).and_then(|input| input.request_of(0).ok())
-                {
+            Some(Ok(DrawnPair { pair, input })) => {
+                let names = [variant_text(&input.variants[0]), variant_text(&input.variants[1])];
+                // While a new pair is being drawn, the spinner above says so.
+                if input.variants != variants && self.pending.is_none() {
+                    ui.colored_label(ui.visuals().warn_fg_color, text!("compare-of-last", left = names[0], right = names[1]));
+                }
+                if let Some(request) = input.request_of(0).ok().filter(|_| self.pair_view.shows_error_bounds()) {
                     self.error_bound_view.compute_if_needed(worker, &request);
                 }
                 self.pair_view.show(ui, pair, [&names[0], &names[1]], Some(&mut |ui, name| self.error_bound_view.show(ui, name)));
@@ -185,6 +192,7 @@ impl ComparePanel {
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
             None => drop(ui.weak(text!("compare-waits"))),
         }
+        self.variants = Some(variants);
     }
 
     /// Starts to draw both variants if the view is at rest, unless their images exist or are being drawn.
@@ -207,7 +215,7 @@ impl ComparePanel {
         self.input = Some(input.clone());
         self.pending = Some(ask(worker, move |session| {
             let [left, right] = [0, 1].map(|k| draw(session, &input.request_of(k)?, &input.variants[k]));
-            Pair::of(left, right)
+            Ok(DrawnPair { pair: Arc::new(Pair::of(left, right)?), input })
         }));
         // The worker of the tests runs a task at once, so the images may have arrived; the next frame takes them.
         ui.ctx().request_repaint();

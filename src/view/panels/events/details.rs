@@ -54,7 +54,7 @@ pub(super) fn show(
         if ui.add_enabled(is_ready, watch).on_hover_text(text!("events-watch-hint")).clicked() {
             watch_event(interface, worker, event, seen_from_place.as_ref().filter(|_| camera_is_at_place), actions);
             if camera_is_at_place && !is_visible_at_place {
-                interface.show_reply(text!("events-watch-elsewhere"));
+                interface.refuse_view(text!("events-watch-elsewhere"));
             }
         }
         if ui.button(text!("events-greatest")).on_hover_text(text!("events-greatest-hint")).clicked() {

@@ -181,14 +181,11 @@ fn is_entered(field: &egui::Response, text: &str) -> bool {
     field.lost_focus() && field.ctx.input(|i| i.key_pressed(egui::Key::Enter)) && !text.trim().is_empty()
 }
 
-/// Shows the view that was read, or replies with the error. A view also removes the error message of an earlier attempt.
+/// Shows the view that was read, or replies with the error.
 fn show_or_report(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
     match read {
-        Ok(view) => {
-            interface.show_reply("");
-            actions.push(Action::Show(Box::new(view)));
-        }
-        Err(why) => interface.show_reply(why),
+        Ok(view) => actions.push(Action::Show(Box::new(view))),
+        Err(why) => interface.refuse_view(why),
     }
 }
 
