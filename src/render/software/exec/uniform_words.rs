@@ -38,7 +38,7 @@ impl UniformElements {
     }
 
     /// The part of the block from the first element's word to the last element's word, and the number of words from one element to the next. `None` if the
-    /// block ends before the last element's word, or if offset or stride are not whole words.
+    /// block ends before the last element's word, if offset or stride are not whole words, or if a word index needs more than 31 bits.
     fn span(self, words: &[u32]) -> Option<(&[u32], u32)> {
         let (first, word_stride) = (self.offset as usize / 4, self.stride / 4);
         let last = (self.last_index() as usize).checked_mul(word_stride as usize)?;

@@ -46,6 +46,8 @@ pub(super) fn taps<R: Real, const N: usize>(index: usize, length: &[R; N]) -> ([
         let distance = offset.abs();
         let to_middle = half * excess;
         let moved = if distance < to_middle { R::ZERO } else { distance - to_middle };
+        // Side by side, the taps would be longer than the axis by `excess`, so each moves towards the middle by half of it. The taps in the middle then overlap
+        // by `excess` in all, which is taken from their weights.
         let overlap = if distance < R::ONE { R::ONE - distance } else { R::ZERO };
         along[i] = moved.with_sign(offset);
         weight[i] = (R::ONE - excess * overlap) * tap_weight(along[i], length[i]);
