@@ -146,7 +146,7 @@ impl AerosolPhase {
     }
 
     /// The four components of the uniform `air_mie_phase_parameters`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads: the numbers, then w, which
-    /// tells the function.
+    /// identifies the function.
     pub fn parameters(self) -> [f64; 4] {
         // Destructured without `..`, so that a new field is a compile error here.
         let Self { function, asymmetry: [red, green, blue] } = self;
@@ -176,8 +176,8 @@ impl Species {
 mod tests {
     use super::*;
 
-    /// The numbers of the listed fields are those of the uniform, which the compiler keeps complete; what follows tells the function. So no field is missing in
-    /// the list.
+    /// The numbers of the listed fields are those of the uniform, which the compiler keeps complete; the number after them identifies the
+    /// function. So no field is missing in the list.
     #[test]
     fn every_field_is_listed() {
         assert!(AerosolFunction::ALL.contains(&AerosolFunction::OF_CATALOGS));

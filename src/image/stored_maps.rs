@@ -134,8 +134,9 @@ impl StoredMaps {
     /// The texture of a map, from its entry if there is one.
     pub(super) fn texture(self: &Arc<Self>, map: EncodedMap) -> Result<Texture, ImageError> {
         let key = key_of(&map);
-        let start = read_part(&self.path(&key), 0, map_entry::MAX_HEADER_BYTES).ok();
-        let header = start.and_then(|(bytes, file_bytes)| EntryHeader::parse(&bytes, file_bytes));
+        let file_start = 0;
+        let head = read_part(&self.path(&key), file_start, map_entry::MAX_HEADER_BYTES).ok();
+        let header = head.and_then(|(bytes, file_bytes)| EntryHeader::parse(&bytes, file_bytes));
         let Some(header) = header.filter(|header| header.key == key) else {
             let texture = map.decode(RowThreads::All)?;
             self.write(&key, &texture.levels);

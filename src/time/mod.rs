@@ -188,18 +188,19 @@ impl Instant {
         if tai_s - FIRST_TAI_MINUS_UTC_S < UTC_START_S {
             return (self.ut1_seconds_past_j2000(), None);
         }
-        let mut offset_s = FIRST_TAI_MINUS_UTC_S;
+        let mut tai_minus_utc_s = FIRST_TAI_MINUS_UTC_S;
         for leap in leap_seconds() {
+            // The count of UTC seconds when the leap second ends.
             let new_day_utc_s = leap.timestamp_tai_s - J2000_PAST_1900_S;
             if tai_s >= new_day_utc_s + leap.delta_at {
-                offset_s = leap.delta_at;
-            } else if tai_s >= new_day_utc_s + offset_s {
-                return (new_day_utc_s, Some(tai_s - new_day_utc_s - offset_s));
+                tai_minus_utc_s = leap.delta_at;
+            } else if tai_s >= new_day_utc_s + tai_minus_utc_s {
+                return (new_day_utc_s, Some(tai_s - new_day_utc_s - tai_minus_utc_s));
             } else {
                 break;
             }
         }
-        (tai_s - offset_s, None)
+        (tai_s - tai_minus_utc_s, None)
     }
 }
 
