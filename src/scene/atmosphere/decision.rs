@@ -33,7 +33,7 @@ fn may_be_seen(inputs: &DecisionInputs<'_, '_>, shell: &Placement) -> bool {
 /// The model of the air that is chosen if all tables are available, and why.
 fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Placement) -> (AtmosphereModel, Reason) {
     let request = inputs.frame.context.request;
-    air::model(request.effects.air_model(), request.quality, air::table_in_drafts(inputs.placed, air, shell))
+    air::model(request.effects.air_model(), request.quality, air::why_table_in_drafts(inputs.placed, air, shell))
 }
 
 /// The light of another body is left out of the air below this part of the smallest visible change of the mean sky. By day the sky is about equally bright
