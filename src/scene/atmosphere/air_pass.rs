@@ -108,8 +108,10 @@ mod tests {
         let moon = eclipse(60.0, 0.27);
         // 0.27 + (60 - 1) / 215.
         assert!((smallest_penumbra(&moon) - 0.544).abs() < 1e-3, "{}", smallest_penumbra(&moon));
+        // The penumbra has a radius of 35 pixels on a disc with a radius of 64, and of 27 on one of 50; MIN_PENUMBRA_PX is 32.
         assert!(resolves_penumbrae(&moon, 64.0) && resolves_penumbrae(&moon, 1e5) && !resolves_penumbrae(&moon, 50.0));
-        // On a disc with a radius of 3200 pixels, a penumbra of a hundredth of that has a radius of MIN_PENUMBRA_PX = 32, but sqrt(3200) = 57 are required.
+        // On a disc with a radius of 3200 pixels, a penumbra of a hundredth of that has a radius of MIN_PENUMBRA_PX = 32, but sqrt(3200) = 57 are required. On
+        // one of 10,000 pixels both are 100.
         let small_moon = eclipse(1.0, 0.01);
         assert!(
             !resolves_penumbrae(&small_moon, 3199.0)

@@ -239,8 +239,8 @@ impl SkyBrightness {
     }
 
     /// The altitude of the Sun at which the sky of the Earth, seen from the ground, is dimmed by as large a factor as this sky is under a light at this
-    /// altitude, both compared with a light at [`DAY_ALTITUDE_DEG`]. For a light at or above that altitude, the result is the light's own altitude. The result is
-    /// at least -18 degrees, where night begins.
+    /// altitude, both compared with a light at [`DAY_ALTITUDE_DEG`]. For a light at or above that altitude, the result is the light's own altitude. It is at
+    /// least -18 degrees, where night begins.
     pub(crate) fn altitude_on_earth_deg(&self, altitude_deg: f64) -> f64 {
         if altitude_deg >= DAY_ALTITUDE_DEG {
             return altitude_deg;

@@ -76,7 +76,8 @@ impl TwilightAir {
 /// tests/scene/metered_subjects.rs, which compares it with drawn images.
 #[doc(hidden)]
 pub fn metered_twilight(body: &Body, sun_altitude_deg: f64) -> Option<f64> {
-    TwilightAir::of(body).map(|air| air.radiance(sun_altitude_deg.to_radians().sin(), 1.0))
+    let cos_emission = 1.0;
+    TwilightAir::of(body).map(|air| air.radiance(sun_altitude_deg.to_radians().sin(), cos_emission))
 }
 
 impl MeteredFrame<'_, '_> {
@@ -100,6 +101,7 @@ mod tests {
     #[test]
     fn twilight_fades_without_a_jump_and_adds_nothing_by_day() {
         let catalog = Catalog::embedded();
+        // The Earth, Mars and Titan.
         for id in [399, 499, 606] {
             let air = TwilightAir::of(catalog.body(NaifId(id)).expect("a body")).expect("air over the ground");
             assert_eq!(air.radiance(f64::to_radians(5.1).sin(), 0.1), 0.0);

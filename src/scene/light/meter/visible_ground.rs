@@ -140,6 +140,7 @@ impl VisibleGround {
         let along = DVec2::new(normal.dot(camera.up), -normal.dot(camera.right)).try_normalize().unwrap_or(DVec2::X);
         let across = along.perp();
         let axis = |v: DVec2| camera.right * v.x + camera.up * v.y;
+        // The camera with its axes along and across the lines; its clip coordinates are tangents of angles.
         let turned = Camera { right: axis(along), up: axis(across), tan_half_fov: DVec2::ONE, ..camera.clone() };
         // Bounds of the body within the frame in the turned axes, tangents of angles.
         let frame = DVec2::new(along.abs().dot(camera.tan_half_fov), across.abs().dot(camera.tan_half_fov));
