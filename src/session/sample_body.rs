@@ -268,20 +268,24 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
 fn overlay_uniforms(key: &ShaderKey) -> Vec<OverlayUniforms> {
     let row = |x: f32, y: f32, z: f32, w: f32| Vec4::new(x, y, z, w);
     let tint_and_opacity = row(0.5, 0.6, 0.7, 0.8);
+    // First and last u, first and last v.
+    let bounds = row(0.0, 1.0, 0.0, 1.0);
+    // Three axes, each with a ratio of the body's semi-axes; image widths and heights per radian, central latitude in radians, 0 for the projection.
     let equirectangular = [
         row(1.0, 0.0, 0.0, 1.0),
         row(0.0, 1.0, 0.0, 1.0),
         row(0.0, 0.0, 1.0, 1.0),
         row(0.6, 1.1, 0.2, 0.0),
-        row(0.0, 1.0, 0.0, 1.0),
+        bounds,
         tint_and_opacity,
     ];
+    // Three axes, each with a ratio of the body's semi-axes; image widths and heights per radius, the centre's northing in radii, 1 for the projection.
     let orthographic = [
         row(0.0, 1.0, 0.0, 1.0),
         row(0.0, 0.0, 1.0, 1.0),
         row(1.0, 0.0, 0.0, 1.0),
         row(1.2, 1.3, 0.1, 1.0),
-        row(0.0, 1.0, 0.0, 1.0),
+        bounds,
         tint_and_opacity,
     ];
     [equirectangular, orthographic]

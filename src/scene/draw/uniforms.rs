@@ -114,7 +114,7 @@ uniforms! {
         pub anchor_is_camera: f32 = "anchor_is_camera",
         /// |ray|² (1 - q²), where q is the view ray's distance from the centre, as a polynomial: coefficients of 1, u, v, then of u², uv, v².
         pub silhouette_form: [Vec4; 2] = "silhouette_form",
-        /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(row.xyz, p) + row.w).
+        /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(depth_row.xyz, p) + depth_row.w).
         pub depth_row: Vec4 = "depth_row",
         /// The point of the unit sphere that is nearest to the camera, measured along the line from the camera to the body's centre. The depth's pixel view is
         /// relative to this line, not to the view axis, which differs between the faces of a dome image.

@@ -161,7 +161,8 @@ fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>
         let reason = if inputs.placed.outline == Outline::Behind { reason!("behind-camera") } else { reason!("outside-frame") };
         return not_shown(inputs, decided, reason);
     }
-    let (draws, decisions) = assemble(inputs, None, decided);
+    let no_globe = None;
+    let (draws, decisions) = assemble(inputs, no_globe, decided);
     DecidedBody { appearance: Appearance::Disc, diameter_px: inputs.diameter_px, decisions, draws, point: None, disc_glare: None }
 }
 

@@ -186,6 +186,7 @@ impl CometProjection<'_> {
         colour: DVec3,
         segments: &mut Vec<TailSegment>,
     ) {
+        // 0 for a segment with an end behind the near plane.
         let segment_length_px = |k: usize| match (stations.get(k).copied().flatten(), stations.get(k + 1).copied().flatten()) {
             (Some(a), Some(b)) => a.px.distance(b.px),
             _ => 0.0,
@@ -373,6 +374,7 @@ pub(crate) fn comets(
             projection.ions(&state, ION_FRACTION * tail_growth * head_irradiance, length_au, &mut in_frame.tails);
         }
         let Some(head) = head else { continue };
+        // A head too faint for the exposure is drawn as a marker.
         let flux = (head_irradiance * head.flux_per_irradiance).max(MARKER_LEVEL * white / point_peak());
         let radius_px = point_radius_px(flux * point_peak() / white);
         if head.px.abs().cmpgt(camera.half_size() + radius_px).any() {
