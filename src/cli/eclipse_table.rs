@@ -33,7 +33,7 @@ fn time_of_day(iso: &Value) -> String {
     rounded_time(iso, TO_A_SECOND).rsplit(' ').next().unwrap_or("").to_owned()
 }
 
-/// A key to sort ISO times by. As texts, times in negative years would sort backwards.
+/// A key to sort ISO times by; infinite for a value that is no time. As texts, times in negative years would sort backwards.
 fn seconds_past_j2000(iso: &Value) -> f64 {
     iso.as_str().and_then(|text| Instant::parse(text).ok()).map_or(f64::INFINITY, Instant::tdb_seconds_past_j2000)
 }

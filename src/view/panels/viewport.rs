@@ -127,7 +127,8 @@ impl ImagePlacement {
     /// The placement of an image of the given size in pixels. `viewport`, `viewport_px`: the viewport in points, and its size in pixels.
     fn of([width, height]: [u32; 2], viewport: Rect, viewport_px: [u32; 2]) -> Self {
         let [viewport_width, viewport_height] = viewport_px.map(u64::from);
-        // The sides of a coarse image are those of the viewport, divided by a factor and rounded up, each by less than a pixel.
+        // The sides of a coarse image are those of the viewport, divided by a factor and rounded up, each by less than a pixel. So each product below exceeds
+        // the product of the exact sides by less than one side of the viewport.
         let has_viewport_aspect =
             (u64::from(width) * viewport_height).abs_diff(u64::from(height) * viewport_width) <= viewport_width.max(viewport_height);
         if has_viewport_aspect {
