@@ -40,10 +40,10 @@ fn night_radiances(air: &Atmosphere) -> [f64; 2] {
 
 /// Sets the light of the night sky in a draw of the sky. The ground is lit by all of that light; [`uniforms_of`] puts the sum into `night_radiance`. But
 /// zodiacal light, Milky Way and stars are drawn behind the air by layers of their own. So in the sky's draw `night_radiance` is the airglow alone, and
-/// `starlight` is all light from beyond the air, of which the shader takes the part that the air scatters. `above`: [`night_sky_above`].
+/// `light_from_beyond` is all light from beyond the air, of which the shader takes the part that the air scatters. `above`: [`night_sky_above`].
 pub(crate) fn set_night_sky(uniforms: &mut AtmosphereUniforms, air: &Atmosphere, above: f64) {
     let [airglow, from_beyond] = night_radiances(air).map(|radiance| camera::narrow_scalar(radiance * above));
-    (uniforms.night_radiance, uniforms.starlight) = (airglow, from_beyond);
+    (uniforms.night_radiance, uniforms.light_from_beyond) = (airglow, from_beyond);
 }
 
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
@@ -238,12 +238,12 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         blend_mode: 0.0,
         map_weight: 0.0,
         night_radiance: camera::narrow_scalar(night_radiances(air).iter().sum()),
-        starlight: 0.0,
+        light_from_beyond: 0.0,
         // Irradiance by another body's light relative to the Sun's; `scene::features` sets it.
-        second_light: Vec3::ZERO,
+        second_light_irradiance: Vec3::ZERO,
         rim_is_thin: 0.0,
         // Accepted errors of interpolation in the coarse image; `air_pass::set_bound` sets them.
-        coarse_bound: Vec2::ZERO,
+        max_coarse_error: Vec2::ZERO,
         coarse_first_row: 0.0,
         // (x, y): a height above the floor is the fraction (height + x) y of the height of the multiple-scattering table.
         multi_scatter_heights: camera::narrow(DVec3::new(floor_height_km / floor_radius_km, floor_radius_km / air.top_km, 0.0)).truncate(),

@@ -82,11 +82,11 @@ pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_,
     let irradiance = uniforms.lights.first().map_or(1.0, |l| l.irradiance.max_element());
     let threshold = inputs.threshold();
     let min_relative_radiance = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
-    uniforms.air.coarse_bound = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(min_relative_radiance));
+    uniforms.air.max_coarse_error = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(min_relative_radiance));
     let radius_px = inputs.body().radii_km.x / (inputs.placed.distance_km * inputs.frame.camera.pixel_tangent());
     // A negative bound: no pixel interpolates the sunlight.
-    uniforms.eclipse.coarse_bound =
-        if resolves_penumbrae(&uniforms.eclipse, radius_px) { uniforms.air.coarse_bound } else { Vec2::NEG_ONE };
+    uniforms.eclipse.max_coarse_error =
+        if resolves_penumbrae(&uniforms.eclipse, radius_px) { uniforms.air.max_coarse_error } else { Vec2::NEG_ONE };
 }
 
 #[cfg(test)]

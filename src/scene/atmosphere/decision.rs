@@ -93,7 +93,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         let (on, reason) = second_light(inputs, light);
         if log.record("planet-shine-in-air", on, reason) {
             chosen.second_light_in_air = true;
-            decisions.second_light = camera::narrow(light.irradiance / lights::sunlight(inputs.placed.body_to_sun_km).irradiance);
+            decisions.second_light_irradiance =
+                camera::narrow(light.irradiance / lights::sunlight(inputs.placed.body_to_sun_km).irradiance);
         }
     }
     log.set_stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));

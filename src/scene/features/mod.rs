@@ -302,7 +302,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
         draw.uniforms.air.map_weight = decided.map_weight;
-        draw.uniforms.air.second_light = decided.second_light;
+        draw.uniforms.air.second_light_irradiance = decided.second_light_irradiance;
         if draw.part != BodyPart::Sky {
             draw.uniforms.air.night_radiance *= decided.night_fraction_on_ground;
         }
