@@ -1,9 +1,9 @@
 //! SIMD kernels: one generic source, compiled once per instruction set and chosen at run time.
 //!
 //! In: operands, each of one of two kinds: an array of lanes, or one value for all lanes. Out: [`LANES`] lanes written. A frequent operation has one
-//! specialised kernel per combination of operand kinds in which at least one operand is an array; copies also have one that broadcasts one value. Every operation has one
-//! generic kernel, which accepts only arrays of lanes and, except for derivatives, processes [`CHUNK`] lanes at a time. [`chains`] computes several operations
-//! in one kernel.
+//! specialised kernel per combination of operand kinds in which at least one operand is an array; copies also have one that broadcasts one value. Every
+//! operation has one generic kernel, which accepts only arrays of lanes and, except for derivatives, processes [`CHUNK`] lanes at a time. [`chains`] computes
+//! several operations in one kernel.
 
 mod chain_table;
 pub mod chains;

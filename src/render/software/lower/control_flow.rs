@@ -129,6 +129,7 @@ impl<'m> Lowerer<'m> {
         let before = self.env.clone();
         let start = self.builder.lane_instrs.len();
         let mut accepted_env = before.clone();
+        // Each side restores the environment at its end, so that `conditional` merges nothing; both sides are merged below.
         self.conditional(cond, |this| {
             accept(this)?;
             accepted_env.clone_from(&this.env);
@@ -373,7 +374,7 @@ impl<'m> Lowerer<'m> {
                 }
             }
         }
-        // If a scalar changed that was assumed not to, the loop is lowered again, and only then may its exit condition be known for certain.
+        // If a scalar changed that was assumed not to, the loop is lowered again, and may then turn out to end.
         if is_endless && changes.iter().all(|(scalar, _)| changing.contains_key(scalar)) {
             return Err(LowerError::new("this loop never ends".into(), loop_span));
         }

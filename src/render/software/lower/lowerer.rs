@@ -48,8 +48,9 @@ pub(crate) struct ScalarChange {
 /// The scalars that change in a loop, by their index in `env`.
 pub(crate) type LoopChanges = HashMap<usize, ScalarChange>;
 
-/// A loop whose body is being lowered. An exit that all lanes take together is a jump.
+/// A loop whose body is being lowered.
 pub(crate) struct OpenLoop {
+    /// The label behind the loop, to which exits jump that all lanes take together ([`Lowerer::may_exit_by_jump`]).
     pub exit: JumpLabel,
     /// For each scalar that changes in the loop: its index in `env`, and the loop variable that carries it from one iteration to the next.
     pub variables: Vec<(usize, SsaValue)>,

@@ -24,8 +24,8 @@ impl<'m> Lowerer<'m> {
         break_if: Option<Handle<Expression>>,
         flags: LoopFlags,
     ) -> Result<bool> {
-        // While named values are captured for the probe of a pixel, a loop remains a loop, because each of them is captured at one place of the tape. Loops in
-        // loops would multiply the time of lowering.
+        // While named values are captured for the probe of a pixel, which shows one value per name, a loop remains a loop, with one iteration on the tape. A
+        // loop inside a loop also remains one, because unrolling both would multiply the time of lowering.
         if self.named_values.is_some() || !self.open_loops.is_empty() {
             return Ok(false);
         }
@@ -103,7 +103,7 @@ impl<'m> Lowerer<'m> {
         // The last turn of this Rust loop only finds that the condition fails.
         for _ in 0..=MAX_ITERATIONS {
             let first_instr = self.builder.lane_instrs.len();
-            // How the inner loops change scalars is cached there, but may differ between iterations of this loop.
+            // The cache of how inner loops change scalars. The changes may differ between iterations of this loop.
             self.known_changes.clear();
             self.block(body)?;
             self.env[continue_flag] = no;
