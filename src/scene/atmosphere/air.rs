@@ -107,7 +107,11 @@ fn is_thick(air: &Atmosphere) -> bool {
 
 /// The model of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
 /// `requested`: the user's choice; `None`: automatic. `why_in_drafts`: see [`why_table_in_drafts`].
-pub(crate) fn model(requested: Option<AtmosphereModel>, quality: Quality, why_in_drafts: Option<WhyTableInDrafts>) -> (AtmosphereModel, Reason) {
+pub(crate) fn model(
+    requested: Option<AtmosphereModel>,
+    quality: Quality,
+    why_in_drafts: Option<WhyTableInDrafts>,
+) -> (AtmosphereModel, Reason) {
     let model = requested.unwrap_or(match quality {
         Quality::Draft if why_in_drafts.is_none() => AtmosphereModel::Pixel8,
         _ => AtmosphereModel::Table,

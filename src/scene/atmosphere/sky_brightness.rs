@@ -238,8 +238,8 @@ impl SkyBrightness {
         (lower + fraction.max(0.0) * (upper - lower)).exp()
     }
 
-    /// The altitude of the Sun at which the sky of the Earth, seen from the ground, is dimmed by as large a factor as this sky is under a light at this
-    /// altitude, both compared with a light at [`DAY_ALTITUDE_DEG`]. For a light at or above that altitude, the result is the light's own altitude. It is at
+    /// The altitude of the Sun at which the sky of the Earth, seen from the ground, is dimmed by as large a factor as this sky is under a light at
+    /// `altitude_deg`, both compared with a light at [`DAY_ALTITUDE_DEG`]. From [`DAY_ALTITUDE_DEG`] on, the result is `altitude_deg` itself. The result is at
     /// least -18 degrees, where night begins.
     pub(crate) fn altitude_on_earth_deg(&self, altitude_deg: f64) -> f64 {
         if altitude_deg >= DAY_ALTITUDE_DEG {
@@ -312,7 +312,8 @@ mod tests {
         let catalog = Catalog::embedded();
         let earth = catalog.body(NaifId::EARTH).expect("the Earth");
         let air = earth.atmosphere.as_ref().expect("air");
-        let part = |sky: &SkyBrightness, deg: f64| sky.luminance(deg, 0.0) / sky.luminance(DAY_ALTITUDE_DEG, 0.0);
+        let on_ground = 0.0;
+        let part = |sky: &SkyBrightness, deg: f64| sky.luminance(deg, on_ground) / sky.luminance(DAY_ALTITUDE_DEG, on_ground);
         let errors = |sky: &SkyBrightness| EARTH_SKY.map(|(deg, expected)| (part(sky, deg) / expected - 1.0).abs());
         let error = |sky: &SkyBrightness| errors(sky).into_iter().fold(0.0, f64::max);
         let [sky, on_mars] = [earth.radii_km.x, 3400.0].map(|radius_km| SkyBrightness::of(air, radius_km));

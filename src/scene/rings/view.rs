@@ -324,7 +324,7 @@ impl<'a> RingView<'a> {
         self.half_bounds(outer_km, side).map_or(Some(whole), |half| whole.intersection(&half))
     }
 
-    /// Bounds of one half, padded; `None` for a camera over the rings or next to them, where any pixel may show both.
+    /// Bounds of one half, padded; `None` for a camera over the rings or next to them, where any pixel may show both halves.
     fn half_bounds(&self, outer_km: f64, side: f64) -> Option<ClipRect> {
         let viewer = (self.placement.body_from_icrf * -self.placement.centre_km).truncate();
         let distance = viewer.length();
