@@ -65,16 +65,17 @@ impl ImageProjection for LeftEyeImage<'_> {
     }
 }
 
-/// A finished image on a mesh. The mapping and its inverse use the triangles that the renderer draws, so that labels and markers match the drawn image.
+/// An image on a warp mesh. Here *image* is what the mesh shows, and *screen* the finished image, which the projector shows. The mapping and its inverse use
+/// the triangles that the renderer draws, so that labels and markers match the drawn image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WarpedGeometry {
     /// How the image on the mesh shows directions.
     pub image: Box<ImageGeometry>,
-    /// Size of the image before the mesh is applied.
+    /// Width and height of the image, before the mesh is applied.
     pub image_px: [u32; 2],
     /// The mesh.
     pub mesh: Arc<WarpMesh>,
-    /// Size of the screen.
+    /// Width and height of the screen.
     pub screen_px: [u32; 2],
 }
 
@@ -155,7 +156,8 @@ impl ImageGeometry {
         }
     }
 
-    /// Whether the left edge of the image continues the right edge, as in an equirectangular image. A mesh is applied later, to the drawn image.
+    /// Whether the left edge of the image continues the right edge, as in an equirectangular image. Planning asks this before a mesh is applied, so a warped
+    /// geometry answers `false`.
     pub(crate) fn is_periodic(&self) -> bool {
         matches!(self, Self::Sphere(image) if image.projection == Projection::Equirectangular)
     }
@@ -178,7 +180,8 @@ impl ImageGeometry {
         }
     }
 
-    /// The pixel of the image at which a sprite of the scene's frame appears, before a mesh moves it. `clip`: the sprite's clip coordinates in the frame.
+    /// The pixel at which a sprite of the scene's frame appears in the image, before a mesh moves it to the screen. `clip`: the sprite's clip coordinates in
+    /// the frame.
     pub(crate) fn sprite_px(&self, camera: &Camera, clip: DVec2) -> DVec2 {
         let px = camera.pixel_from_clip(clip);
         match self {

@@ -163,6 +163,7 @@ pub(super) fn frames(
     for (face, axes) in FACE_AXES.into_iter().enumerate() {
         let bounds = match composition.projection {
             Projection::Fisheye => visible_bounds(face, half_fov_rad),
+            // An equirectangular image shows every face as a whole.
             _ => Some([0.0, 0.0, 1.0, 1.0]),
         };
         let Some([x0, y0, x1, y1]) = bounds else { continue };
