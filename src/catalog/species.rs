@@ -63,8 +63,8 @@ impl AerosolFunction {
     }
 }
 
-/// The phase function of an aerosol, with its parameters. Shaders evaluate it only once per view ray, so that a parameter may choose the function: it costs
-/// little, and needs no variant of each shader module.
+/// The phase function of an aerosol, with its parameters. Shaders evaluate it only once per view ray, so choosing the function by a parameter costs little, and
+/// it needs no variant of each shader module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
     /// The function that has these parameters.

@@ -173,7 +173,8 @@ impl<'a> MutualConjunction<'a> {
     }
 
     /// The last instant before `inside_s` (`direction` [`BACKWARD`]), or the first one after it ([`FORWARD`]), at which the farther moon touches the region
-    /// from outside. At `inside_s` a part of the moon is inside the region.
+    /// from outside. At `inside_s` a part of the moon is inside the region. If it is still inside near the end of the fitted span, the result is the
+    /// last instant searched.
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let distance_km = |s: f64| self.distance_outside_km(s, region);
         let mut last_inside_s = inside_s;
