@@ -55,7 +55,7 @@ fn sha256(text: &str) -> String {
 pub struct ToneMapUniforms {
     /// Factor on radiance.
     exposure: f32,
-    /// Exposed light up to which the tone curve is the identity.
+    /// Exposed light (1 is the white of the display) up to which the tone curve is the identity.
     linear_limit: f32,
 }
 

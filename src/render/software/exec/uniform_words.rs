@@ -110,6 +110,7 @@ mod tests {
 
     #[test]
     fn gather_returns_in_each_lane_what_a_single_read_returns() {
+        // A block of 160 bytes.
         let words: Vec<u32> = (0..40).map(|k| (1.5 * k as f32).to_bits()).collect();
         let elements = |kind, offset, stride, count| UniformElements { kind, offset, stride, count };
         let inside = [

@@ -100,6 +100,7 @@ impl<'m> Lowerer<'m> {
         let needs_no_skip =
             body_instrs.len() < MIN_SKIPPED_INSTRS && body_instrs.iter().all(|s| matches!(s, SsaInstr::Op { op, .. } if is_cheap(*op)));
         if needs_no_skip && matches!(cond, SsaValue::Lane(_)) {
+            // The skip.
             self.builder.lane_instrs.remove(start - 1);
         } else {
             self.builder.lane_instrs.push(SsaInstr::Label(label));

@@ -93,7 +93,7 @@ pub(crate) struct Lowerer<'m> {
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
     /// The loops whose bodies are being lowered, in all functions being inlined; innermost last.
     pub open_loops: Vec<OpenLoop>,
-    /// Addresses of the calls that are being inlined, outermost first.
+    /// Addresses of the call statements that are being inlined, outermost first.
     pub call_path: Vec<usize>,
     /// How scalars change in the inner loops of the outermost open loop, as far as these were lowered, by [`Lowerer::path_of_loop`].
     pub known_changes: HashMap<Vec<usize>, LoopChanges>,
