@@ -205,7 +205,7 @@ mod tests {
                 let parameter = last * f64::from(n) / 5000.0;
                 let camera_height = camera.dot(path.at(parameter)) - 1.0;
                 let is_in = parts.iter().any(|p| (p[0]..=p[p.len() - 1]).contains(&parameter));
-                // Visibility is tested at the ends of steps only: within a step of `STEP_RAD` the height may pass 0 by 2e-4 unnoticed.
+                // Visibility is tested at the ends of steps only: within a step the height may pass 0 unnoticed, here by less than 2e-4.
                 assert!(is_in == (camera_height > 0.0) || camera_height.abs() < 2e-4, "{camera}, {parameter}: {camera_height}");
             }
         }

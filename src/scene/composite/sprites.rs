@@ -22,8 +22,8 @@ const MAX_RADIUS_FRACTION: f64 = 0.015;
 /// Radius in pixels that a sprite may have in any image, however small.
 const ALWAYS_ALLOWED_RADIUS_PX: f64 = 8.0;
 
-/// Cosine of the latitude in an equirectangular image from which a face draws the sprites: 60 degrees, where the image is stretched by 2, and 15 degrees
-/// from the edges of the upper and the lower face.
+/// Cosine of the latitude beyond which, towards the poles of an equirectangular image, the face draws the sprites: that of 60 degrees, where the image is
+/// stretched by 2. The edges of the upper and the lower face are at least 15 degrees away from there.
 const POLAR_COS_LATITUDE: f64 = 0.5;
 
 /// Distance, in half sides of a face, within which a position is on an edge of the face: several times the rounding of f32.
