@@ -50,7 +50,7 @@ pub(crate) type LoopChanges = HashMap<usize, ScalarChange>;
 
 /// A loop whose body is being lowered.
 pub(crate) struct OpenLoop {
-    /// The label behind the loop, to which exits jump that all lanes take together ([`Lowerer::may_exit_by_jump`]).
+    /// The label behind the loop. An exit that all lanes take together may be a jump to it ([`Lowerer::may_exit_by_jump`]).
     pub exit: JumpLabel,
     /// For each scalar that changes in the loop: its index in `env`, and the loop variable that carries it from one iteration to the next.
     pub variables: Vec<(usize, SsaValue)>,

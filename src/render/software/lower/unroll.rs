@@ -103,7 +103,7 @@ impl<'m> Lowerer<'m> {
         // The last turn of this Rust loop only finds that the condition fails.
         for _ in 0..=MAX_ITERATIONS {
             let first_instr = self.builder.lane_instrs.len();
-            // The cache of how inner loops change scalars. The changes may differ between iterations of this loop.
+            // `known_changes` caches which scalars each inner loop changes. These may differ between iterations of this loop.
             self.known_changes.clear();
             self.block(body)?;
             self.env[continue_flag] = no;
