@@ -61,10 +61,10 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
                 retain_draws(&mut view.plan, |label| label.starts_with(name));
                 setup.draw_linear(&view, precision)
             };
-            let (one, four, exact) = (drawn(1, Precision::F32)?, drawn(4, Precision::F32)?, drawn(1, Precision::F64)?);
-            let mut pairs = vec![("f32 against f64", &one, &exact), ("1 sample against 4", &one, &four)];
+            let (image, of_4_samples, in_f64) = (drawn(1, Precision::F32)?, drawn(4, Precision::F32)?, drawn(1, Precision::F64)?);
+            let mut pairs = vec![("f32 against f64", &image, &in_f64), ("1 sample against 4", &image, &of_4_samples)];
             if let Some(previous) = previous.as_ref().filter(|_| distance_km > COMPARED_BEYOND_RADII * radius_km) {
-                pairs.push(("this distance against the one before", &one, previous));
+                pairs.push(("this distance against the one before", &image, previous));
             }
             for (what, a, b) in pairs {
                 let (worst_index, worst) = worst_pixel(a, b);
@@ -73,7 +73,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
                     (json!({ "body": body.0, "distance_radii": distance_km / radius_km, "pixel": pixel }), what.to_owned())
                 });
             }
-            previous = Some(one);
+            previous = Some(image);
         }
     }
     Ok(found)

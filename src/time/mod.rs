@@ -153,8 +153,8 @@ impl Instant {
         if utc_s < UTC_START_S {
             return Self::from_ut1_seconds(utc_s);
         }
-        // `timestamp_tai_s` counts UTC, not TAI: see `leap_seconds`. The sum is about 3e9, which f64 rounds to 0.5 µs, so that a time which rounding has put
-        // just before midnight counts as after the leap second.
+        // `timestamp_tai_s` counts UTC, not TAI: see `leap_seconds`. The sum, about 3e9, is rounded to 0.5 µs. So a time that earlier rounding has put slightly
+        // before midnight counts as midnight, after the leap second.
         let last_leap = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s);
         let tai_minus_utc_s = last_leap.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at);
         Self::from_tt_seconds(utc_s + tai_minus_utc_s + TT_MINUS_TAI_S)
