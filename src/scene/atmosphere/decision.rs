@@ -36,8 +36,8 @@ fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Place
     air::model(request.effects.air_model(), request.quality, air::why_table_in_drafts(inputs.placed, air, shell))
 }
 
-/// The light of another body is left out of the air below this part of the smallest visible change of the mean sky. By day the sky is about equally bright
-/// everywhere; in twilight it is up to some twenty times darker opposite the Sun than in the mean.
+/// The light of another body is left out of the air if, as a part of the sky's mean light, it is below this fraction of the smallest visible change. By day the
+/// sky is about equally bright everywhere; in twilight it is up to some twenty times darker opposite the Sun than in the mean.
 const MIN_SECOND_LIGHT_RATIO: f64 = 0.05;
 
 /// Whether a light that falls on the body, besides the Sun's, is visible in its air, with the reason. By day it is not, for a camera in the air.

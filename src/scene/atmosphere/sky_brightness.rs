@@ -98,7 +98,7 @@ impl<'a> Constituent<'a> {
     /// `cosine`: of the light's zenith angle at the point.
     fn column_to_light_km(&self, ground_radius_km: f64, from_centre_km: f64, cosine: f64) -> f64 {
         let (s, height_km) = (self.species, from_centre_km - ground_radius_km);
-        // Distance from the centre of the line's closest point, which the ray to a light below the horizon passes.
+        // Distance of the line's lowest point from the body's centre. The ray to a light below the horizon passes this point.
         let closest_km = from_centre_km * (1.0 - cosine * cosine).max(0.0).sqrt();
         let closest_height_km = (closest_km - ground_radius_km).max(0.0);
         if let Some(centre_km) = s.tent_centre_km {
@@ -246,11 +246,11 @@ impl SkyBrightness {
             return altitude_deg;
         }
         let [row, ..] = &self.rows;
-        let dimming = ln_between(row, altitude_deg) - ln_between(row, DAY_ALTITUDE_DEG);
+        let relative_ln = ln_between(row, altitude_deg) - ln_between(row, DAY_ALTITUDE_DEG);
         let table = &EARTH_SKY;
-        let below = table.iter().rposition(|(_, part)| part.ln() <= dimming).unwrap_or(0).min(table.len() - 2);
+        let below = table.iter().rposition(|(_, part)| part.ln() <= relative_ln).unwrap_or(0).min(table.len() - 2);
         let ((deg0, part0), (deg1, part1)) = (table[below], table[below + 1]);
-        let fraction = ((dimming - part0.ln()) / (part1 / part0).ln()).clamp(0.0, 1.0);
+        let fraction = ((relative_ln - part0.ln()) / (part1 / part0).ln()).clamp(0.0, 1.0);
         deg0 + fraction * (deg1 - deg0)
     }
 }

@@ -135,7 +135,7 @@ mod tests {
                     let error = reflected_km2(&Photometry::LommelSeeliger, radii_km, sun, viewer) / reference - 1.0;
                     assert!(error.abs() < 2e-4, "{radii_km} at {phase_deg}: {error:e}");
                     worst = worst.max(error.abs());
-                    // Negative control: the outline's area and the phase function of a sphere.
+                    // Negative control: with the phase function of a sphere and the outline's area, the light is wrong by more than half in some direction.
                     let phase = photometry::model_phase(&Photometry::LommelSeeliger, phase_deg.to_radians());
                     let of_sphere = phase * photometry::projected_radius_sq_km2(radii_km, viewer);
                     worst_of_sphere = worst_of_sphere.max((of_sphere / reference - 1.0).abs());

@@ -228,7 +228,7 @@ impl<'a> RingPath<'a> {
     }
 
     /// Mean transmittance on the paths from the points of a cell of the globe. `point`: the middle of the cell; `cell`: its sides. Lengths in equatorial radii.
-    /// The radius at which the paths cross the rings counts as linear over the cell, with a uniform distribution of the same variance as over the cell.
+    /// The radius at which the paths cross the rings counts as linear over the cell, and its distribution is replaced by a uniform one of the same variance.
     fn mean_transmittance(&self, point: DVec3, cell: [DVec3; 2]) -> f64 {
         if self.towards.z == 0.0 {
             return 1.0;

@@ -351,7 +351,7 @@ mod tests {
             lowest < 0.158 / ONE_SLANT_MIN_ELEVATION_SUN_RADII && lowest > 0.155 / ONE_SLANT_MIN_ELEVATION_SUN_RADII && lowest < 0.004,
             "{lowest}"
         );
-        // For a Sun half as high one slant would not be enough.
+        // Negative control: for a Sun half as high, one slant is wrong by more than the 0.004 that the criterion allows.
         assert!(largest_difference(0.5 * ONE_SLANT_MIN_ELEVATION_SUN_RADII) > 0.004);
     }
 
