@@ -41,8 +41,8 @@ pub(crate) enum PerChannel {
     Rgb([f64; 3]),
 }
 
-/// A phase function of aerosols, whose values `scene::atmosphere::phase` computes. A new function gets a variant beside the others, and its arms at the compile
-/// errors: the words of the query `scatter` keep their meaning.
+/// A phase function of aerosols, whose values `scene::atmosphere::phase` computes. A new function gets a variant beside the others, so that the words of the
+/// query `scatter` keep their meaning, and match arms where the compiler reports that they are missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AerosolFunction {
     /// Henyey and Greenstein 1941, Astrophysical Journal 93, 70.

@@ -226,7 +226,7 @@ mod tests {
             assert_eq!(lat.abs() < 45.0, before[y] == after[y], "row {y}");
             if lat.abs() > 60.0 && y + 1 < HEIGHT {
                 let [ratio_before, ratio_after] = [&before, &after].map(|rows| along_over_across(rows, y));
-                // White noise has 1/cos² of the latitude; after the filter, which makes spots at most sqrt 2 times as long as wide, about 2.
+                // The ratio of white noise is 1/cos² of the latitude; after the filter, which makes spots at most sqrt 2 times as long as wide, it is about 2.
                 assert!(
                     ratio_before > 2.5 && ratio_after < 2.2 && ratio_after < 0.6 * ratio_before,
                     "row {y}: {ratio_before} became {ratio_after}"
