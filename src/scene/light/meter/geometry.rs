@@ -325,8 +325,8 @@ mod tests {
     fn the_visible_fraction_changes_continuously() {
         let jump = largest_jump(|separation, body| visible_fraction_behind_circle(separation, body, 1.0));
         assert!(jump < 1.001, "{jump}");
-        // Negative control: a linear ramp for smaller bodies beside a straight edge for larger ones jumps at equal radii, by more than ten times the change that
-        // the overlap allows.
+        // Negative control: a linear ramp for smaller bodies beside a straight edge for larger ones jumps at equal radii, by more than ten times what the
+        // overlap allows.
         let in_two_parts = |separation: f64, body: f64| {
             if body < 1.0 {
                 return 1.0 - ((body + 1.0 - separation) / (2.0 * body)).clamp(0.0, 1.0) * body * body;
