@@ -233,6 +233,7 @@ mod tests {
                         "{case}"
                     );
                     for tick in &ticks {
+                        // A millisecond is added, so that rounding does not give the second before.
                         let iso = Instant::from_tdb_seconds_past_j2000(tick.tdb_s + 1e-3).to_utc_iso();
                         assert!(iso.contains(":00:00"), "{iso}: {case}");
                     }

@@ -289,7 +289,7 @@ impl Viewer {
         self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_in_tour
     }
 
-    /// Stores the current view in the history, and shows another.
+    /// Stores the current view in the history, and shows another. `preset_changes`: those that `view` contains, if it is the view of a preset.
     fn show(&mut self, mut view: ViewState, preset_changes: Option<PresetChanges>) {
         if let Some(paused) = view.paused.take() {
             self.time_rate.set_paused(paused);

@@ -149,13 +149,14 @@ mod tests {
     /// The angle from the middle to the edge is half the field of view, at any field of view; a third click starts a new measurement.
     #[test]
     fn the_angle_from_middle_to_edge_is_half_the_field_of_view() {
+        const NO_BODY: Option<SeenBody> = None;
         for half_deg in [1.0 / 120.0, 0.5, 20.0, 45.0, 80.0] {
             let camera = camera(f64::to_radians(half_deg).tan());
             let mut angle = MeasuredAngle::default();
-            assert!(angle.add(direction(&camera, 500.0, 500.0), None).contains("second place"));
-            let message = angle.add(direction(&camera, 1000.0, 500.0), None);
+            assert!(angle.add(direction(&camera, 500.0, 500.0), NO_BODY).contains("second place"));
+            let message = angle.add(direction(&camera, 1000.0, 500.0), NO_BODY);
             assert_eq!(message, format!("Angle: {}", scaled_angle_text(half_deg)));
-            assert!(angle.add(direction(&camera, 0.0, 0.0), None).contains("second place"));
+            assert!(angle.add(direction(&camera, 0.0, 0.0), NO_BODY).contains("second place"));
             assert!(angle.clear() && !angle.clear());
         }
     }

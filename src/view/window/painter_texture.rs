@@ -200,7 +200,8 @@ impl OpaqueRows {
             }
             return;
         }
-        let first_index = self.interpolated_row_index(texture, columns, row_pair.first, None);
+        let none_kept = None;
+        let first_index = self.interpolated_row_index(texture, columns, row_pair.first, none_kept);
         let second_index = self.interpolated_row_index(texture, columns, row_pair.second, Some(first_index));
         let lanes = |index: usize| bytemuck::cast_slice::<u64, u16>(&self.rows[index].lanes);
         let bytes = bytemuck::cast_slice_mut::<u32, u8>(pixels);
@@ -276,8 +277,8 @@ mod tests {
         let mut pixels = vec![0; width];
         let mut largest: f64 = 0.0;
         for y in 0..height {
-            let row = pair(y, height, HEIGHT);
-            rows.write_row(texture, &columns, row, &mut pixels);
+            let row_pair = pair(y, height, HEIGHT);
+            rows.write_row(texture, &columns, row_pair, &mut pixels);
             for (pixel, column) in pixels.iter().zip(&columns) {
                 let [zero, shown @ ..] = pixel.to_be_bytes();
                 assert_eq!(zero, 0);
@@ -285,7 +286,7 @@ mod tests {
                     let at = |x: usize, y: usize| f64::from(texture.texels[y * WIDTH + x].to_array()[channel]);
                     let mix = |a: f64, b: f64, weight: u32| a + (b - a) * f64::from(weight) / 256.0;
                     let of_row = |y: usize| mix(at(column.first, y), at(column.second, y), column.weight);
-                    largest = largest.max((mix(of_row(row.first), of_row(row.second), row.weight) - f64::from(shown)).abs());
+                    largest = largest.max((mix(of_row(row_pair.first), of_row(row_pair.second), row_pair.weight) - f64::from(shown)).abs());
                 }
             }
         }

@@ -303,6 +303,7 @@ fn time_can_be_stepped_run_set_to_now_and_paused() {
     let mut viewer = viewer();
     apply(&mut viewer, Action::Step(-60.0));
     assert_eq!(viewer.view.tdb_s, -60.0);
+    // The second of the preset speeds is 10 scene seconds per real second.
     apply(&mut viewer, Action::Faster);
     viewer.advance(0.1);
     assert!((viewer.view.tdb_s + 59.0).abs() < 1e-9);
