@@ -298,7 +298,8 @@ impl RingShineGeometry<'_> {
         Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), max_height, brightest })
     }
 
-    /// The cached table. The sine of the Sun's elevation is rounded to eleven binary digits (5e-4 of the light), so that successive frames share a table.
+    /// The cached table; `None` if no ring scatters light. The sine of the Sun's elevation is rounded to eleven binary digits (5e-4 of the light), so that
+    /// successive frames share a table.
     pub fn shine(&self, cache: &RingShineCache) -> Option<Arc<RingShine>> {
         let geometry =
             Self { sin_elevation: round_to_digits(self.sin_elevation, 11), sun_tangent: round_to_digits(self.sun_tangent, 11), ..*self };

@@ -115,8 +115,8 @@ pub(crate) struct Ground<'g> {
 }
 
 impl Ground<'_> {
-    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes. `ring_transmittance`:
-    /// the fraction of sunlight that the body's rings leave.
+    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes. `shadow`: of other
+    /// bodies, if any. `ring_transmittance`: the fraction of sunlight that the body's rings leave.
     pub(crate) fn radiance(
         &self,
         point: DVec3,

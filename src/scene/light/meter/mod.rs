@@ -125,7 +125,7 @@ fn far_weight(placed: &PlacedBody<'_>) -> f64 {
 /// Inputs that all parts of a reading share.
 struct MeteredFrame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
-    /// The Sun's glare as it would be without air.
+    /// The Sun's glare as it would be without air; `None` if the Sun is not in the frame or the user switched the glare off.
     glare: Option<VeilingGlare>,
     /// Transmittance of the air in front of the Sun and its glare.
     sun_transmittance: f64,

@@ -47,6 +47,7 @@ pub(super) struct TwilightAir {
 }
 
 impl TwilightAir {
+    /// `None` for a body without air, or with clear air that the body's colours include: such air is not drawn over the disc.
     fn of(body: &Body) -> Option<Self> {
         let air = body.atmosphere.as_ref().filter(|air| colours_exclude_air(body) || is_visible_over_disc(air))?;
         let [reflectance, radius_scale_heights] = reflectance_and_radius(body, air);
