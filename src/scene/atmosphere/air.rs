@@ -403,6 +403,7 @@ mod tests {
         let to_zenith = around.transmittance(up);
         let expected = (-vertical_optical_depth(earth.atmosphere.as_ref().expect("air"))).exp();
         assert!((to_zenith - expected).abs().max_element() < 2e-3, "{to_zenith} for {expected}");
+        // A direction on the horizon: `up` is the x axis.
         let low_sun = around.tint(DVec3::new(0.0, 1.0, 0.01));
         assert!(low_sun.x > 2.0 && low_sun.y < 0.9 && low_sun.z < 0.01, "{low_sun}");
         let far = Placement { centre_km: -up * 1e6, ..place };

@@ -18,7 +18,7 @@ pub(crate) const ROWS: usize = 3;
 /// Number of nodes that follow the quadrature nodes: one at the camera's end and one at the far end.
 pub(crate) const ENDS: usize = 2;
 
-/// Rows of the samples of shaders/lib/air/scatter_marched.wesl: position (x), weight (y), midpoint between this position and the next (z).
+/// Rows of the samples of shaders/lib/air/scatter_marched.wesl: position (x), 0 to 1; weight (y); midpoint between this position and the next (z).
 pub(crate) fn samples(count: usize) -> Vec<Vec4> {
     let all = gauss_legendre(count);
     all.iter().enumerate().map(|(k, (x, w))| camera::narrow(DVec3::new(*x, *w, midpoint(&all, k))).extend(0.0)).collect()
