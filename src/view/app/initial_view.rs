@@ -116,6 +116,7 @@ mod tests {
         for elongation_deg in (0..360).step_by(5) {
             let from_sun_deg = f64::from(180 - (elongation_deg - 180_i32).abs());
             let found = direction_for_elongation(f64::from(elongation_deg));
+            // The limit of about 57 degrees (see the module comment) is between these two.
             assert!(found.is_some() || from_sun_deg < 75.0, "{elongation_deg}");
             assert!(found.is_none() || from_sun_deg > 50.0, "{elongation_deg}");
         }
