@@ -188,6 +188,7 @@ enum BoundingPlanes {
 }
 
 impl MoonConjunction {
+    /// `middle`: when the moon crosses the line from the planet to the observer ([`MoonAndPlanet::conjunctions`]).
     fn around(pair: &MoonAndPlanet<'_>, observer: NaifId, middle: Instant) -> Result<Self, EphemerisError> {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
         let vel_km_s = pair.moon_from_planet(middle)?.vel_km_s;

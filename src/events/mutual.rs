@@ -125,6 +125,7 @@ enum Region {
 }
 
 impl<'a> MutualConjunction<'a> {
+    /// `moons`: in any order. `middle`: a sample near the conjunction.
     fn around(
         ephemeris: &Ephemeris,
         moons: [&'a Body; 2],

@@ -89,10 +89,10 @@ pub(super) fn scale(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let layers = Layers { stars: false, ..Layers::default() };
         let request = ViewRequest { effects: EffectOverrides::parse("-points,-glow")?, layers, ..scene.request };
         let request = setup.renderers.with_metered_exposure(request)?;
-        let fine = ViewRequest { width: side * factor, height: side * factor, ..request.clone() };
+        let fine_request = ViewRequest { width: side * factor, height: side * factor, ..request.clone() };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
         let coarse = setup.draw_linear(&setup.renderers.plan_target_body(&request, sampling)?, Precision::F32)?;
-        let fine = setup.draw_linear(&setup.renderers.plan_target_body(&fine, sampling)?, Precision::F32)?.downsampled(factor);
+        let fine = setup.draw_linear(&setup.renderers.plan_target_body(&fine_request, sampling)?, Precision::F32)?.downsampled(factor);
         let differences = level_differences(&coarse, &fine);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
         let (worst_index, worst) = worst_pixel(&coarse, &fine);

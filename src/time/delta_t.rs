@@ -37,8 +37,8 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     if index < 1.0 {
         let spline_start_year = SPLINE[0][0];
         if year >= spline_start_year {
-            // The spline smooths the last years before the table, so that at its end it is off by 0.2 s. A correction that grows linearly from 0 in
-            // `BLEND_FROM_YEAR` to this gap makes it meet the table.
+            // The spline smooths the last years before the table, so that it is off by 0.2 s where the table takes over. A correction that grows linearly from
+            // 0 in `BLEND_FROM_YEAR` to this gap makes it meet the table.
             let seam_year = year_of_entry(1);
             let gap_s = f64::from(MEASURED_MS[1]) * 1e-3 - spline_s(seam_year);
             let weight = ((year - BLEND_FROM_YEAR) / (seam_year - BLEND_FROM_YEAR)).clamp(0.0, 1.0);
