@@ -1,6 +1,7 @@
 //! JSON that users write.
 //!
-//! In: a text. Out: its value, or serde_json's error. Always: no object in it gives a field twice; serde_json's own `Value` would keep the last of both.
+//! In: a text. Out: its value, or an error. Always: a text in which an object gives a field twice is an error; serde_json's own `Value` would keep only the
+//! later of the two.
 
 use crate::wording::echo_within;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};

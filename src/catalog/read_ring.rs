@@ -1,8 +1,8 @@
 //! Reading `[[ring]]`, and the rings of each body.
 //!
 //! In: TOML tables, and the bodies of all files. Out: the rings of each body, and problems in the shared list. The rings of a file replace those of earlier
-//! files. Always: a ring begins outside its body's equator. The renderers draw the half of the rings in front of the body's centre after the ground, without
-//! a comparison of depths. From no viewpoint does the ground hide any of that half of such a ring, however close the ring is to it.
+//! files. Always: a ring begins outside its body's equator. The renderers rely on this: after the ground they draw the half of the rings in front of the body's
+//! centre, without a comparison of depths. From no viewpoint does the ground hide any of this half, however close to the ground a ring begins.
 
 use super::fields::{ALLOWED_NAME, each_component, is_name, required_number};
 use super::table::{Problems, SourceLine, TableReader, WithLine};

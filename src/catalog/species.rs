@@ -41,8 +41,8 @@ pub(crate) enum PerChannel {
     Rgb([f64; 3]),
 }
 
-/// A phase function of aerosols, whose values `scene::atmosphere::phase` computes. A new function gets a variant beside the others, and its arms at the compile
-/// errors: the words of the query `scatter` keep their meaning.
+/// A phase function of aerosols, whose values `scene::atmosphere::phase` computes. A new function gets a variant beside the others, so that the words of the
+/// query `scatter` keep their meaning, and match arms where the compiler reports that they are missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AerosolFunction {
     /// Henyey and Greenstein 1941, Astrophysical Journal 93, 70.
@@ -63,8 +63,8 @@ impl AerosolFunction {
     }
 }
 
-/// The phase function of an aerosol, with its parameters. Shaders evaluate it only once per view ray, so that a parameter may choose the function: it costs
-/// little, and needs no variant of each shader module.
+/// The phase function of an aerosol, with its parameters. Shaders evaluate it only once per view ray, so choosing the function by a parameter costs little, and
+/// it needs no variant of each shader module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
     /// The function that has these parameters.
@@ -146,7 +146,7 @@ impl AerosolPhase {
     }
 
     /// The four components of the uniform `air_mie_phase_parameters`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads: the numbers, then w, which
-    /// tells the function.
+    /// identifies the function.
     pub fn parameters(self) -> [f64; 4] {
         // Destructured without `..`, so that a new field is a compile error here.
         let Self { function, asymmetry: [red, green, blue] } = self;
@@ -176,8 +176,8 @@ impl Species {
 mod tests {
     use super::*;
 
-    /// The numbers of the listed fields are those of the uniform, which the compiler keeps complete; what follows tells the function. So no field is missing in
-    /// the list.
+    /// The numbers of the listed fields are those of the uniform, which the compiler keeps complete; the number after them identifies the
+    /// function. So no field is missing in the list.
     #[test]
     fn every_field_is_listed() {
         assert!(AerosolFunction::ALL.contains(&AerosolFunction::OF_CATALOGS));

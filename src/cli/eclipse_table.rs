@@ -33,7 +33,7 @@ fn time_of_day(iso: &Value) -> String {
     rounded_time(iso, TO_A_SECOND).rsplit(' ').next().unwrap_or("").to_owned()
 }
 
-/// A key to sort ISO times by. As texts, times in negative years would sort backwards.
+/// A key to sort ISO times by; infinite for a value that is no time. As texts, times in negative years would sort backwards.
 fn seconds_past_j2000(iso: &Value) -> f64 {
     iso.as_str().and_then(|text| Instant::parse(text).ok()).map_or(f64::INFINITY, Instant::tdb_seconds_past_j2000)
 }
@@ -233,13 +233,13 @@ mod tests {
 
     #[test]
     fn times_and_durations_are_rounded_and_carry() {
-        assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.942Z"), 0), "2024-04-08 18:11:49");
-        assert_eq!(rounded_time(&json!("2024-12-31T23:59:59.500Z"), 0), "2025-01-01 00:00:00");
+        assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.942Z"), TO_A_SECOND), "2024-04-08 18:11:49");
+        assert_eq!(rounded_time(&json!("2024-12-31T23:59:59.500Z"), TO_A_SECOND), "2025-01-01 00:00:00");
         // The last minute of 2016 had a leap second.
-        assert_eq!(rounded_time(&json!("2016-12-31T23:59:59.700Z"), 0), "2016-12-31 23:59:60");
-        assert_eq!(rounded_time(&json!("2016-12-31T23:59:60.700Z"), 0), "2017-01-01 00:00:00");
-        assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.960Z"), 1), "2024-04-08 18:11:49.0");
-        assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.940Z"), 1), "2024-04-08 18:11:48.9");
+        assert_eq!(rounded_time(&json!("2016-12-31T23:59:59.700Z"), TO_A_SECOND), "2016-12-31 23:59:60");
+        assert_eq!(rounded_time(&json!("2016-12-31T23:59:60.700Z"), TO_A_SECOND), "2017-01-01 00:00:00");
+        assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.960Z"), TO_A_TENTH), "2024-04-08 18:11:49.0");
+        assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.940Z"), TO_A_TENTH), "2024-04-08 18:11:48.9");
         for (seconds, text) in [(267.6, "4m28s"), (3599.4, "59m59s"), (3599.6, "1h00m"), (3697.7, "1h02m"), (7199.0, "2h00m")] {
             assert_eq!(duration_text(&json!(seconds)), text, "{seconds}");
         }

@@ -181,6 +181,7 @@ struct Query {
     /// Of a position: its origin, always present. Of an apparent place or an orientation: the observer.
     center: Option<String>,
     time: String,
+    /// The source of a position; `None`: the best one that covers the time.
     source: Option<Source>,
 }
 

@@ -19,7 +19,7 @@ pub(crate) const MAX_ROWS: usize = 200_000;
 /// The columns of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Columns {
-    /// Geometric position and velocity relative to a centre, ICRF; distance, error and source.
+    /// Geometric position and velocity relative to a centre, ICRF; distance, error and source. `source`: `None` selects the best one for each instant.
     State { center: NaifId, source: Option<Source> },
     /// Apparent right ascension and declination from the Earth's centre, of date and in GCRS; distance, light time and error.
     Apparent,

@@ -21,7 +21,7 @@ use crate::wording::{counted, echo};
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::Instant as WallInstant;
 
 /// The record of digests, relative to the root of the source tree. Without `--record`, `verify` must run there.
 const DEFAULT_RECORD: &str = "tests/shader_digests.txt";
@@ -273,7 +273,7 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             print_result(&difference_text(&emitted(first)?, &emitted(second)?))
         }
         ShaderVerb::Cost { key, json } => {
-            let start = Instant::now();
+            let start = WallInstant::now();
             let module = ShaderModule::build_with(&fragments(common)?, key, &lowering()).map_err(failed)?;
             let compile_time = start.elapsed();
             let session = Session::open(&common.sources(), print_message)?;

@@ -205,7 +205,10 @@ mod tests {
             let (position, velocity) = (propagated.position, propagated.velocity);
             assert!(position.distance(expected.position) < 1e-12 && velocity.distance(expected.velocity) < 1e-13, "{q} {e}");
             let slope = (start.propagated(gm, 0.01).position - start.propagated(gm, -0.01).position) / 0.02;
-            assert!(slope.distance(start.velocity) < 1e-9 && slope.distance(velocity) > 1e-4);
+            assert!(
+                slope.distance(start.velocity) < 1e-9 && slope.distance(velocity) > 1e-4,
+                "the slope is that of the start, not of the end"
+            );
         }
     }
 }

@@ -43,9 +43,9 @@ fn joined(mut spans: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 }
 
 /// The date of an instant, without the time of day.
-fn day(tdb_s: f64) -> String {
+fn date_text(tdb_s: f64) -> String {
     let text = Instant::from_tdb_seconds_past_j2000(tdb_s).to_utc_iso();
-    text.split_once('T').map_or(text.clone(), |(day, _)| day.to_owned())
+    text.split_once('T').map_or(text.clone(), |(date, _)| date.to_owned())
 }
 
 /// Number of links by which kernels or series lead from a body to the solar system's barycentre. The links of the series are counted; a kernel may need fewer.
@@ -110,7 +110,7 @@ impl Ephemeris {
             Some(Source::Kernel) => message!("error-longer-than-kernel"),
             _ => message!("error-longer-kernel"),
         };
-        let [first, last, time] = [day(first), day(last), t.to_utc_iso()].map(Argument::Time);
+        let [first, last, time] = [date_text(first), date_text(last), t.to_utc_iso()].map(Argument::Time);
         let tdb_s = t.tdb_seconds_past_j2000();
         let mut gaps = spans.windows(2).map(|pair| (pair[0].1, pair[1].0));
         EphemerisError(match gaps.find(|(start, end)| (*start..*end).contains(&tdb_s)) {
@@ -118,7 +118,7 @@ impl Ephemeris {
                 message!("error-time-outside", sources = sources, body = &body, first = first, last = last, time = time, other = advice)
             }
             Some((start, end)) => {
-                let [until, again] = [day(start), day(end)].map(Argument::Time);
+                let [until, again] = [date_text(start), date_text(end)].map(Argument::Time);
                 message!(
                     "error-time-in-gap",
                     sources = sources,

@@ -146,7 +146,8 @@ mod tests {
             (0..COLUMNS).map(move |column| (latitude, cell_centre(column, COLUMNS, 360.0) - 180.0)).collect::<Vec<_>>()
         });
         let km = km.map(|(latitude, longitude)| height(latitude, longitude) as f32).collect();
-        HeightMap::new("made", COLUMNS, km, -180.0, DEFAULT_SPHERE_KM).expect("a map")
+        let west_deg = -180.0;
+        HeightMap::new("made", COLUMNS, km, west_deg, DEFAULT_SPHERE_KM).expect("a map")
     }
 
     /// A place in the Moon's axes.

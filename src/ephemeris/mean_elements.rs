@@ -80,7 +80,8 @@ pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
         node_deg.to_radians(),
         (perihelion_deg - node_deg).to_radians(),
         (mean_anomaly_deg % 360.0).to_radians(),
-        // The secular motion of the ellipse itself is under 1e-4 of the velocity and left out.
+        // The rate of the mean anomaly. Left out are the rates of the periodic terms and the motion of the ellipse itself, together up to 1e-3 of the velocity
+        // (Saturn).
         ((rates[3] - rates[4] + 2.0 * b * t) / CENTURY_S).to_radians(),
     );
     let icrf_from_ecliptic = frames::icrf_from_ecliptic();

@@ -303,7 +303,7 @@ impl Ephemeris {
         let State { pos_km, vel_km_s } = self.state(system, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE).ok()?.state;
         let light_s_from = |pos_km: DVec3| (pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
         let light_s = light_s_from(pos_km - vel_km_s * light_s_from(pos_km));
-        // Farther away, the observer is in another system.
+        // At more than 300 s of light time the observer is certainly in another system.
         (light_s > 300.0).then(|| t.plus_seconds(-light_s))
     }
 
@@ -416,8 +416,8 @@ impl Ephemeris {
     }
 }
 
-/// Years in which series are used, as for the mean elements. VSOP87's authors state an error of 1 arcsec for 4000 years either side of 2000 (Mercury to Mars),
-/// 2000 years (Jupiter, Saturn) and 6000 years (Uranus, Neptune). Before these spans the error is larger: [`series::error_km`] grows with time.
+/// Years in which series are used: those of [`MEAN_ELEMENTS_YEARS`]. VSOP87's authors state an error of 1 arcsec for 4000 years either side of 2000 (Mercury to
+/// Mars), 2000 years (Jupiter, Saturn) and 6000 years (Uranus, Neptune). Before these spans the error is larger: [`series::error_km`] grows with time.
 const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
 /// Years in which mean elements are used: the span of their tables, from the year -3000 (3001 BC) to the end of AD 3000.
 const MEAN_ELEMENTS_YEARS: (f64, f64) = (-3000.0, 3001.0);
@@ -485,7 +485,7 @@ impl<'a> StateChain<'a> {
 }
 
 /// Worst error of a shipped segment against DE440, km; printed by `examples/bake_kernel.rs` and rounded up. NAIF codes: barycentres 1 to 9, the Sun 10, the
-/// Moon 301, the Earth 399.
+/// Moon 301, the Earth 399. For Mercury and Venus, which coincide with their barycentres, it is a nominal bound.
 fn kernel_error_km(target: NaifId) -> f64 {
     match target.0 {
         10 => 0.1,

@@ -50,7 +50,7 @@ impl Series {
         }
     }
 
-    /// The span in which the series are valid for `target`, TDB seconds past J2000; infinite if they have no limit of their own.
+    /// The span in which the series are valid for `target`, TDB seconds past J2000; infinite if they have no limit of their own. `None` without a series.
     pub fn coverage(&self, target: i32) -> Option<(f64, f64)> {
         match target {
             9 => self.pluto.coverage(9),

@@ -89,7 +89,8 @@ pub struct DiscPassage {
 pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, height_km: f64) -> (DVec3, DVec3) {
     let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
     let squared = radii_km * radii_km;
-    // The horizontal direction of the normal. Its factor is 1 for x, and 1 for y on a spheroid.
+    // Unit vector of the normal's horizontal part: the position's, divided by the squared semi-axes. Scaled by the square of the first, so that on a spheroid
+    // it is exactly the direction of the longitude.
     let outward = (DVec2::from_angle(lon) * (squared.x / squared.truncate())).normalize();
     let normal = (outward * lat.cos()).extend(lat.sin());
     let surface = squared * normal / (squared * normal).dot(normal).sqrt();

@@ -1,9 +1,10 @@
 //! The intersection of a shadow cone with the Earth's spheroid.
 //!
 //! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where the cone's axis meets the
-//! ground or is nearest to it. The gap is the greatest signed distance of the spheroid from a plane that touches the cone along a generator (one of its
-//! straight lines), negative if cone and spheroid overlap. It is exact where they are apart or graze each other, hence at the contacts of an eclipse. Where
-//! the axis passes near the Earth's centre, the computed gap may be too small by up to 21 km, the difference of the spheroid's radii; its sign is still right.
+//! ground or is nearest to it. Consider the planes that touch the cone along a generator (one of its straight lines). The gap is the greatest distance by which
+//! the spheroid lies outside such a plane; it is negative if the spheroid lies outside none of them, that is, if cone and spheroid overlap. It is exact where
+//! they are apart or graze each other, hence at the contacts of an eclipse. Where the axis passes near the Earth's centre, the computed gap may be too small by
+//! up to 21 km, the difference of the spheroid's radii; its sign is still right.
 
 use super::numeric::minimum;
 use crate::scene::eclipse::shadow_cone::nearest_point_and_half_chord_sq;

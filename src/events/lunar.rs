@@ -44,7 +44,7 @@ impl LunarType {
     }
 }
 
-/// Name of the rule by which these radii enlarge the Earth's shadow for its atmosphere.
+/// Name of the rule by which the convention of these radii enlarges the Earth's shadow, to allow for the atmosphere.
 pub fn shadow_enlargement(radii: EclipseRadii) -> &'static str {
     match radii {
         EclipseRadii::Iau => "geometric",

@@ -188,6 +188,7 @@ enum BoundingPlanes {
 }
 
 impl MoonConjunction {
+    /// `middle`: when the moon crosses the line from the planet to the observer ([`MoonAndPlanet::conjunctions`]).
     fn around(pair: &MoonAndPlanet<'_>, observer: NaifId, middle: Instant) -> Result<Self, EphemerisError> {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
         let vel_km_s = pair.moon_from_planet(middle)?.vel_km_s;
@@ -201,8 +202,8 @@ impl MoonConjunction {
         Ok(Self { observer, middle, half_span_s, moon, to_observer, planet_velocity_km_s, pole })
     }
 
-    /// For light that reaches or leaves the planet's centre at `s`: the moon's position when the light passes it, the delay in seconds,
-    /// and the vector to the observer.
+    /// For light that reaches or leaves the planet's centre at `s`: the moon's position when the light passes it; by how many seconds this is later than `s`,
+    /// negative if it is earlier; and the vector to the observer.
     fn geometry_of_light(&self, s: f64) -> (DVec3, f64, DVec3) {
         let to_observer = self.to_observer.at(s);
         // Distance by which the moon is nearer to the observer than the planet.
@@ -216,7 +217,7 @@ impl MoonConjunction {
     fn distance_outside_km(&self, pair: &MoonAndPlanet<'_>, s: f64, planes: BoundingPlanes) -> f64 {
         let (moon_km, _, to_observer) = self.geometry_of_light(s);
         let distance_km = to_observer.length();
-        let towards = to_observer / distance_km;
+        let observer_direction = to_observer / distance_km;
         // The observer's radius, negative if planet and observer are on the same side of a plane.
         let signed_observer_radius_km = match planes {
             BoundingPlanes::Centre => 0.0,
@@ -226,13 +227,15 @@ impl MoonConjunction {
         let radii_km = pair.planet.radii_km;
         // Support function: distance from the planet's centre to the tangent plane with this unit normal.
         let support_km = |n: DVec3| (n * radii_km.x + self.pole * (n.dot(self.pole) * (radii_km.z - radii_km.x))).length();
-        let perpendicular = (moon_km - towards * moon_km.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
-        let sideways = towards.cross(perpendicular);
+        let perpendicular = (moon_km - observer_direction * moon_km.dot(observer_direction))
+            .try_normalize()
+            .unwrap_or_else(|| observer_direction.any_orthonormal_vector());
+        let sideways = observer_direction.cross(perpendicular);
         let beyond_plane_km = |angle: f64| {
             let across = perpendicular * angle.cos() + sideways * angle.sin();
             // The normal is tilted so that the plane touches both planet and observer.
             let tilt = (support_km(across) + signed_observer_radius_km) / distance_km;
-            let normal = across * (1.0 - tilt * tilt).max(0.0).sqrt() + towards * tilt;
+            let normal = across * (1.0 - tilt * tilt).max(0.0).sqrt() + observer_direction * tilt;
             moon_km.dot(normal) - support_km(normal)
         };
         // The plane beyond which the moon is farthest. The flattening rotates its normal away from `perpendicular`, near the boundary by less than 0.3 radians.

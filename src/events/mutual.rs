@@ -50,16 +50,17 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
         let mut second_last: Option<Vec<f64>> = None;
         let mut last: Option<Vec<f64>> = None;
         while sample_time < to.plus_seconds(2.0 * STEP_S) {
-            let towards = ephemeris.state(observer, JUPITER_BARYCENTRE, sample_time, BEST_SOURCE)?.state.pos_km.normalize_or_zero();
+            let observer_direction =
+                ephemeris.state(observer, JUPITER_BARYCENTRE, sample_time, BEST_SOURCE)?.state.pos_km.normalize_or_zero();
             let pole = ephemeris.body_from_icrf(JUPITER, sample_time)?.row(2);
-            if pole.dot(towards).abs() > MAX_SEASON_SINE {
+            if pole.dot(observer_direction).abs() > MAX_SEASON_SINE {
                 (second_last, last) = (None, None);
                 sample_time = sample_time.plus_seconds(SECONDS_PER_DAY);
                 continue;
             }
             let positions = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, sample_time, BEST_SOURCE)?.state.pos_km));
             let positions: Vec<DVec3> = positions.collect::<Result<_, EphemerisError>>()?;
-            let current: Vec<f64> = pairs.iter().map(|&(a, b)| (positions[a] - positions[b]).cross(towards).length()).collect();
+            let current: Vec<f64> = pairs.iter().map(|&(a, b)| (positions[a] - positions[b]).cross(observer_direction).length()).collect();
             if let (Some(second_last), Some(last)) = (&second_last, &last) {
                 for (k, &(a, b)) in pairs.iter().enumerate() {
                     if last[k] <= second_last[k] && last[k] < current[k] && last[k] < MAX_DISTANCE_KM {
@@ -124,6 +125,7 @@ enum Region {
 }
 
 impl<'a> MutualConjunction<'a> {
+    /// `moons`: in any order. `middle`: a sample near the conjunction.
     fn around(
         ephemeris: &Ephemeris,
         moons: [&'a Body; 2],
@@ -149,12 +151,12 @@ impl<'a> MutualConjunction<'a> {
         let far_km = self.far_km.at(s);
         let to_observer = self.to_observer.at(s) - far_km;
         let observer_distance_km = to_observer.length();
-        let towards = to_observer / observer_distance_km;
+        let observer_direction = to_observer / observer_distance_km;
         // Light goes from the farther moon past the nearer one to the Earth, and from the Sun past the nearer one to the farther.
-        let depth_km = (self.near_km.at(s) - far_km).dot(towards);
+        let depth_km = (self.near_km.at(s) - far_km).dot(observer_direction);
         let delay_s = if self.observer == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
         let near_km = self.near_km.at(s + delay_s) + self.planet_velocity_km_s * delay_s - far_km;
-        Offset { offset_km: near_km.cross(towards).length(), depth_km: near_km.dot(towards), observer_distance_km }
+        Offset { offset_km: near_km.cross(observer_direction).length(), depth_km: near_km.dot(observer_direction), observer_distance_km }
     }
 
     /// Distance of the farther moon's limb from a region behind the nearer one, km; negative if the limb is inside the region.
@@ -173,7 +175,8 @@ impl<'a> MutualConjunction<'a> {
     }
 
     /// The last instant before `inside_s` (`direction` [`BACKWARD`]), or the first one after it ([`FORWARD`]), at which the farther moon touches the region
-    /// from outside. At `inside_s` a part of the moon is inside the region.
+    /// from outside. At `inside_s` a part of the moon is inside the region. If it is still inside near the end of the fitted span, the result is the
+    /// last instant searched.
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let distance_km = |s: f64| self.distance_outside_km(s, region);
         let mut last_inside_s = inside_s;

@@ -71,7 +71,7 @@ impl SolarEclipse {
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
         let is_total_or_annular =
-            |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).total_or_annular_instant_near(s).is_some();
+            |distance_deg: f64| geometry.station(place_along(centre, bearing_rad, distance_deg)).total_or_annular_instant_near(s).is_some();
         let (mut inside_deg, mut outside_deg) = (0.0, FIRST_OFFSET_DEG);
         while is_total_or_annular(outside_deg) {
             inside_deg = outside_deg;
@@ -84,7 +84,7 @@ impl SolarEclipse {
             let middle_deg = 0.5 * (inside_deg + outside_deg);
             if is_total_or_annular(middle_deg) { inside_deg = middle_deg } else { outside_deg = middle_deg }
         }
-        let place = destination(centre, bearing_rad, inside_deg);
+        let place = place_along(centre, bearing_rad, inside_deg);
         let station = geometry.station(place);
         // Far from the centre line the phase is greatest up to an hour before or after `s`, at another altitude of the Sun.
         let greatest_s = station.total_or_annular_instant_near(s).unwrap_or(s);
@@ -99,8 +99,8 @@ fn bearing_rad(from: GeodeticPosition, to: GeodeticPosition) -> f64 {
     (delta_lon.sin() * to_lat.cos()).atan2(from_lat.cos() * to_lat.sin() - from_lat.sin() * to_lat.cos() * delta_lon.cos())
 }
 
-/// The place at a bearing and a distance (degrees of arc) from another on the sphere.
-fn destination(from: GeodeticPosition, bearing_rad: f64, distance_deg: f64) -> GeodeticPosition {
+/// The place on the sphere that is reached from another by a distance (degrees of arc) along the great circle that leaves it at a bearing.
+fn place_along(from: GeodeticPosition, bearing_rad: f64, distance_deg: f64) -> GeodeticPosition {
     let (lat, distance) = (from.latitude_deg.to_radians(), distance_deg.to_radians());
     let sin_lat = (lat.sin() * distance.cos() + lat.cos() * distance.sin() * bearing_rad.cos()).clamp(-1.0, 1.0);
     let delta_lon = (bearing_rad.sin() * distance.sin() * lat.cos()).atan2(distance.cos() - lat.sin() * sin_lat);
@@ -160,9 +160,9 @@ mod tests {
         for (lat, lon) in [(0.0, 0.0), (60.0, 179.0), (-45.0, -100.0)] {
             for bearing_deg in [10.0_f64, 100.0, 200.0, 300.0] {
                 let distance_deg = 3.0;
-                let reached = destination(place(lat, lon), bearing_deg.to_radians(), distance_deg);
-                let back = bearing_rad(place(lat, lon), reached).to_degrees().rem_euclid(360.0);
-                assert!((back - bearing_deg).abs() < 1e-9, "{lat} {lon} {bearing_deg}: {back}");
+                let reached = place_along(place(lat, lon), bearing_deg.to_radians(), distance_deg);
+                let found_deg = bearing_rad(place(lat, lon), reached).to_degrees().rem_euclid(360.0);
+                assert!((found_deg - bearing_deg).abs() < 1e-9, "{lat} {lon} {bearing_deg}: {found_deg}");
             }
         }
     }

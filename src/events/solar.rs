@@ -144,8 +144,8 @@ impl SolarEclipseGeometry {
 
     /// The type of a central eclipse whose axis meets the ground between these two instants, in seconds, from samples of the centre line.
     fn type_along_line(&self, (start_s, end_s): (f64, f64)) -> SolarType {
-        // The ends of the line are farthest from the Moon: a second later it is already 130 km nearer, which makes the Moon larger by 3e-4 of its diameter. At
-        // an end, the axis touches the ground at the place nearest to it.
+        // The ends of the line are its places farthest from the Moon: a second after the start the place on the line is already 130 km nearer, where the Moon
+        // is larger by 3e-4 of its diameter. At an end the axis touches the ground, at the place nearest to the axis.
         let ends = [start_s, end_s].map(|s| (s, self.nearest_place(s)));
         let between = (1..LINE_STEPS).filter_map(|i| {
             let s = start_s + (end_s - start_s) * f64::from(i) / f64::from(LINE_STEPS);

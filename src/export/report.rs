@@ -202,10 +202,10 @@ impl Report {
             }
         };
         let renderer_error = |_: &ModuleId, e: &SessionError| e.to_string();
-        let compared = map_with_renderers(SIDE_PX, &ids, compare_module, renderer_error, on_module_done);
+        let comparisons = map_with_renderers(SIDE_PX, &ids, compare_module, renderer_error, on_module_done);
         let mut report = Self { first: revisions[0].name.clone(), second: revisions[1].name.clone(), ..Self::default() };
-        for (id, compared) in ids.iter().zip(compared) {
-            match compared {
+        for (id, comparison) in ids.iter().zip(comparisons) {
+            match comparison {
                 Ok(ModuleComparison::Equal) => report.equal += 1,
                 Ok(ModuleComparison::Changed(change)) => report.changed.push(*change),
                 Ok(ModuleComparison::OnlyInFirst) => report.only_first.push(id.to_string()),
@@ -213,11 +213,11 @@ impl Report {
                 Err(why) => report.failures.push((id.to_string(), why)),
             }
         }
-        let [first, second] = revisions.map(Revision::unknown_names);
-        report.only_first.extend(first.difference(second).cloned());
-        report.only_second.extend(second.difference(first).cloned());
+        let [first_unknown, second_unknown] = revisions.map(Revision::unknown_names);
+        report.only_first.extend(first_unknown.difference(second_unknown).cloned());
+        report.only_second.extend(second_unknown.difference(first_unknown).cloned());
         let unknown_word = || "this program does not know a word of its name".to_owned();
-        report.failures.extend(first.intersection(second).map(|name| (name.clone(), unknown_word())));
+        report.failures.extend(first_unknown.intersection(second_unknown).map(|name| (name.clone(), unknown_word())));
         Ok(report)
     }
 

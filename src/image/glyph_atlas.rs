@@ -204,6 +204,7 @@ mod tests {
         assert!((3.8..4.2).contains(&ratio), "twice the size has {ratio} times the ink");
         let ring_px = covered(&large, &large.ring);
         let stroke_px = f64::from(RING_STROKE_EMS) * 40.0;
+        // The circumference of a ring with a radius of 0.4 font sizes of 40 pixels, times its stroke.
         let expected = std::f64::consts::TAU * 16.0 * stroke_px;
         assert!((ring_px / expected - 1.0).abs() < 0.02, "{ring_px} texels, {expected}");
         let end = |l: &GlyphAtlas| l.layout("Saturn").last().map_or(0.0, |(at, c)| at + c.advance);

@@ -38,6 +38,7 @@ static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i 
 
 /// Steps of the sRGB encoding table. The slope of the encoding at black is 12.92, so a step is at most 12.92 x 255 / 65536 = 0.050 of an 8-bit level.
 const SRGB_STEPS: usize = 65_536;
+/// The sRGB-encoded byte of each step from a linear value of 0 to 1.
 static SRGB_BYTES: LazyLock<Vec<u8>> =
     LazyLock::new(|| (0..=SRGB_STEPS).map(|i| (linear_to_srgb(i as f64 / SRGB_STEPS as f64) * 255.0).round() as u8).collect());
 

@@ -134,8 +134,9 @@ impl StoredMaps {
     /// The texture of a map, from its entry if there is one.
     pub(super) fn texture(self: &Arc<Self>, map: EncodedMap) -> Result<Texture, ImageError> {
         let key = key_of(&map);
-        let start = read_part(&self.path(&key), 0, map_entry::MAX_HEADER_BYTES).ok();
-        let header = start.and_then(|(bytes, file_bytes)| EntryHeader::parse(&bytes, file_bytes));
+        let file_start = 0;
+        let head = read_part(&self.path(&key), file_start, map_entry::MAX_HEADER_BYTES).ok();
+        let header = head.and_then(|(bytes, file_bytes)| EntryHeader::parse(&bytes, file_bytes));
         let Some(header) = header.filter(|header| header.key == key) else {
             let texture = map.decode(RowThreads::All)?;
             self.write(&key, &texture.levels);
@@ -276,9 +277,12 @@ mod tests {
     const COLOUR: MapDecoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
     const NORMALS: MapDecoding = MapDecoding { poles: PoleFilter::Normals, ..MapDecoding::plain(TexelFormat::Rgba8Unorm) };
 
+    /// The folder of a user who has no maps of their own.
+    const NO_FOLDER: Option<PathBuf> = None;
+
     /// A map as a new run of the program reads it.
     fn read(cache: &Path, (name, decoding): (&str, MapDecoding)) -> SharedTexture {
-        MapStore::new(None).with_disk_cache(Some(StoredMaps::new(cache))).get_decoded(name, decoding).expect("a map")
+        MapStore::new(NO_FOLDER).with_disk_cache(Some(StoredMaps::new(cache))).get_decoded(name, decoding).expect("a map")
     }
 
     fn files(cache: &Path) -> Vec<PathBuf> {
@@ -299,7 +303,7 @@ mod tests {
         for map in [("iapetus.jpg", COLOUR), ("mars_normal.jpg", NORMALS), ("earth_water.jpg", COLOUR), ("jupiter.jpg", COLOUR)] {
             let (name, decoding) = map;
             let cache = tempfile::tempdir().expect("a folder");
-            let decoded = MapStore::new(None).get_decoded(name, decoding).expect("a map");
+            let decoded = MapStore::new(NO_FOLDER).get_decoded(name, decoding).expect("a map");
             let first = read(cache.path(), map);
             assert!(*first == *decoded && in_memory(&first).len() == decoded.levels.len(), "{name}");
             let second = read(cache.path(), map);
@@ -318,8 +322,8 @@ mod tests {
         let map = ("ceres.jpg", COLOUR);
         let complete = read(cache.path(), map);
         read(cache.path(), ("vesta.jpg", COLOUR));
-        let vesta = MapStore::new(None).get_decoded("vesta.jpg", COLOUR).expect("a map");
-        let ceres = key_of(&MapStore::new(None).encoded("ceres.jpg", COLOUR).expect("a map"));
+        let vesta = MapStore::new(NO_FOLDER).get_decoded("vesta.jpg", COLOUR).expect("a map");
+        let ceres = key_of(&MapStore::new(NO_FOLDER).encoded("ceres.jpg", COLOUR).expect("a map"));
         let file = &StoredMaps::new(cache.path()).path(&ceres);
         let stored = files(cache.path());
         let other = stored.iter().find(|other| *other != file).expect("Vesta's");
@@ -384,7 +388,7 @@ mod tests {
     fn entries_of_other_versions_and_then_the_oldest_make_room() {
         let cache = tempfile::tempdir().expect("a folder");
         let store = Arc::new(StoredMaps { budget_bytes: 1_200_000, ..StoredMaps::new(cache.path()) });
-        let maps = MapStore::new(None);
+        let maps = MapStore::new(NO_FOLDER);
         let texture = |name: &str| store.texture(maps.encoded(name, COLOUR).expect("a map")).expect("a map");
         // Ceres and Pluto take 0.52 MB each, Vesta, which is grey, 0.18. The budget of 1.2 MB holds any two of them, but not all three, and not
         // Ceres and Vesta with the foreign entry of 0.6 MB.
@@ -409,7 +413,7 @@ mod tests {
     #[test]
     fn a_folder_that_cannot_be_written_is_ignored() {
         let cache = tempfile::NamedTempFile::new().expect("a file");
-        let decoded = MapStore::new(None).get_decoded("ceres.jpg", COLOUR).expect("a map");
+        let decoded = MapStore::new(NO_FOLDER).get_decoded("ceres.jpg", COLOUR).expect("a map");
         assert!(*read(cache.path(), ("ceres.jpg", COLOUR)) == *decoded);
         assert_eq!(StoredMaps::new(cache.path()).status(), StoredMapsStatus::default());
     }

@@ -137,9 +137,9 @@ mod avx2 {
             // SAFETY: 32 pixels are four vectors.
             let words = unsafe { transmute::<[[u8; 4]; 32], [__m256i; 4]>(*pixels) };
             let mut levels = words;
-            for level in &mut levels {
-                let grey = _mm256_and_si256(*level, _mm256_set1_epi32(0xff));
-                *level = _mm256_srli_epi32::<{ FRACTION_BITS as i32 }>(_mm256_add_epi32(_mm256_mullo_epi32(grey, factor), offset));
+            for vector in &mut levels {
+                let grey = _mm256_and_si256(*vector, _mm256_set1_epi32(0xff));
+                *vector = _mm256_srli_epi32::<{ FRACTION_BITS as i32 }>(_mm256_add_epi32(_mm256_mullo_epi32(grey, factor), offset));
             }
             store(levels, to);
         }

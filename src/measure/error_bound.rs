@@ -131,7 +131,7 @@ fn known_or_infinite(bound: f64) -> f64 {
 }
 
 /// Bound of the error of the display level (255ths), from a bound of the error of the exposed radiance `light`; includes one level for rounding to bytes. The
-/// tone map is left out: the slope of its curve is at most 1. So is bloom, which passes on about a seventh of the error of pixels brighter than white.
+/// tone map is left out: the slope of its curve is at most 1. Bloom is left out, too: it passes on about a seventh of the error of pixels brighter than white.
 fn level_bound(light: f64, bound: f64) -> u8 {
     if !(light + bound).is_finite() {
         return u8::MAX;

@@ -191,7 +191,7 @@ pub(crate) const CHOICES: [(&str, MeasureFn); 14] = [
 mod tests {
     use super::*;
 
-    /// The error of an image that is not finite is not a number.
+    /// If a pixel of an image is not finite, the error of the image is not a number.
     #[test]
     fn an_error_that_is_not_a_number_is_infinite_and_no_quality_may_use_the_option() {
         let candidate =

@@ -87,16 +87,16 @@ where
 {
     let options = &choice.options;
     // A logarithmic axis has neither 0 nor infinity: such errors are drawn at its ends.
-    let errors = axis_range(options.iter().map(|o| o.measurement.error).filter(|e| *e > 0.0 && e.is_finite()), 0.1, 8.0);
-    let (lower_edge, upper_edge) = (errors.start, errors.end);
+    let error_range = axis_range(options.iter().map(|o| o.measurement.error).filter(|e| *e > 0.0 && e.is_finite()), 0.1, 8.0);
+    let (lower_edge, upper_edge) = (error_range.start, error_range.end);
     let drawn_error = |o: &OptionMeasure| o.measurement.error.clamp(lower_edge, upper_edge);
-    let times = axis_range(options.iter().map(|o| o.measurement.relative_time.median), 0.5, 3.0);
+    let time_range = axis_range(options.iter().map(|o| o.measurement.relative_time.median), 0.5, 3.0);
     let mut chart = ChartBuilder::on(panel)
         .margin(10)
         .caption(format!("{} [{}]", choice.name, choice.unit.name()), (FONT, 22).into_font().color(&INK))
         .x_label_area_size(42)
         .y_label_area_size(64)
-        .build_cartesian_2d(times.clone().log_scale(), errors.clone().log_scale())
+        .build_cartesian_2d(time_range.clone().log_scale(), error_range.clone().log_scale())
         .map_err(plot_error)?;
     let label = || (FONT, 16).into_font().color(&INK);
     chart
@@ -124,7 +124,7 @@ where
         chart.draw_series([PathElement::new(quartile_bar.to_vec(), colour.stroke_width(2))]).map_err(plot_error)?;
         chart.draw_series([Circle::new((x, y), POINT_RADIUS_PX, style)]).map_err(plot_error)?;
     }
-    let corners = (chart.backend_coord(&(times.start, errors.start)), chart.backend_coord(&(times.end, errors.end)));
+    let corners = (chart.backend_coord(&(time_range.start, error_range.start)), chart.backend_coord(&(time_range.end, error_range.end)));
     let points: Vec<_> = options.iter().map(|o| chart.backend_coord(&(o.measurement.relative_time.median, drawn_error(o)))).collect();
     let texts: Vec<String> = options
         .iter()
@@ -171,7 +171,7 @@ fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (righ
     for (&(x, y), text) in points.iter().zip(texts) {
         // A character of the built-in font is 0.61 times as wide as high.
         let width = i32::try_from(text.chars().count()).unwrap_or(0) * LABEL_PX * 61 / 100;
-        // Vertical offsets: rows above the point (negative) and below it, the nearest first.
+        // Vertical offsets of a label's top: rows above the point (negative) and below it, the nearest first, 2 or 4 pixels farther for clearance.
         let rows = [-1, 0, -2, 1, -3, 2, -4, 3, -5, 4].map(|row| row * (LABEL_PX + 3) + if row < 0 { -2 } else { 4 });
         let positions = rows.into_iter().flat_map(|dy| [LABEL_GAP_PX, -width - LABEL_GAP_PX, -width / 2].map(|dx| (dx, dy)));
         let rect = |(dx, dy): (i32, i32)| (x + dx, y + dy, x + dx + width, y + dy + LABEL_PX);

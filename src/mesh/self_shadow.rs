@@ -283,12 +283,16 @@ mod tests {
         let lower_edge_km = 0.3_f64;
         mesh.vertices[first_wall_vertex].position_km.z = lower_edge_km;
         mesh.vertices[first_wall_vertex + 1].position_km.z = lower_edge_km;
-        let sun_altitude_at = |altitude: f64| {
-            f64::from(mesh.sun_altitudes(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS])
+        // The altitude above the mesh's own horizon, in radii of the Sun, for a Sun at this altitude above the floor's plane.
+        let altitude_above_mesh = |plane_altitude_rad: f64| {
+            let towards_sun = DVec3::new(plane_altitude_rad.cos(), 0.0, plane_altitude_rad.sin());
+            f64::from(mesh.sun_altitudes(towards_sun, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS])
         };
-        // Altitudes of the wall's edges, seen from the middle.
-        let (foot, top) = ((lower_edge_km / WALL_X_KM).atan(), (WALL_HEIGHT_KM / WALL_X_KM).atan());
-        assert!(sun_altitude_at(0.5 * foot) > 1.0 && sun_altitude_at(0.5 * (foot + top)) < -1.0 && sun_altitude_at(top + 0.1) > 1.0);
+        // Altitudes of the wall's edges above the floor's plane, seen from the middle.
+        let (lower_edge_rad, top_rad) = ((lower_edge_km / WALL_X_KM).atan(), (WALL_HEIGHT_KM / WALL_X_KM).atan());
+        assert!(altitude_above_mesh(0.5 * lower_edge_rad) > 1.0, "below the wall the whole disc is seen");
+        assert!(altitude_above_mesh(0.5 * (lower_edge_rad + top_rad)) < -1.0, "behind the wall it is hidden");
+        assert!(altitude_above_mesh(top_rad + 0.1) > 1.0, "above the wall it is seen");
     }
 
     #[test]

@@ -59,7 +59,7 @@ impl TextLanguage {
         own.or_else(|| ENGLISH.get(id)).copied()
     }
 
-    /// A name in this language: the message `kind-name`, with the name in lower case, if there is one, otherwise the English name.
+    /// A name in this language: the text of the message `{kind}-{name in lower case}`, such as `body-earth`; the English name if there is no such message.
     pub(crate) fn name<'n>(self, kind: &str, name: &'n str) -> &'n str {
         match self {
             Self::English => name,

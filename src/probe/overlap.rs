@@ -139,7 +139,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
 mod tests {
     use super::*;
 
-    /// A field of the other outline would have no effect.
+    /// If a query could give both outlines, the fields of one of them would have no effect.
     #[test]
     fn fields_of_both_outlines_are_refused() {
         let outline = |text: &str| serde_json::from_str::<Fields>(text).expect("fields").outline();

@@ -64,7 +64,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let query: Fields = parse_fields(query)?;
     let request = view_request(prober, &query.view, query.time.as_deref(), query.size)?;
     let names = Projection::ALL.map(Projection::name);
-    let requested = query.projection.as_deref().unwrap_or(names[0]);
+    let requested = query.projection.as_deref().unwrap_or(Projection::Perspective.name());
     let projection = Projection::by_name(requested)
         .ok_or_else(|| format!("field `projection`: `{}`: {}", echo_within(requested, 40), suggestion_or_list(requested, &names)))?;
     let scene = prober.session.scene(&request).map_err(|e| e.to_string())?;

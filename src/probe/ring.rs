@@ -171,12 +171,12 @@ pub(super) static BODY_SHADOW: QueryKind = QueryKind {
 fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let query: TransmissionFields = parse_fields(query)?;
     let sun = unit_vector("sun", query.sun)?;
-    let tangent = sun_radius_tangent(query.sun_angular_radius_deg)?;
+    let sun_tangent = sun_radius_tangent(query.sun_angular_radius_deg)?;
     let ring_shadow = match query.model {
         TransmissionModel::PointSun => RingShadow::PointSun,
         TransmissionModel::Penumbra => RingShadow::Penumbra,
     };
-    let slants = slants_of_sunlight(sun.z, f64::from(tangent), ring_shadow == RingShadow::Penumbra);
+    let slants = slants_of_sunlight(sun.z, f64::from(sun_tangent), ring_shadow == RingShadow::Penumbra);
     let table = match (&query.profile, &query.body) {
         (Some(profile), None) => {
             if let Some(invalid) = profile
@@ -212,7 +212,7 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
     let ring = RingUniforms {
         radius_range: Vec2::new(table.radius_range[0] as f32, table.radius_range[1] as f32),
         table: Some(Arc::new(table)),
-        sun_tangent: tangent,
+        sun_tangent,
         ..RingUniforms::default()
     };
     let features = DrawFeatures { lights: 1, ring_shadow, ..DrawFeatures::MINIMAL };

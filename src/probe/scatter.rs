@@ -51,6 +51,7 @@ struct Atmosphere {
 #[serde(tag = "profile", rename_all = "kebab-case", deny_unknown_fields)]
 enum Species {
     Exponential(ExponentialSpecies),
+    /// An absorption layer.
     Tent {
         centre_km: f64,
         half_width_km: f64,
@@ -83,7 +84,7 @@ struct ExponentialSpecies {
     others: Map<String, Value>,
 }
 
-/// The word of a phase function.
+/// The phase function that a word of a query names.
 #[derive(Deserialize)]
 #[serde(try_from = "String")]
 enum PhaseName {

@@ -100,7 +100,7 @@ pub(crate) fn disc_brightness(flux: f64, white: f64, diameter_px: f64) -> f64 {
 
 /// Fraction of a disc's light that is in its glare, and the radius of the glare's sprite. `brightness`: see [`disc_brightness`].
 pub(crate) fn disc_glare(brightness: f64, diameter_px: f64) -> (f64, f64) {
-    // In equal parts of a zoom the glare loses about equal parts of its width.
+    // 0 up to `DISC_ONLY_FROM_PX`, 1 from `NO_GLARE_FROM_PX`. By the logarithm, so that equal factors of zoom take about equal parts of the glare's width.
     let faded = smoothstep((diameter_px / DISC_ONLY_FROM_PX).ln() / (NO_GLARE_FROM_PX / DISC_ONLY_FROM_PX).ln());
     // Radius of the sprite of a point with this glare. Around a disc the glare begins at the limb.
     let of_point_px = POINT_RADIUS_PX + (1.0 - faded) * (point_radius_px(brightness) - POINT_RADIUS_PX);

@@ -17,8 +17,8 @@ use glam::DVec3;
 /// Width and height of the image: so small that bodies in it need few decisions.
 const IMAGE_PX: u32 = 16;
 
-/// Every body of the catalog, in catalog order, as a viewer at `position` sees it at `time`; the position needs no target, so it is not
-/// [`Position::AboveTarget`]. Distances and directions have light time, magnitudes include rings, light curves and eclipses.
+/// Every body of the catalog, in catalog order, as a viewer at `position` sees it at `time`. `position` must not be [`Position::AboveTarget`], which needs a
+/// target. Distances and directions have light time, magnitudes include rings, light curves and eclipses.
 ///
 /// If the viewer is at a body's centre, this body has the distance 0 and no magnitude, and its phase angle, sub-observer point and angular diameter mean
 /// nothing. A body that the ephemeris cannot place has the distance NaN and no magnitude ([`BodyReport::is_seen_from_outside`]).

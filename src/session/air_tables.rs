@@ -43,7 +43,8 @@ fn table_name_with(code_digest: &[u8; 32], body: &Body) -> String {
             let Species { name: _, scale_height_km, tent_centre_km, scattering_per_km, absorption_per_km, phase, estimate_percent: _ } = s;
             inputs.extend(scattering_per_km);
             inputs.extend(absorption_per_km);
-            // A missing tent centre and the Rayleigh phase function are represented by numbers that no species can have.
+            // A missing `tent_centre_km` (the species has no triangular profile) and the Rayleigh phase function are represented by numbers that no species
+            // can have.
             inputs.extend([*scale_height_km, tent_centre_km.unwrap_or(-1.0)]);
             inputs.extend(match phase {
                 PhaseFunction::Rayleigh => [9.0; 4],

@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_are_reused_until_the_sun_has_moved() {
+    fn sun_altitudes_are_reused_until_the_sun_has_moved() {
         let (meshes, model) = (Meshes::new([]), model());
         let sun_radius_rad = 0.005;
         let altitudes_for_angle = |model: &Arc<Mesh>, turned_rad: f64| {

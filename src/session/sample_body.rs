@@ -78,7 +78,7 @@ fn eclipse_uniforms(key: &ShaderKey) -> EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),
         perpendicular_axes: [x.extend(sun_cotangent), y.extend(sun_cotangent / sun_distance)],
         // No error of interpolation is accepted.
-        coarse_bound: Vec2::ZERO,
+        max_coarse_error: Vec2::ZERO,
         coarse_first_row: 0.0,
         // The same law as a polynomial in mu: constant, linear and quadratic coefficient.
         limb_darkening: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc_light).extend(0.0)),
@@ -167,7 +167,7 @@ fn air_uniforms() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     let air = AtmosphereUniforms {
         // No error of interpolation is accepted.
-        coarse_bound: Vec2::ZERO,
+        max_coarse_error: Vec2::ZERO,
         coarse_first_row: 0.0,
         top_radius_sq_minus_1: radius_sq_minus_1(0.2),
         // As of a ray from the top of the air to the ground.
@@ -187,8 +187,8 @@ fn air_uniforms() -> AtmosphereUniforms {
         blend_mode: 0.0,
         map_weight: 0.0,
         night_radiance: 1e-3,
-        starlight: 1e-3,
-        second_light: Vec3::splat(0.1),
+        light_from_beyond: 1e-3,
+        second_light_irradiance: Vec3::splat(0.1),
         rim_is_thin: 0.0,
         // Height of the floor above the ground, and 1 / height of the air's top.
         multi_scatter_heights: Vec2::new(0.0, 5.0),
@@ -268,22 +268,14 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
 fn overlay_uniforms(key: &ShaderKey) -> Vec<OverlayUniforms> {
     let row = |x: f32, y: f32, z: f32, w: f32| Vec4::new(x, y, z, w);
     let tint_and_opacity = row(0.5, 0.6, 0.7, 0.8);
-    let equirectangular = [
-        row(1.0, 0.0, 0.0, 1.0),
-        row(0.0, 1.0, 0.0, 1.0),
-        row(0.0, 0.0, 1.0, 1.0),
-        row(0.6, 1.1, 0.2, 0.0),
-        row(0.0, 1.0, 0.0, 1.0),
-        tint_and_opacity,
-    ];
-    let orthographic = [
-        row(0.0, 1.0, 0.0, 1.0),
-        row(0.0, 0.0, 1.0, 1.0),
-        row(1.0, 0.0, 0.0, 1.0),
-        row(1.2, 1.3, 0.1, 1.0),
-        row(0.0, 1.0, 0.0, 1.0),
-        tint_and_opacity,
-    ];
+    // First and last u, first and last v.
+    let bounds = row(0.0, 1.0, 0.0, 1.0);
+    // Three axes, each with a ratio of the body's semi-axes; image widths and heights per radian, central latitude in radians, 0 for the projection.
+    let equirectangular =
+        [row(1.0, 0.0, 0.0, 1.0), row(0.0, 1.0, 0.0, 1.0), row(0.0, 0.0, 1.0, 1.0), row(0.6, 1.1, 0.2, 0.0), bounds, tint_and_opacity];
+    // Three axes, each with a ratio of the body's semi-axes; image widths and heights per radius, the centre's northing in radii, 1 for the projection.
+    let orthographic =
+        [row(0.0, 1.0, 0.0, 1.0), row(0.0, 0.0, 1.0, 1.0), row(1.0, 0.0, 0.0, 1.0), row(1.2, 1.3, 0.1, 1.0), bounds, tint_and_opacity];
     [equirectangular, orthographic]
         .into_iter()
         .map(|rows| OverlayUniforms { rows, wraps_around: false })

@@ -67,7 +67,7 @@ pub struct UniformField {
 /// A texture or sampler of a module.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Binding {
-    /// Its number in group 0.
+    /// Number of the binding in group 0.
     pub binding: u32,
     /// The variable's name in the shader.
     pub name: String,

@@ -72,8 +72,9 @@ pub fn translate(shader: &ShaderModule, language: Language) -> Result<String, Tr
         Language::Hlsl => {
             let mut text = String::new();
             let (options, pipeline) = (back::hlsl::Options::default(), back::hlsl::PipelineOptions::default());
+            let fragment_entry_point = None;
             back::hlsl::Writer::new(&mut text, &options, &pipeline)
-                .write(&shader.module, &shader.info, None)
+                .write(&shader.module, &shader.info, fragment_entry_point)
                 .map_err(|e| failed(e.to_string()))?;
             Ok(text)
         }
@@ -85,7 +86,8 @@ pub fn translate(shader: &ShaderModule, language: Language) -> Result<String, Tr
         }
         Language::Spirv | Language::Assembly => {
             let options = back::spv::Options { flags: back::spv::WriterFlags::empty(), ..Default::default() };
-            let words = back::spv::write_vec(&shader.module, &shader.info, &options, None).map_err(|e| failed(e.to_string()))?;
+            let pipeline = None;
+            let words = back::spv::write_vec(&shader.module, &shader.info, &options, pipeline).map_err(|e| failed(e.to_string()))?;
             Ok(match language {
                 Language::Assembly => rspirv::dr::load_words(&words).map_err(|e| failed(e.to_string()))?.disassemble(),
                 _ => words.iter().map(|w| format!("{w:08x}\n")).collect(),

@@ -61,10 +61,10 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
                 retain_draws(&mut view.plan, |label| label.starts_with(name));
                 setup.draw_linear(&view, precision)
             };
-            let (one, four, exact) = (drawn(1, Precision::F32)?, drawn(4, Precision::F32)?, drawn(1, Precision::F64)?);
-            let mut pairs = vec![("f32 against f64", &one, &exact), ("1 sample against 4", &one, &four)];
+            let (image, of_4_samples, in_f64) = (drawn(1, Precision::F32)?, drawn(4, Precision::F32)?, drawn(1, Precision::F64)?);
+            let mut pairs = vec![("f32 against f64", &image, &in_f64), ("1 sample against 4", &image, &of_4_samples)];
             if let Some(previous) = previous.as_ref().filter(|_| distance_km > COMPARED_BEYOND_RADII * radius_km) {
-                pairs.push(("this distance against the one before", &one, previous));
+                pairs.push(("this distance against the one before", &image, previous));
             }
             for (what, a, b) in pairs {
                 let (worst_index, worst) = worst_pixel(a, b);
@@ -73,7 +73,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
                     (json!({ "body": body.0, "distance_radii": distance_km / radius_km, "pixel": pixel }), what.to_owned())
                 });
             }
-            previous = Some(one);
+            previous = Some(image);
         }
     }
     Ok(found)
@@ -89,10 +89,10 @@ pub(super) fn scale(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let layers = Layers { stars: false, ..Layers::default() };
         let request = ViewRequest { effects: EffectOverrides::parse("-points,-glow")?, layers, ..scene.request };
         let request = setup.renderers.with_metered_exposure(request)?;
-        let fine = ViewRequest { width: side * factor, height: side * factor, ..request.clone() };
+        let fine_request = ViewRequest { width: side * factor, height: side * factor, ..request.clone() };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
         let coarse = setup.draw_linear(&setup.renderers.plan_target_body(&request, sampling)?, Precision::F32)?;
-        let fine = setup.draw_linear(&setup.renderers.plan_target_body(&fine, sampling)?, Precision::F32)?.downsampled(factor);
+        let fine = setup.draw_linear(&setup.renderers.plan_target_body(&fine_request, sampling)?, Precision::F32)?.downsampled(factor);
         let differences = level_differences(&coarse, &fine);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
         let (worst_index, worst) = worst_pixel(&coarse, &fine);

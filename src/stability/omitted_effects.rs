@@ -136,9 +136,9 @@ impl WorstPixel {
 type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, SessionError>;
 
 /// A pixel as JSON: its coordinates, and its radiance and display level per channel in both frames and in the true frame.
-fn values_at(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
+fn values_at(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, pixel_index: usize) -> Result<Value, SessionError> {
     let frames = frame_pair(setup, request, purpose, &Effect::ALL)?;
-    let radiance_at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
+    let radiance_at = |image: &LinearImage| image.light.get(pixel_index).map(|p| [p[0], p[1], p[2]]);
     let levels_at = |image: &LinearImage| radiance_at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
     let exposed = setup.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
@@ -146,7 +146,7 @@ fn values_at(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, pi
     let truth = setup.draw_linear(&true_view, Precision::F64)?.downsampled(TRUTH_SCALE);
     let [chosen, all] = [setup.draw_linear(&frames.chosen, Precision::F32)?, setup.draw_linear(&frames.with_effects, Precision::F32)?];
     Ok(json!({
-        "pixel": [pixel as u32 % request.width, pixel as u32 / request.width],
+        "pixel": [pixel_index as u32 % request.width, pixel_index as u32 / request.width],
         "levels": { "chosen": levels_at(&chosen), "all": levels_at(&all), "true": levels_at(&truth) },
         "radiance": { "chosen": radiance_at(&chosen), "all": radiance_at(&all), "true": radiance_at(&truth) },
     }))

@@ -20,7 +20,7 @@ const PARABOLA_UNTIL_YEAR: f64 = -1720.0;
 const PARABOLA_FROM_YEAR: f64 = 2500.0;
 /// From this year on, the measured table holds IERS's predictions, not measurements.
 const PREDICTED_FROM_YEAR: f64 = 2026.85;
-/// The year of the measured table's last entry.
+/// The year of the measured table's last entry, from which the error is that of an extrapolation. Values are interpolated only up to the entry before, 2027.6.
 const TABLE_END_YEAR: f64 = 2027.8;
 /// The year from which the spline is corrected linearly, so that it meets the measured table.
 const BLEND_FROM_YEAR: f64 = 1955.0;
@@ -37,7 +37,8 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     if index < 1.0 {
         let spline_start_year = SPLINE[0][0];
         if year >= spline_start_year {
-            // The spline smooths the last years before the table. A linear correction that reaches 0.2 s makes it meet the table.
+            // The spline smooths the last years before the table, so that it is off by 0.2 s where the table takes over. A correction that grows linearly from
+            // 0 in `BLEND_FROM_YEAR` to this gap makes it meet the table.
             let seam_year = year_of_entry(1);
             let gap_s = f64::from(MEASURED_MS[1]) * 1e-3 - spline_s(seam_year);
             let weight = ((year - BLEND_FROM_YEAR) / (seam_year - BLEND_FROM_YEAR)).clamp(0.0, 1.0);
@@ -51,12 +52,13 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     if year >= PARABOLA_FROM_YEAR {
         return parabola_s(year);
     }
-    // The slope at the last used entry, seconds per year, is taken over two years, to exclude seasonal variation.
+    // The slope of Delta T at the last used entry, seconds per year, is taken over two years, to exclude seasonal variation.
     let end_year = year_of_entry(last_used);
-    let end_s = f64::from(MEASURED_MS[last_used]) * 1e-3;
+    let end_delta_t_s = f64::from(MEASURED_MS[last_used]) * 1e-3;
     let steps = (2.0 * DAYS_PER_JULIAN_YEAR / MEASURED_STEP_DAYS).round() as usize;
-    let slope = (end_s - f64::from(MEASURED_MS[last_used - steps]) * 1e-3) / (steps as f64 * MEASURED_STEP_DAYS / DAYS_PER_JULIAN_YEAR);
-    cubic_between((end_year, move |y| end_s + slope * (y - end_year)), (PARABOLA_FROM_YEAR, parabola_s), year)
+    let earlier_delta_t_s = f64::from(MEASURED_MS[last_used - steps]) * 1e-3;
+    let slope = (end_delta_t_s - earlier_delta_t_s) / (steps as f64 * MEASURED_STEP_DAYS / DAYS_PER_JULIAN_YEAR);
+    cubic_between((end_year, move |y| end_delta_t_s + slope * (y - end_year)), (PARABOLA_FROM_YEAR, parabola_s), year)
 }
 
 /// One standard error of [`delta_t_s`] before the measured table: years and seconds, linear in between.
@@ -80,7 +82,9 @@ pub fn delta_t_error_s(tt_s: f64) -> f64 {
     let year = year_of(tt_s);
     match year {
         y if y >= TABLE_END_YEAR => extrapolation_error_s(y - TABLE_END_YEAR),
+        // The error of IERS's prediction.
         y if y >= PREDICTED_FROM_YEAR => 0.05,
+        // More than the 0.013 s by which the interpolated table differs from the daily series.
         y if y >= year_of_entry(1) => 0.02,
         y if y < ERRORS_BEFORE_TABLE_S[0].0 => early_error_s(y),
         y => {
@@ -92,16 +96,17 @@ pub fn delta_t_error_s(tt_s: f64) -> f64 {
     }
 }
 
-/// The standard error this many years after the table's end: the error of IERS's prediction, 0.2 s a year for thirty years (fluctuations over decades), and the
-/// Brownian motion with drift of Huber 2000, "Modeling the Length of Day and Extrapolating the Rotation of the Earth", which NASA's page "Uncertainty in Delta
-/// T" uses, too. 38 s in 2100, 574 s in 2500, 30 min in 3000.
+/// The standard error this many years after the table's end, the sum of three: 0.05 s, the error of IERS's prediction; 0.2 s a year for thirty years, for
+/// fluctuations over decades; and the Brownian motion with drift of Huber 2000, "Modeling the Length of Day and Extrapolating the Rotation of the Earth", which
+/// NASA's page "Uncertainty in Delta T" uses, too. 38 s in 2100, 574 s in 2500, 30 min in 3000.
 fn extrapolation_error_s(years: f64) -> f64 {
     /// Growth of the variance of the length of the day, ms² a year.
     const VARIANCE_MS2_YR: f64 = 0.058;
     /// Years of observations from which the drift is known.
     const OBSERVED_YEARS: f64 = 2500.0;
-    let brownian_ms_day = (years * VARIANCE_MS2_YR / 3.0 * (1.0 + years / OBSERVED_YEARS)).sqrt();
-    0.05 + 0.2 * years.min(30.0) + 1e-3 * brownian_ms_day * years * DAYS_PER_JULIAN_YEAR
+    // Error of the mean length of the day, ms.
+    let day_length_error_ms = (years * VARIANCE_MS2_YR / 3.0 * (1.0 + years / OBSERVED_YEARS)).sqrt();
+    0.05 + 0.2 * years.min(30.0) + 1e-3 * day_length_error_ms * years * DAYS_PER_JULIAN_YEAR
 }
 
 /// Julian years, 2000.0 at J2000.
@@ -148,7 +153,7 @@ fn cubic_between((y0, f0): (f64, impl Fn(f64) -> f64), (y1, f1): (f64, impl Fn(f
     let step_years = 0.01;
     let span = y1 - y0;
     let (value0, value1) = (f0(y0), f1(y1));
-    // Slopes over the span, from differences on the outer sides, where the functions are known.
+    // Derivatives with respect to `u`, that is seconds per span, by one-sided differences outside the span, where each function applies.
     let (slope0, slope1) = ((value0 - f0(y0 - step_years)) / step_years * span, (f1(y1 + step_years) - value1) / step_years * span);
     let u = (year - y0) / span;
     let v = 1.0 - u;
@@ -167,6 +172,7 @@ mod tests {
     fn agrees_with_published_values() {
         // Astronomical Almanac, pages K8 and K9; IERS for 2020: 32.184 + 37 + 0.177; IERS for 2025: 32.184 + 37 - 0.04.
         for (year, seconds, tolerance_s) in [
+            // Before the table, where the spline smooths.
             (1973.0, 43.37, 0.3),
             (1974.0, 44.49, 0.02),
             (2000.0, 63.83, 0.02),
@@ -201,7 +207,7 @@ mod tests {
             let (difference_s, error_s) = ((at_year(year) - seconds).abs(), delta_t_error_s((year - 2000.0) * JULIAN_YEAR_S));
             assert!(difference_s <= error_s, "{year}: {difference_s} s, stated {error_s}");
         }
-        // A tenth of a second for 1900 (Stephenson and Houlden 1986) would not.
+        // Negative control: an error of 0.1 s in 1900 (Stephenson and Houlden 1986) would not cover the difference.
         assert!((at_year(1900.0) + 2.7).abs() > 0.1);
     }
 
@@ -213,12 +219,12 @@ mod tests {
             // The steepest part is that of 3001 BC: 0.08 s in a tenth of a year.
             assert!((error(year + 0.1) - error(year)).abs() < 0.1, "{year}: {} s, then {} s", error(year), error(year + 0.1));
         }
-        // Nor at the end of the measured table: the estimate grows by 0.3 s in the first year.
+        // Nor at the end of the measured table: the estimate grows by 0.3 s in the first year, by 0.02 s in its first tenth.
         assert!((error(TABLE_END_YEAR + 0.1) - error(TABLE_END_YEAR - 0.1)).abs() < 0.05);
         assert!((error(-584.4) - 462.4).abs() < 1.0 && (error(1500.0) - 20.0).abs() < 1e-9, "{}", error(-584.4));
     }
 
-    /// Extrapolations from each year since 1720, by the slope of the ten years before and the parabola's curvature, against what was measured later.
+    /// Extrapolations from every third year since 1720, by the slope of the ten years before and the parabola's curvature, against what was measured later.
     #[test]
     fn the_stated_error_of_the_future_is_that_of_past_extrapolations() {
         let rms_s = |years: i32| {
@@ -236,7 +242,8 @@ mod tests {
             // Measured 0.75 to 1.15. The extrapolations overlap, so their mean square is itself uncertain by some tens of per cent.
             assert!((0.6..1.5).contains(&(rms_s / stated_s)), "{years}: {rms_s} s, stated {stated_s} s");
         }
-        // Negative control: the error of measured values, 0.8 s times the square of the centuries, with 0.2 s a year.
+        // Negative control: over a century the stated error would be too small if its third part were 0.8 s times the square of the centuries, the law of
+        // `early_error_s`; the 20 s are 0.2 s a year.
         assert!(rms_s(100) > 1.5 * (0.05 + 0.8 + 20.0), "{}", rms_s(100));
     }
 
@@ -248,7 +255,7 @@ mod tests {
             for model_s in [-20.0 + 32.0 * ((year - 1820.0) / 100.0).powi(2), -10.0 + 31.4 * ((year - 1825.0) / 100.0).powi(2)] {
                 let difference_s = (at_year(year) - model_s).abs();
                 assert!(difference_s < stated_s, "{year}: {difference_s} s, stated {stated_s} s");
-                // 0.8 s times the square of the centuries would not cover it.
+                // Negative control: 20 s and 0.8 s times the square of the centuries since the table's end would not cover the difference.
                 assert!(difference_s > 20.0 + 0.8 * ((year - TABLE_END_YEAR) / 100.0).powi(2), "{year}: {difference_s} s");
             }
         }
@@ -287,7 +294,7 @@ mod tests {
         while year < 4000.0 {
             year += 0.25;
             let now = at_year(year);
-            // The parabola's slope at -4000 is 38 s a year.
+            // The parabola's slope at -4000 is 38 s a year, 9.5 s a step.
             assert!((now - before).abs() < 12.0, "{year}: {before} to {now}");
             if (1700.0..2600.0).contains(&year) {
                 assert!((now - before).abs() < 1.5, "{year}: {before} to {now}");

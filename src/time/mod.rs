@@ -153,8 +153,8 @@ impl Instant {
         if utc_s < UTC_START_S {
             return Self::from_ut1_seconds(utc_s);
         }
-        // `timestamp_tai_s` counts UTC, not TAI: see `leap_seconds`. The sum is about 3e9, which f64 rounds to 0.5 µs, so that a time which rounding has put
-        // just before midnight counts as after the leap second.
+        // `timestamp_tai_s` counts UTC, not TAI: see `leap_seconds`. The sum, about 3e9, is rounded to 0.5 µs. So a time that earlier rounding has put slightly
+        // before midnight counts as midnight, after the leap second.
         let last_leap = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s);
         let tai_minus_utc_s = last_leap.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at);
         Self::from_tt_seconds(utc_s + tai_minus_utc_s + TT_MINUS_TAI_S)
@@ -188,18 +188,19 @@ impl Instant {
         if tai_s - FIRST_TAI_MINUS_UTC_S < UTC_START_S {
             return (self.ut1_seconds_past_j2000(), None);
         }
-        let mut offset_s = FIRST_TAI_MINUS_UTC_S;
+        let mut tai_minus_utc_s = FIRST_TAI_MINUS_UTC_S;
         for leap in leap_seconds() {
+            // The count of UTC seconds when the leap second ends.
             let new_day_utc_s = leap.timestamp_tai_s - J2000_PAST_1900_S;
             if tai_s >= new_day_utc_s + leap.delta_at {
-                offset_s = leap.delta_at;
-            } else if tai_s >= new_day_utc_s + offset_s {
-                return (new_day_utc_s, Some(tai_s - new_day_utc_s - offset_s));
+                tai_minus_utc_s = leap.delta_at;
+            } else if tai_s >= new_day_utc_s + tai_minus_utc_s {
+                return (new_day_utc_s, Some(tai_s - new_day_utc_s - tai_minus_utc_s));
             } else {
                 break;
             }
         }
-        (tai_s - offset_s, None)
+        (tai_s - tai_minus_utc_s, None)
     }
 }
 

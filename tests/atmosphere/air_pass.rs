@@ -97,15 +97,15 @@ fn image_by_pixel(request: &ViewRequest) -> LevelsAndLight {
 fn image_with_scaled_bounds(scene: &Scene, air_factor: f32, sunlight_factor: f32) -> LevelsAndLight {
     let mut scene = scene.clone();
     scene.draws.iter_mut().for_each(|d| {
-        d.uniforms.air.coarse_bound *= air_factor;
-        d.uniforms.eclipse.coarse_bound *= sunlight_factor;
+        d.uniforms.air.max_coarse_error *= air_factor;
+        d.uniforms.eclipse.max_coarse_error *= sunlight_factor;
     });
     image(&scene)
 }
 
 /// Whether the ground interpolates the sunlight of an eclipse.
 fn interpolates_sunlight(scene: &Scene) -> bool {
-    scene.draws.iter().any(|d| d.features.coarse_sunlight().is_some() && d.uniforms.eclipse.coarse_bound.min_element() > 0.0)
+    scene.draws.iter().any(|d| d.features.coarse_sunlight().is_some() && d.uniforms.eclipse.max_coarse_error.min_element() > 0.0)
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn a_shadow_smaller_than_a_texel_is_kept() {
         assert!(scene.draws.iter().any(|d| d.features.coarse_sunlight().is_some()), "the ground must have a coarse image of its sunlight");
         let exact = image_by_pixel(&request);
         let kept = difference(&exact, &image(&scene), scene.exposure.white());
-        scene.draws.iter_mut().for_each(|d| d.uniforms.eclipse.coarse_bound = d.uniforms.air.coarse_bound);
+        scene.draws.iter_mut().for_each(|d| d.uniforms.eclipse.max_coarse_error = d.uniforms.air.max_coarse_error);
         let lost = difference(&exact, &image(&scene), scene.exposure.white());
         println!("{fov_deg} degrees: {} levels, wrongly interpolated {}", kept.levels, lost.levels);
         assert!(kept.levels <= MAX_LEVELS && kept.thresholds <= MAX_THRESHOLDS, "{fov_deg} degrees: {} levels", kept.levels);

@@ -83,9 +83,10 @@ fn the_full_moon_lights_the_sky_as_a_faint_sun_would() {
     let mut moon_as_sun = moonlit;
     for draw in moon_as_sun.draws.iter_mut().filter(|d| d.part == BodyPart::Sky) {
         let (sun, moon) = (draw.uniforms.lights[0], draw.uniforms.lights[1]);
-        let irradiance = sun.irradiance * draw.uniforms.air.second_light;
+        let irradiance = sun.irradiance * draw.uniforms.air.second_light_irradiance;
         draw.uniforms.lights[0] = Light { irradiance, ..moon };
-        (draw.uniforms.air.second_light, draw.uniforms.air.night_radiance, draw.uniforms.air.starlight) = (Vec3::ZERO, 0.0, 0.0);
+        (draw.uniforms.air.second_light_irradiance, draw.uniforms.air.night_radiance, draw.uniforms.air.light_from_beyond) =
+            (Vec3::ZERO, 0.0, 0.0);
     }
     let expected = light(&moon_as_sun);
     for c in 0..3 {
@@ -109,7 +110,7 @@ fn by_day_the_air_has_no_second_light() {
     for (request, expected) in [(on_display, None), (linear, Some(false))] {
         let found = scene(&request);
         assert_eq!((lights_of_sky(&found), is_shine_in_air(&found)), (1, expected));
-        assert!(found.draws.iter().all(|d| d.uniforms.air.second_light == Vec3::ZERO));
+        assert!(found.draws.iter().all(|d| d.uniforms.air.second_light_irradiance == Vec3::ZERO));
     }
     let by_night = scene(&ViewRequest { purpose: Purpose::LINEAR, ..zenith(FULL_MOON, "") });
     assert_eq!((lights_of_sky(&by_night), is_shine_in_air(&by_night)), (2, Some(true)));
@@ -126,7 +127,7 @@ fn the_air_in_front_of_the_ground_is_moonlit() {
     let per_pixel = scene(&ViewRequest { may_use_coarse_air: false, ..below.clone() });
     let mut unlit_air = scene(&ViewRequest { may_use_coarse_air: false, ..below });
     for draw in &mut unlit_air.draws {
-        draw.uniforms.air.second_light = Vec3::ZERO;
+        draw.uniforms.air.second_light_irradiance = Vec3::ZERO;
     }
     let [(_, interpolated), (_, per_pixel), (_, unlit)] = [&interpolated, &per_pixel, &unlit_air].map(image);
     let blue = |hdr: &[[f32; 4]]| hdr.iter().map(|p| f64::from(p[2])).sum::<f64>();
@@ -172,7 +173,7 @@ fn zodiacal_light_and_starlight_are_not_part_of_a_clear_sky() {
     let dark = scene(&zenith(NEW_MOON, ",-planet-shine"));
     let of = |part: BodyPart| dark.draws.iter().find(|d| d.part == part).map(|d| &d.uniforms.air).expect("a draw");
     let sky = of(BodyPart::Sky);
-    let (airglow, starlight) = (f64::from(sky.night_radiance), f64::from(sky.starlight));
+    let (airglow, starlight) = (f64::from(sky.night_radiance), f64::from(sky.light_from_beyond));
     let part_of_starlight = |light: f64| (light - airglow) / starlight;
     let found = part_of_starlight(light(&dark)[1]);
     assert!((0.05..0.4).contains(&found), "{found} of the starlight");

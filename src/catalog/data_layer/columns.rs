@@ -42,7 +42,7 @@ impl Columns {
         Ok(Self { indices, column_count: names.len(), coordinate_names })
     }
 
-    /// The name of a column of a point, if a later column has the same name. `names`: those of all columns.
+    /// The name of the first of the found columns (`indices`) whose normalized name a later column of the table has, too. `names`: those of all columns.
     pub fn repeated_name<'n>(&self, names: &'n [String]) -> Option<&'n str> {
         let comparable_names: Vec<String> = names.iter().map(|name| comparable_name(name)).collect();
         first_repeated(&comparable_names, &self.indices).map(|column| names[column].as_str())
@@ -59,7 +59,7 @@ impl Columns {
             return Err(format!("{} values; the table names {} columns", values.len(), self.column_count));
         }
         let invalid = |field: &str, value: &str, allowed: &str| format!("field {field}: `{}` is not {allowed}", echo_within(value, 40));
-        let [lat, lon, time, size, colour] = self.indices;
+        let [lat_column, lon_column, time_column, size_column, colour_column] = self.indices;
         let non_empty = |column: Option<usize>| column.map(|c| values[c].as_str()).filter(|v| !v.is_empty());
         let within = |field: &str, value: &str, [min, max]: [f64; 2], allowed: &str| {
             value.parse().ok().filter(|v| (min..=max).contains(v)).ok_or_else(|| invalid(field, value, allowed))
@@ -68,14 +68,14 @@ impl Columns {
             let value = column.map_or("", |c| values[c].as_str());
             within(self.coordinate_names[k], value, [-max, max], &format!("degrees from -{max} to {max}"))
         };
-        let time = non_empty(time).map(|v| Instant::parse(v).map_err(|_| invalid("time", v, "ISO 8601 UTC or jd_tdb:DAY")));
-        let size = non_empty(size).map(|v| within("size_px", v, [1e-3, 1000.0], "0.001 to 1000 pixels"));
-        let colour = non_empty(colour).map(|v| hex_colour(v).ok_or_else(|| invalid("colour", v, "a colour as #ff8040")));
+        let time = non_empty(time_column).map(|v| Instant::parse(v).map_err(|_| invalid("time", v, "ISO 8601 UTC or jd_tdb:DAY")));
+        let size_px = non_empty(size_column).map(|v| within("size_px", v, [1e-3, 1000.0], "0.001 to 1000 pixels"));
+        let colour = non_empty(colour_column).map(|v| hex_colour(v).ok_or_else(|| invalid("colour", v, "a colour as #ff8040")));
         Ok(DataPoint {
-            lat_deg: coordinate(0, lat, 90.0)?,
-            lon_deg: coordinate(1, lon, 360.0)?,
+            lat_deg: coordinate(0, lat_column, 90.0)?,
+            lon_deg: coordinate(1, lon_column, 360.0)?,
             time: time.transpose()?,
-            size_px: size.transpose()?,
+            size_px: size_px.transpose()?,
             colour: colour.transpose()?,
         })
     }

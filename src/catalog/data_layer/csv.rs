@@ -14,7 +14,7 @@ pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)
     let (head_line_number, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
     let names = values(head).map_err(|why| (head_line_number, why))?;
     let columns = Columns::of(&names, on_body).map_err(|why| (head_line_number, format!("the line of column names {why}")))?;
-    // A VOTable, which a program writes, may have several columns of one name.
+    // Checked here only: a VOTable, which a program writes, may have several columns of one name.
     if let Some(name) = columns.repeated_name(&names) {
         return Err((head_line_number, repeated_column(&echo_within(name, 40))));
     }

@@ -156,7 +156,7 @@ struct Members {
 
 impl<'de> Deserialize<'de> for Object {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let ((geometries, time), mut content) = members(deserializer)?;
+        let ((geometries, time), mut content) = read_object(deserializer)?;
         for point in geometries.points {
             content.add_point(point, time).map_err(D::Error::custom)?;
         }
@@ -172,7 +172,7 @@ struct Geometry(Geometries);
 
 impl<'de> Deserialize<'de> for Geometry {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        members(deserializer).map(|((geometries, _), _)| Self(geometries))
+        read_object(deserializer).map(|((geometries, _), _)| Self(geometries))
     }
 }
 
@@ -180,7 +180,7 @@ impl<'de> Deserialize<'de> for Geometry {
 type TimedGeometries = (Geometries, Option<Instant>);
 
 /// Reads an object: its own geometries with their time, and the content of its `features`.
-fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometries, Content), D::Error> {
+fn read_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometries, Content), D::Error> {
     struct ObjectVisitor;
     impl<'de> Visitor<'de> for ObjectVisitor {
         type Value = (TimedGeometries, Content);

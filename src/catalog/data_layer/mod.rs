@@ -181,6 +181,9 @@ mod tests {
     use super::*;
     use crate::catalog::NaifId;
 
+    /// The body of a layer in the sky.
+    const IN_SKY: Option<NaifId> = None;
+
     fn layer_on(body: Option<NaifId>) -> DataLayer {
         DataLayer { body, ..DataLayer::new("quakes".into(), "quakes.csv".into()) }
     }
@@ -195,10 +198,10 @@ mod tests {
         assert_eq!((first.lat_deg, first.lon_deg, first.size_px, first.colour), (38.297, 142.373, Some(9.1), Some([255, 0, 0])));
         assert_eq!(first.time.map(|t| t.to_utc_iso()[..19].to_owned()), Some("2011-03-11T05:46:24".into()));
         assert_eq!((layer.points[1].time, layer.points[1].size_px), (None, None));
-        assert_eq!(layer_on(None).with_content("sky.csv", b"ra,dec\n10,20\n").expect("read").points[0].lon_deg, 10.0);
+        assert_eq!(layer_on(IN_SKY).with_content("sky.csv", b"ra,dec\n10,20\n").expect("read").points[0].lon_deg, 10.0);
         // A byte order mark, before a comment or before the names of the columns.
         for text in ["\u{feff}# stars\r\nra,dec\r\n10,20\r\n", "\u{feff}ra,dec\n10,20\n"] {
-            assert_eq!(layer_on(None).with_content("sky.csv", text.as_bytes()).expect("read").points.len(), 1);
+            assert_eq!(layer_on(IN_SKY).with_content("sky.csv", text.as_bytes()).expect("read").points.len(), 1);
         }
     }
 
@@ -229,14 +232,14 @@ mod tests {
 
     #[test]
     fn votables_are_read_by_name_and_ucd() {
-        let layer = read("a.vot", None, VOTABLE).expect("read");
+        let layer = read("a.vot", IN_SKY, VOTABLE).expect("read");
         assert_eq!(layer.points.iter().map(|p| (p.lon_deg, p.lat_deg)).collect::<Vec<_>>(), [(10.5, -20.0), (11.0, -21.0)]);
         assert!(layer.points[0].time.is_some() && layer.points[1].time.is_none());
         // Column names have precedence over UCDs.
         let named = VOTABLE.replace("name=\"id\"", "name=\"RA\"").replace("name=\"time\"", "name=\"Dec\"");
-        let error = read("a.vot", None, &named).expect_err("text in place of a number");
+        let error = read("a.vot", IN_SKY, &named).expect_err("text in place of a number");
         assert!(error.contains("field dec_deg: `2024-04-08T18:00:00Z`"), "{error}");
-        let why = |from: &str, to: &str| read("a.vot", None, &VOTABLE.replace(from, to)).expect_err("a mistake");
+        let why = |from: &str, to: &str| read("a.vot", IN_SKY, &VOTABLE.replace(from, to)).expect_err("a mistake");
         assert!(
             why("<TD>-20</TD>", "<TD>-200</TD>").starts_with("a.vot:10: field dec_deg: `-200` is not degrees"),
             "{}",
@@ -249,11 +252,11 @@ mod tests {
         assert!(why("TABLEDATA", "FITS").starts_with("a.vot:9: rows as FITS; ask"));
         assert!(why("</TR>\n</TABLEDATA>", "</TABLEDATA>").starts_with("a.vot:11: not XML"));
         assert!(why("&amp;", "&bomb;").starts_with("a.vot:10: the entity &bomb; is not predefined"));
-        assert!(read("a.vot", None, "").expect_err("empty").starts_with("a.vot:1: not XML"));
+        assert!(read("a.vot", IN_SKY, "").expect_err("empty").starts_with("a.vot:1: not XML"));
         let cut = VOTABLE.find("</RESOURCE>").expect("there");
-        assert!(read("a.vot", None, &VOTABLE[..cut]).expect_err("cut").contains("the file ends within <RESOURCE>"));
-        assert!(read("a.vot", None, "<VOTABLE><RESOURCE/></VOTABLE>").expect_err("none").starts_with("a.vot:1: no TABLE in it"));
-        assert!(read("a.vot", None, &"<a>".repeat(100)).expect_err("deep").contains("more than 64 elements"));
+        assert!(read("a.vot", IN_SKY, &VOTABLE[..cut]).expect_err("cut").contains("the file ends within <RESOURCE>"));
+        assert!(read("a.vot", IN_SKY, "<VOTABLE><RESOURCE/></VOTABLE>").expect_err("none").starts_with("a.vot:1: no TABLE in it"));
+        assert!(read("a.vot", IN_SKY, &"<a>".repeat(100)).expect_err("deep").contains("more than 64 elements"));
     }
 
     #[test]
@@ -262,9 +265,9 @@ mod tests {
             [("datatype=\"int\"><VALUES null=\"-99\"/></FIELD>", "-99"), ("datatype=\"double\"/>", "NaN"), ("datatype=\"double\"/>", " ")]
         {
             let with_size = VOTABLE.replace("name=\"id\" datatype=\"char\" arraysize=\"*\"/>", &format!("name=\"size\" {field}"));
-            let layer = read("a.vot", None, &with_size.replace("A &amp; &#66;", null)).expect("read");
+            let layer = read("a.vot", IN_SKY, &with_size.replace("A &amp; &#66;", null)).expect("read");
             assert_eq!(layer.points.iter().map(|p| p.size_px).collect::<Vec<_>>(), [None, None], "{null}");
-            assert_eq!(read("a.vot", None, &with_size.replace("A &amp; &#66;", "7")).expect("read").points[0].size_px, Some(7.0));
+            assert_eq!(read("a.vot", IN_SKY, &with_size.replace("A &amp; &#66;", "7")).expect("read").points[0].size_px, Some(7.0));
         }
     }
 
@@ -286,20 +289,20 @@ mod tests {
         let rows = |flags: [&[u8]; 2]| {
             [row(flags[0], ["A & B", "2024-04-08T18:00:00Z"], [10.5, -20.0]), row(flags[1], ["", "never"], [11.0, -21.0])].concat()
         };
-        let text_layer = read("a.vot", None, VOTABLE).expect("read");
+        let text_layer = read("a.vot", IN_SKY, VOTABLE).expect("read");
         // The flag of the fourth column, `time`, is set in the second row.
-        let flagged = read("a.vot", None, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]]))).expect("read");
+        let flagged = read("a.vot", IN_SKY, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]]))).expect("read");
         assert_eq!(flagged.points, text_layer.points);
         // BINARY has no null flags, so the text `never` is read as a time.
         let unflagged = rows([&[], &[]]);
-        let refused = read("a.vot", None, &as_form("BINARY", &unflagged)).expect_err("a time");
+        let refused = read("a.vot", IN_SKY, &as_form("BINARY", &unflagged)).expect_err("a time");
         assert!(refused.starts_with("a.vot:") && refused.contains("row 2: field time: `never`"), "{refused}");
         // Without the last cell: a length of four bytes, and the five bytes of `never`. An empty cell, of length 0, takes its place.
         let end = unflagged.len() - 9;
         let cleared = [&unflagged[..end], &[0; 4]].concat();
-        assert_eq!(read("a.vot", None, &as_form("BINARY", &cleared)).expect("read").points, text_layer.points);
+        assert_eq!(read("a.vot", IN_SKY, &as_form("BINARY", &cleared)).expect("read").points, text_layer.points);
         let why = |from: &str, to: &str| {
-            read("a.vot", None, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]])).replace(from, to)).expect_err("a mistake")
+            read("a.vot", IN_SKY, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]])).replace(from, to)).expect_err("a mistake")
         };
         assert!(why("encoding=\"base64\"", "encoding=\"gzip\"").contains("the encoding of STREAM is `gzip`"));
         assert!(why("encoding", "href=\"a.bin\" encoding").contains("rows in another file"));
@@ -355,7 +358,7 @@ mod tests {
                 .expect_err("none")
                 .contains("no geometry")
         );
-        assert!(read("a.geojson", None, GEOJSON).expect_err("in the sky").contains("needs `body`"));
+        assert!(read("a.geojson", IN_SKY, GEOJSON).expect_err("in the sky").contains("needs `body`"));
         assert!(read("a.geojson", Some(NaifId::EARTH), &"[".repeat(1_000_000)).is_err());
         assert!(
             read("a.geojson", Some(NaifId::EARTH), &format!("{{\"type\":\"Point\",\"coordinates\":{}", "[".repeat(1_000_000))).is_err()

@@ -115,6 +115,7 @@ mod tests {
     use tiff::encoder::{TiffEncoder, colortype};
 
     const RANGE: HeightRange = HeightRange { black_km: -9.0, white_km: 10.0 };
+    const NO_RANGE: Option<HeightRange> = None;
 
     fn png(depth: png::BitDepth, colour: png::ColorType, width: u32, height: u32, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -130,12 +131,12 @@ mod tests {
         let sixteen: Vec<u8> =
             [0_u16, 20_000, 22_000, 40_000, 20_000, 20_000, 20_000, 65_535].iter().flat_map(|v| v.to_be_bytes()).collect();
         let bytes = png(png::BitDepth::Sixteen, png::ColorType::Grayscale, 4, 2, &sixteen);
-        let (columns, km) = heights_km(&bytes, None).expect("read");
+        let (columns, km) = heights_km(&bytes, NO_RANGE).expect("read");
         assert_eq!((columns, km[1], km[2], km[3]), (4, 0.0, 1.0, 10.0));
         let (_, km) = heights_km(&bytes, Some(RANGE)).expect("read");
         assert_eq!((km[0], km[7]), (-9.0, 10.0));
         let eight = png(png::BitDepth::Eight, png::ColorType::Grayscale, 4, 2, &[0, 255, 0, 0, 0, 0, 0, 51]);
-        assert!(heights_km(&eight, None).expect_err("no range").contains("FILE,-9.15,10.76"));
+        assert!(heights_km(&eight, NO_RANGE).expect_err("no range").contains("FILE,-9.15,10.76"));
         let (_, km) = heights_km(&eight, Some(RANGE)).expect("read");
         assert_eq!((km[0], km[1]), (-9.0, 10.0));
         assert!((km[7] + 5.2).abs() < 1e-6);
@@ -152,16 +153,16 @@ mod tests {
             bytes.into_inner()
         }
         let float = tiff::<colortype::Gray32Float>(4, 2, &[-1.5, 2.5, 0.0, 0.0, 0.0, 0.0, 0.0, 3.25]);
-        let (columns, km) = heights_km(&float, None).expect("read");
+        let (columns, km) = heights_km(&float, NO_RANGE).expect("read");
         assert_eq!((columns, km[0], km[7]), (4, -1.5, 3.25));
         assert!(heights_km(&float, Some(RANGE)).is_err());
         let half_metres = tiff::<colortype::Gray16>(4, 2, &[18_000, 20_000, 20_002, 0, 0, 0, 0, 0]);
-        assert_eq!(heights_km(&half_metres, None).expect("read").1[..3], [-1.0, 0.0, 0.001]);
+        assert_eq!(heights_km(&half_metres, NO_RANGE).expect("read").1[..3], [-1.0, 0.0, 0.001]);
         let signed = tiff::<colortype::GrayI16>(4, 2, &[-32_768, 32_767, 0, 0, 0, 0, 0, 0]);
-        assert!(heights_km(&signed, None).is_err());
+        assert!(heights_km(&signed, NO_RANGE).is_err());
         assert_eq!(heights_km(&signed, Some(RANGE)).expect("read").1[..2], [-9.0, 10.0]);
         let double = tiff::<colortype::Gray64Float>(4, 2, &[-1.5, 2.5, 0.0, 0.0, 0.0, 0.0, 0.0, 3.25]);
-        assert_eq!(heights_km(&double, None).expect("read").1[..2], [-1.5, 2.5]);
+        assert_eq!(heights_km(&double, NO_RANGE).expect("read").1[..2], [-1.5, 2.5]);
         let error_of = |bytes: &[u8]| heights_km(bytes, Some(RANGE)).expect_err("refused");
         assert!(error_of(&tiff::<colortype::RGB8>(4, 2, &[0; 24])).contains("several bands"));
         for bytes in [
@@ -192,11 +193,11 @@ mod tests {
         assert!(heights_km(&colour, Some(RANGE)).expect_err("coloured").contains("grey"));
         let whole = png(png::BitDepth::Sixteen, png::ColorType::Grayscale, 4, 2, &[0; 16]);
         // Cut anywhere between the signature and the last chunk, IEND.
-        assert!((9..whole.len() - 12).step_by(3).all(|n| heights_km(&whole[..n], None).is_err()));
-        assert!(heights_km(b"GIF89a", None).is_err());
+        assert!((9..whole.len() - 12).step_by(3).all(|n| heights_km(&whole[..n], NO_RANGE).is_err()));
+        assert!(heights_km(b"GIF89a", NO_RANGE).is_err());
         // Width and height in the header are replaced by sizes that no memory can store.
         let mut huge = whole;
         huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xfe, 0x3f, 0xff, 0xff, 0xff]);
-        assert!(heights_km(&huge, None).is_err());
+        assert!(heights_km(&huge, NO_RANGE).is_err());
     }
 }

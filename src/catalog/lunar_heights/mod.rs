@@ -164,7 +164,7 @@ impl HeightMap {
     pub fn height_km(&self, direction: DVec3) -> f64 {
         let longitude = direction.y.atan2(direction.x);
         let latitude = direction.z.atan2(direction.truncate().length());
-        // In cells from the centre of the first column and row.
+        // Column and row, in cells from the centre of the first cell.
         let x = (longitude - self.west_rad).rem_euclid(TAU) / TAU * self.columns as f64 - 0.5;
         let y = ((FRAC_PI_2 - latitude) / PI * self.rows as f64 - 0.5).clamp(0.0, (self.rows - 1) as f64);
         let (x0, y0) = (x.floor(), y.floor());
@@ -220,15 +220,17 @@ mod tests {
 
     #[test]
     fn impossible_heights_are_rejected_with_row_and_column() {
-        let flat = |columns: usize, km: f32| HeightMap::new("made", columns, vec![km; columns * (columns / 2)], 0.0, DEFAULT_SPHERE_KM);
+        const WEST_DEG: f64 = 0.0;
+        let flat =
+            |columns: usize, km: f32| HeightMap::new("made", columns, vec![km; columns * (columns / 2)], WEST_DEG, DEFAULT_SPHERE_KM);
         assert!(flat(8, 0.0).is_ok());
         assert!(flat(7, 0.0).is_err());
         for wrong in [f32::NAN, 25.0, -32768.0, f32::INFINITY] {
             let mut km = vec![0.0; 32];
             km[11] = wrong;
-            let why = HeightMap::new("made", 8, km, 0.0, DEFAULT_SPHERE_KM).expect_err("no height of the Moon").to_string();
+            let why = HeightMap::new("made", 8, km, WEST_DEG, DEFAULT_SPHERE_KM).expect_err("no height of the Moon").to_string();
             assert!(why.starts_with("made: row 2, column 4:"), "{why}");
         }
-        assert!(HeightMap::new("made", 8, vec![0.0; 32], 0.0, 3396.0).is_err(), "a sphere of Mars's radius must be rejected");
+        assert!(HeightMap::new("made", 8, vec![0.0; 32], WEST_DEG, 3396.0).is_err(), "a sphere of Mars's radius must be rejected");
     }
 }

@@ -24,7 +24,9 @@ const NUMBERS: [(usize, Range<usize>); 8] = [
     (ECCENTRICITY, 70..79),
     (SEMI_MAJOR_AXIS, 92..103),
 ];
+/// Byte range of the packed designation.
 const PACKED_DESIGNATION: Range<usize> = 0..7;
+/// Byte range of the packed epoch.
 const EPOCH_COLUMNS: Range<usize> = 20..25;
 /// Byte range of the number in brackets and the name; a line may end within or before it.
 const READABLE_DESIGNATION: Range<usize> = 166..194;

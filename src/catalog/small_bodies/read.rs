@@ -251,7 +251,8 @@ mod tests {
         let row = |text: &str| why(&format!("{HEAD}x,0.1,2.5,3,4,5,6,60000,9,\n{text}\n"));
         assert_eq!(row("y,-0.1,2.5,3,4,5,6,60000,9,"), "m.csv:3: e is `-0.1`; expected an eccentricity from 0 to 100");
         assert!(row("y,1.2,2.5,3,4,5,6,60000,9,").contains("m.csv:3: a_au is `2.5` and e `1.2`"));
-        // A perihelion distance from a and e is checked like one that is given: with these the position would not be a number, or be far beyond the stars.
+        // A perihelion distance computed from a and e must be in the range of q_au, too. Otherwise the positions of the next two bodies would not be numbers,
+        // or would be far beyond the stars.
         assert_eq!(
             row("y,0,1e-300,3,4,5,6,60000,9,"),
             "m.csv:3: a_au is `1e-300` and e `0.0`, so q_au would be 1e-300; expected au from 0.00001 to 10000"

@@ -57,6 +57,7 @@ pub(super) const ABSOLUTE_MAGNITUDE: usize = 10;
 pub(super) const SLOPE: usize = 11;
 pub(super) const M1: usize = 12;
 pub(super) const K1: usize = 13;
+/// The fields in the order of the indices above.
 pub(super) const FIELDS: [Field; 14] = [
     field("e", &["e", "eccentricity"], [0.0, 100.0], "an eccentricity"),
     field("i_deg", &["ideg", "i", "incl", "inclination"], [0.0, 180.0], "degrees"),

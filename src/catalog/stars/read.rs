@@ -48,6 +48,7 @@ const B_V: usize = 7;
 const RADIAL_VELOCITY: usize = 8;
 /// The number of required fields, which are the first ones.
 const REQUIRED_FIELDS: usize = 3;
+/// The fields in the order of the indices above.
 const FIELDS: [Field; 9] = [
     field("ra_deg", &["radeg", "ra"], [0.0, 360.0], "degrees"),
     field("dec_deg", &["decdeg", "dec", "dedeg"], [-90.0, 90.0], "degrees"),

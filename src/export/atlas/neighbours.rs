@@ -1,5 +1,5 @@
-//! Neighbouring keys: pairs of keys that differ in one part, which is added, removed or replaced. A text of a single part, such as the name of a simple
-//! module, is not replaced.
+//! Neighbouring keys: pairs of keys that differ in one part, which is added, removed or replaced. Two texts of a single part each, such as the names of two
+//! simple modules, are no neighbours.
 //!
 //! In: key texts, whose parts are separated by dots. Out: for each key its neighbours, sorted. Always: if one key is a neighbour of another,
 //! the other is a neighbour of the first.

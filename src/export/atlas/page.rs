@@ -54,8 +54,8 @@ pub(crate) fn module_page(module: &ListedModule, stem: &str, runs: &str, neighbo
     html.push_str("</table>\n");
     if !neighbours.is_empty() {
         html.push_str("<div><h2>Modules that differ in one part of the key</h2>\n<ul class=\"neighbours\">\n");
-        for (change, stem) in neighbours {
-            let _ = writeln!(html, "<li><a href=\"{}.html\">{}</a></li>", escaped(stem), escaped(change));
+        for (change, neighbour_stem) in neighbours {
+            let _ = writeln!(html, "<li><a href=\"{}.html\">{}</a></li>", escaped(neighbour_stem), escaped(change));
         }
         html.push_str("</ul></div>\n");
     }

@@ -479,6 +479,7 @@ impl GpuRenderer {
                     render_pass.set_index_buffer(buffer.slice(offset..offset + 4 * indices.len() as u64), IndexFormat::Uint32);
                     render_pass.draw_indexed(0..indices.len() as u32, 0, 0..prepared.draw.instances.count);
                 }
+                // Does not occur: a mesh without indices is skipped, and the frame's buffers contain the indices of all others.
                 _ => {}
             }
         }

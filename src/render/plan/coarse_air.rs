@@ -123,7 +123,7 @@ pub(super) fn steps(
             let is_sunlight = features.air_pass == AirPass::SunlightDrawn;
             // The accepted error of the light (not of its square root, which the texels hold): as a fraction of the light (x), and as a fraction of the Sun's
             // irradiance (y).
-            let bound = if is_sunlight { draw.uniforms.eclipse.coarse_bound } else { draw.uniforms.air.coarse_bound };
+            let bound = if is_sunlight { draw.uniforms.eclipse.max_coarse_error } else { draw.uniforms.air.max_coarse_error };
             // A negative bound: this quantity must not be interpolated. Its subimage keeps the clear colour, whose alpha 0 marks no texel.
             if bound.min_element() < 0.0 {
                 continue;

@@ -164,6 +164,7 @@ mod tests {
             Extent { inside: circle(100.0), outside: None, marked: None },
             Extent { inside: circle(110.0), outside: Some(circle(90.0)), marked: None },
         ];
+        // `min` and `max`: distances from the centre between which the extent shows pixels; -1 is no inner limit.
         for (extent, [min, max]) in extents.iter().zip([[-1.0, 100.0], [90.0, 110.0]]) {
             let (mut missed, mut covered) = (0, 0);
             for (x, y) in (0..256).step_by(16).flat_map(|x| (0..256).step_by(8).map(move |y| (x, y))) {

@@ -26,7 +26,8 @@ pub struct SamplerState {
 pub enum TextureSource {
     /// An image in CPU memory.
     Image(SharedTexture),
-    /// An image in CPU memory whose owner keeps it alive until its content changes, so that its address identifies the content.
+    /// An image in CPU memory that its owner keeps from frame to frame until another image replaces it, so that a renderer may recognise its copy of the image
+    /// by the address.
     Persistent(SharedTexture),
     /// The resolved colour target of an earlier pass, by pass index.
     PassOutput(usize),
@@ -45,14 +46,14 @@ pub struct GpuImage {
 
 #[derive(Clone, Debug)]
 pub struct TextureBinding {
-    /// Its number in group 0.
+    /// Number of the binding in group 0.
     pub binding: u32,
     pub source: TextureSource,
 }
 
 #[derive(Clone, Debug)]
 pub struct SamplerBinding {
-    /// Its number in group 0.
+    /// Number of the binding in group 0.
     pub binding: u32,
     pub state: SamplerState,
 }
@@ -137,10 +138,10 @@ pub struct PlanDraw {
 /// The format of a pass's target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ColourFormat {
-    /// Linear HDR target. The GPU renderer may store it in half floats.
+    /// Linear HDR target. The GPU renderer stores it in half floats if it returns only the display image.
     Hdr,
     /// Linear HDR target that needs f32, because some of its radiances are outside the range of half floats: below it, such as those of a night sky; or above
-    /// it, if the exposure is so short that even the Sun's disc is not white.
+    /// it, such as those of lines shown in white at an exposure so short that even the Sun's disc would appear darker than white.
     HdrF32,
     /// Bytes that the shader has already encoded: display values, or masks.
     Rgba8Unorm,
@@ -164,13 +165,14 @@ pub struct Pass {
 }
 
 impl Pass {
-    /// A pass whose fragments are numbers instead of colours: one sample per pixel in linear floats, without depth; NaN where nothing is drawn.
+    /// A pass whose fragments are numbers instead of colours: one sample per pixel, without depth; NaN where nothing is drawn. The numbers are kept as f32: by
+    /// the software renderer always, by the GPU renderer if [`FrameImages::DisplayAndHdr`] is requested.
     pub(crate) fn of_numbers(name: &'static str, width: u32, height: u32, draws: Vec<PlanDraw>) -> Self {
         Self { name, width, height, format: ColourFormat::Hdr, samples: 1, clear: [f32::NAN; 4], has_depth: false, draws }
     }
 }
 
-/// Which images a renderer returns.
+/// Which images a renderer returns in its [`Frame`](crate::render::frame::Frame).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameImages {
     /// The display image.

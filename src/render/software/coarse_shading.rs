@@ -2,8 +2,9 @@
 //!
 //! In: a draw that permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), and its only triangle in the tile. Out: its light, added
 //! to each half of the tile (64x32 pixels, which one batch of 128 points spans) that the triangle covers. Always: the error is at most about a 500th of
-//! the light (a quarter of an 8-bit display level at white, less in the dark), because the second differences between points are bounded. Where they exceed
-//! the bound, as near the Sun and where the light ends, nothing is drawn here, and the caller shades every pixel. Not here: which draws permit it (scene).
+//! the draw's own light (a quarter of an 8-bit display level at white, less in the dark), because the second differences between points are bounded. Where
+//! they exceed the bound, as near the Sun and where the light ends, nothing is drawn here, and the caller shades every pixel. Not here: which draws permit it
+//! (scene).
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -29,7 +30,7 @@ const ROW_LANES: usize = 4 * QUADS_ACROSS;
 const QUAD_ROWS: usize = ROWS * SPACING / 2;
 const QUAD_ROWS_OF_BLOCK: usize = 4;
 const BLOCK_ROW_LANES: usize = BLOCK_PIXELS / QUAD_ROWS_OF_BLOCK;
-/// Blocks across half a tile, and in all of it.
+/// Blocks in one row of half a tile, and in half a tile.
 const BLOCKS_ACROSS: usize = ROW_LANES / BLOCK_ROW_LANES;
 const HALF_TILE_BLOCKS: usize = BLOCKS_ACROSS * QUAD_ROWS / QUAD_ROWS_OF_BLOCK;
 

@@ -11,7 +11,9 @@ use crate::render::plan::DepthState;
 /// The source of a lane input's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FragmentInputSource {
+    /// x of the pixel's centre, in pixels of the target.
     PixelX,
+    /// y of the pixel's centre, downwards.
     PixelY,
     Depth,
     /// 1/w of the clip-space position.
@@ -21,6 +23,7 @@ pub(crate) enum FragmentInputSource {
     /// The flat varying with this index; each component counts as one.
     Flat(usize),
     FrontFacing,
+    /// The input is always 0 in a fragment stage.
     Zero,
     /// The program does not read this input, so it is not written.
     Unread,

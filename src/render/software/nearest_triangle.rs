@@ -156,9 +156,9 @@ mod tests {
     /// An edge 0.001 pixels to the right of a centre passes through the centre on the GPU's grid, where the centre belongs to the triangle on the right.
     #[test]
     fn a_triangle_beside_the_centre_is_a_candidate_if_rounding_may_move_its_edge_there() {
-        let triangle = |edge_px: f32, apex: f32| {
+        let triangle = |edge_px: f32, apex_clip_x: f32| {
             let x = 2.0 * edge_px / SIZE as f32 - 1.0;
-            [[x, -3.0, 0.5, 1.0], [x, 3.0, 0.5, 1.0], [apex, 0.0, 0.5, 1.0]]
+            [[x, -3.0, 0.5, 1.0], [x, 3.0, 0.5, 1.0], [apex_clip_x, 0.0, 0.5, 1.0]]
         };
         let (left, right) = (triangle(8.501, -5.0), triangle(8.501, 5.0));
         assert_eq!(covers(&left, [8, 8]), [false], "the triangle that contains the centre before rounding");

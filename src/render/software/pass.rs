@@ -407,13 +407,13 @@ impl<'a, R: Real> Worker<'a, R> {
         let (pass, pixel_centres) = (first.pass, &*PIXEL_CENTRES);
         // The block that a new `TileTexture` presents.
         let block = 0;
-        let uses_depth = false;
+        let (samples, uses_depth) = (1, false);
         self.first.target.clear(pass.clear, uses_depth);
         self.first.target.fill_unwritten();
-        let mut mapped = TileTarget::new(1);
+        let mut mapped = TileTarget::new(samples);
         mapped.clear([0.0; 4], uses_depth);
         let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);
-        let mut shader = TileShader { target: &mut mapped, pixel_centres, tile_corner: [0, 0], samples: 1 };
+        let mut shader = TileShader { target: &mut mapped, pixel_centres, tile_corner: [0, 0], samples };
         shader.shade_block_with_texture(full_screen, block, &texture, full_screen.fragment.new_run().as_mut(), &mut self.batch);
         mapped.block(block).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))
     }

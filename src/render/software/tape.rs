@@ -16,8 +16,9 @@ macro_rules! ops {
     ($($name:ident $arity:literal,)*) => {
         /// A scalar operation, applied lane by lane. A prefix or suffix names the type of the operands: F floats, U unsigned integers, B masks (booleans), I
         /// signed integers; I also stands for both kinds of integers where their results have the same bits, as in IAdd. An arithmetic operation without such a
-        /// letter is for floats, a bitwise one for integers and masks. `XFromY` converts Y to X; F16 stands for the bits of a half float, in the lower half of
-        /// an integer. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b. Comparisons yield masks.
+        /// letter is for floats, a bitwise one for integers and masks; Copy and Select are for all types. `XFromY` converts Y to X; F16 stands for the bits of
+        /// a half float, in the lower half of an integer. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b. Comparisons yield masks. The operands of Select are
+        /// the mask, the result where it is set, and the result elsewhere (in WGSL the last two are in the opposite order, and the condition is last).
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         pub enum Op { $($name,)* }
         impl Op {
@@ -69,7 +70,7 @@ pub enum WordKind {
 }
 
 /// The kind of a texture instruction. Each variant lists its operands in order. u and v are texture coordinates, 0 to 1 across the texture; their derivatives
-/// are per pixel of the target.
+/// are per pixel of the image that is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TextureOp {
     /// u, v, du/dx, dv/dx, du/dy, dv/dy.
@@ -80,7 +81,8 @@ pub enum TextureOp {
     Level,
     /// x, y, level (integers).
     Load,
-    /// x, y in texels: bilinear interpolation of level 0, `texels_between` of shaders/lib/texels_between.wesl as one operation.
+    /// x, y in texels, (0, 0) at the middle of the first texel: bilinear interpolation of level 0, `texels_between` of shaders/lib/texels_between.wesl as one
+    /// operation.
     Bilinear,
 }
 

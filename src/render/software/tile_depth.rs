@@ -152,13 +152,13 @@ mod tests {
                 start.clear(USES_DEPTH);
                 start.test(8, 0b1111, [0.5, 0.0, 0.5, 0.0], TEST_AND_WRITE);
                 start.test(10, 0b1111, [0.3; 4], TEST_AND_WRITE);
-                let (mut one, mut four) = (start.clone(), start.clone());
-                let at_once = one.test_all(8, &new, state);
-                let passed: Vec<u16> = (0..4).map(|k| four.test(8 + k, 0b1111, [new[k]; 4], state)).collect();
+                let (mut together, mut one_by_one) = (start.clone(), start.clone());
+                let at_once = together.test_all(8, &new, state);
+                let passed: Vec<u16> = (0..4).map(|k| one_by_one.test(8 + k, 0b1111, [new[k]; 4], state)).collect();
                 let has_no_nan = new.iter().all(|v| !v.is_nan());
                 assert_eq!(at_once, has_no_nan && passed.iter().all(|p| *p == 0b1111), "{new:?}");
                 let depths = |t: &TileDepth| t.samples[8..12].to_vec();
-                assert_eq!(depths(&one), if at_once { depths(&four) } else { depths(&start) }, "{new:?}");
+                assert_eq!(depths(&together), if at_once { depths(&one_by_one) } else { depths(&start) }, "{new:?}");
             }
         }
     }

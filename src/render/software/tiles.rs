@@ -296,13 +296,13 @@ mod tests {
         let draw = |t: &mut TileTarget| t.store(3 * BLOCK_PIXELS + 9, 0b0110, Blend::Add, [1.0, 2.0, 3.0, 0.5]);
         for clear in [[0.0, 0.0, 0.0, 1.0], [0.5, 0.25, 0.0, 1.0]] {
             for lights in [&[[r, r, r]][..], &[[r, g, b]], &[[r, r, r], [g, g, g]], &[[r, r, r], [r, g, b]], &[[r, g, b], [b, b, b]]] {
-                for drawn_before in 0..=lights.len() {
+                for lights_before_draw in 0..=lights.len() {
                     let (mut added, mut blended) = (TileTarget::new(4), TileTarget::new(4));
                     for t in [&mut added, &mut blended] {
                         t.clear(clear, WITHOUT_DEPTH);
                     }
                     for (k, light) in lights.iter().enumerate() {
-                        if k == drawn_before {
+                        if k == lights_before_draw {
                             draw(&mut added);
                             draw(&mut blended);
                         }
@@ -310,7 +310,7 @@ mod tests {
                         let [r, g, b] = light.map(|lanes| lanes.as_slice());
                         blended.store_lanes(3 * BLOCK_PIXELS, Blend::Add, [r, g, b, &[0.0; BLOCK_PIXELS]]);
                     }
-                    if drawn_before == lights.len() {
+                    if lights_before_draw == lights.len() {
                         draw(&mut added);
                         draw(&mut blended);
                     }

@@ -55,7 +55,7 @@ fn sha256(text: &str) -> String {
 pub struct ToneMapUniforms {
     /// Factor on radiance.
     exposure: f32,
-    /// Exposed light up to which the tone curve is the identity.
+    /// Exposed light (1 is the white of the display) up to which the tone curve is the identity.
     linear_limit: f32,
 }
 
@@ -252,7 +252,8 @@ impl ToneMapUniforms {
         let mut exposed = [[0.0; LANES]; 3];
         self.expose(light, &mut exposed);
         self.compress(&mut exposed);
-        avx2::encode(exposed.each_ref(), 1.0, out);
+        let no_factor = 1.0;
+        avx2::encode(exposed.each_ref(), no_factor, out);
     }
 
     /// [`ToneMapUniforms::map_rows_generic`] with AVX2: the same bytes.
@@ -269,7 +270,8 @@ impl ToneMapUniforms {
         let mut exposed = [[0.0; LANES]; 3];
         self.expose(light, &mut exposed);
         self.compress(&mut exposed);
-        avx2::encode_rows::<false>(exposed.each_ref(), 1.0, rows);
+        let no_factor = 1.0;
+        avx2::encode_rows::<false>(exposed.each_ref(), no_factor, rows);
     }
 
     /// Whether the tone curve is the identity for this light. False if a value is NaN with a positive sign, because such a NaN has greater bits than infinity.

@@ -88,6 +88,7 @@ fn input_source<'a>(
                 VertexInputSource::Constant(if component == 3 { 1.0 } else { 0.0 })
             }
         }
+        // These inputs do not occur in a vertex stage.
         LaneInput::FragCoord { .. } | LaneInput::FrontFacing | LaneInput::SampleIndex => VertexInputSource::Constant(0.0),
     })
 }

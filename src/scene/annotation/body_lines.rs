@@ -49,7 +49,8 @@ fn visible_cap(camera_position: DVec3, radii_km: DVec3) -> Cap {
 /// Number of points of a parallel that is no circle: the curve through them turns by less than a tenth of a radian from point to point.
 const PARALLEL_POINTS: u32 = 128;
 
-/// A parallel on a body with three different axes. `latitude_deg`: planetographic, not 90. `first_angle_rad`: angle on the unit sphere at which it begins.
+/// A parallel on a body with three different axes. `latitude_deg`: planetographic, between -90 and 90, not equal to either. `first_angle_rad`: angle on the
+/// unit sphere at which the parallel begins.
 fn triaxial_parallel(latitude_deg: f64, radii_km: DVec3, first_angle_rad: f64) -> GroundLine {
     let point = |k: u32| {
         let equatorial = DVec2::from_angle(first_angle_rad + TAU * f64::from(k) / f64::from(PARALLEL_POINTS));

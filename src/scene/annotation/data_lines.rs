@@ -25,7 +25,7 @@ const STEP_RAD: f64 = 0.05;
 
 /// A vertex of the data, or a point inserted between two vertices.
 struct Vertex {
-    /// Planetographic latitude and longitude, radians.
+    /// Planetographic latitude (x) and east longitude (y), radians.
     lat_lon: DVec2,
     /// Parameter of the curve: length of the path up to here, radians; the length of a step is as for [`STEP_RAD`].
     parameter: f64,
@@ -199,11 +199,13 @@ mod tests {
         let last = path.vertices.last().expect("a vertex").parameter;
         for camera in [DVec3::new(3.0, 0.4, 0.2), DVec3::new(-0.3, 1.02, 0.1), DVec3::new(0.1, 0.2, 40.0)] {
             let parts = path.visible_parts(camera);
+            // The second camera is so low that it may see no part of the line.
             assert!(!parts.is_empty() || camera.z < 0.15);
             for n in 0..=5000 {
                 let parameter = last * f64::from(n) / 5000.0;
                 let camera_height = camera.dot(path.at(parameter)) - 1.0;
                 let is_in = parts.iter().any(|p| (p[0]..=p[p.len() - 1]).contains(&parameter));
+                // Visibility is tested at the ends of steps only: within a step the height may pass 0 unnoticed, here by less than 2e-4.
                 assert!(is_in == (camera_height > 0.0) || camera_height.abs() < 2e-4, "{camera}, {parameter}: {camera_height}");
             }
         }

@@ -249,8 +249,8 @@ mod tests {
         assert_eq!((hours_text(90.0).as_str(), hours_text(82.5).as_str(), hours_text(360.0).as_str()), ("6h", "5h30m", "0h"));
         assert_eq!(hours_text(1.0 / 3600.0 * 7.5), "0h0m0.5s");
         assert_eq!((hours_text(-1e-9).as_str(), hours_text(359.999_999_99).as_str()), ("0h", "0h"));
-        // Neighbouring meridians of the finest grid have different texts.
-        assert_eq!([1.0, 2.0, 10.0].map(|seconds| hours_text(seconds / 3600.0)), ["0h0m0.07s", "0h0m0.13s", "0h0m0.67s"]);
+        // Neighbouring meridians of the finest grid, an arcsecond apart, have different texts.
+        assert_eq!([1.0, 2.0, 10.0].map(|arcsec| hours_text(arcsec / 3600.0)), ["0h0m0.07s", "0h0m0.13s", "0h0m0.67s"]);
         assert_eq!(([315.0, 30.0, 360.0, 90.0].map(|degrees| azimuth_text(degrees, TextLanguage::English))), ["NW", "30°", "N", "E"]);
     }
 }

@@ -19,7 +19,7 @@ const COLOUR: DVec3 = DVec3::new(1.0, 0.3, 0.25);
 const OPACITY: f64 = 0.9;
 /// Smallest size of a frame, pixels.
 const MIN_SIZE_PX: f64 = 8.0;
-/// Distance between a frame and its name, in glyph heights.
+/// Distance between the middle of a frame's upper side and the middle of its name, in glyph sizes.
 const NAME_OFFSET: f64 = 0.8;
 
 /// Orthonormal axes of a field of view: towards its centre, and its directions up and left as seen from inside the celestial sphere.
@@ -71,7 +71,7 @@ fn draw_great_circle(camera: &Camera, output: &mut AnnotationLines, a: DVec3, b:
     }
 }
 
-/// The frames of all instruments. `target`: vector from the camera to the target, ICRF, of any length. `glyph_px`: height of glyphs.
+/// The frames of all instruments. `target`: vector from the camera to the target, ICRF, of any length. `glyph_px`: size of glyphs.
 pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, glyph_px: f64) -> AnnotationLines {
     let mut output = AnnotationLines::default();
     let in_image = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);

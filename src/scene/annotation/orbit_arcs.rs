@@ -1,7 +1,8 @@
 //! The conic on which a body moves about its parent, cut into arcs for the vertex stage of shaders/entry/orbit.wesl.
 //!
 //! In: the body's position and velocity relative to the parent, and its position from the camera. Out: [`OrbitArc`]s: a point of the conic in camera axes
-//! with its first and second derivative, computed in f64 and narrowed. Always: one vertex is the body's position, so that the line passes through the disc
+//! with its first and second derivative, computed in f64 and narrowed. From these the arc follows exactly: with respect to the universal anomaly, the third
+//! derivative is -alpha times the first. Always: one vertex is the body's position, so that the line passes through the disc
 //! at any distance. An arc outside the frame is left out. Any other arc is halved until its `CHORDS_PER_ARC` chords deviate on the screen by less than
 //! `MAX_CHORD_ERROR_PX` and the arc is not much larger than the frame: then its f32 values are precise to hundredths of a pixel. Ellipse, parabola and
 //! hyperbola share one formula (`ephemeris::conic`).
@@ -43,7 +44,7 @@ pub struct OrbitArc {
     pub point: Vec3,
     pub first_derivative: Vec3,
     pub second_derivative: Vec3,
-    /// Argument of Stumpff's functions divided by u squared.
+    /// Argument of Stumpff's functions divided by u squared: the conic's alpha, GM over the semi-major axis, times the square of the universal anomaly per u.
     pub alpha: f32,
     /// First and last u: -1 and 0, -0.5 and 0.5, or 0 and 1.
     pub range: [f32; 2],
@@ -171,6 +172,7 @@ impl ArcSubdivision<'_> {
     /// ahead of the body; it decides the opacity at s = 0, where the arcs ahead of the body and behind it meet.
     fn opacity_at(&self, s: f64, is_ahead: bool) -> f32 {
         let [back_end, ahead_end] = self.drawn_range;
+        // 1 at the body, 0 where the opacity is lowest.
         let remaining = if !self.conic.is_drawn_whole() {
             if is_ahead { 0.0 } else { 1.0 - s / back_end }
         } else if is_ahead {
@@ -449,12 +451,12 @@ mod tests {
         let camera = Camera::looking(DVec3::new(0.0, 0.0, 1.5e10), DVec3::NEG_Z, DVec3::Y, 30.0, 800, 600);
         let all = arcs(&camera, &conic, state.pos_km - camera.position_km, 0.8, DVec3::ONE);
         let body = camera.clip(state.pos_km - camera.position_km).expect("in front");
-        // The opacities at the ends that are at the body: first ends (fraction 0, index 0) or last ends (fraction 1, index 1).
+        // The opacities at those ends of arcs that are at the body: first ends (fraction 0, index 0) or last ends (fraction 1, index 1).
         let at_body = |fraction: f64, k: usize| {
             all.iter().filter(|a| (a.clip(fraction).truncate() - body).length() < 1e-6).map(|a| a.opacity[k]).collect::<Vec<_>>()
         };
         assert_eq!((at_body(1.0, 1), at_body(0.0, 0)), (vec![0.8], vec![0.8 * MIN_OPACITY as f32]), "it ends and begins at the body");
-        let tiny = Camera { position_km: camera.position_km * 1e4, ..camera };
-        assert!(arcs(&tiny, &conic, state.pos_km - tiny.position_km, 0.8, DVec3::ONE).is_empty(), "an orbit of a few pixels has no line");
+        let far = Camera { position_km: camera.position_km * 1e4, ..camera };
+        assert!(arcs(&far, &conic, state.pos_km - far.position_km, 0.8, DVec3::ONE).is_empty(), "an orbit of a few pixels has no line");
     }
 }

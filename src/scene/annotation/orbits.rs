@@ -29,7 +29,7 @@ const SIZE_FADE: (f64, f64) = (8.0, 32.0);
 const OPACITY: f64 = 0.9;
 
 /// The fraction of an orbit's opacity that remains in a view of the target, and the ratio that [`SIZE_FADE`] limits. `body_km`: the body's position from the
-/// camera, ICRF.
+/// camera, ICRF. `target_distance_km`: `None` without a target; then no orbit fades.
 fn remaining_opacity_and_size_ratio(camera: &Camera, conic: &Conic, body_km: DVec3, target_distance_km: Option<f64>) -> (f64, f64) {
     let Some(distance_km) = target_distance_km else { return (1.0, 0.0) };
     let size_ratio = conic.size_km() / (distance_km * camera.tan_half_fov.length());

@@ -238,8 +238,8 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
             let ra_dec = from.lerp(to, t / length);
             aberrated(icrf_from_b1875 * unit_vector(ra_dec.x.to_degrees(), ra_dec.y.to_degrees()), velocity)
         };
-        // Along a parallel, right ascension changes by 1 / cosine per radian of arc, and the derivatives are at most this large.
         let opacity_factor = |_: f64| 1.0;
+        // Along a parallel, right ascension changes by 1 / cosine per radian of arc, and the derivatives are at most this large.
         builder.arc(&point, [0.0, length], DERIVATIVE_BOUND / max_cosine.max(1e-3), opacity_factor, BOUNDARY);
     }
     let count = builder.output.segments.len() - count_before;

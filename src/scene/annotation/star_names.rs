@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3};
 /// Linear RGB of a star's name.
 const COLOUR: DVec3 = DVec3::new(0.7, 0.75, 0.85);
 
-/// Names of the stars of a frame, and a decision that reports their number. `glyph_px`: height of glyphs. `is_hidden`: whether a body covers a pixel.
+/// Names of the stars of a frame, and a decision that reports their number. `glyph_px`: size of glyphs. `is_hidden`: whether a body covers a pixel.
 pub(crate) fn star_names(
     camera: &Camera,
     sprites: &[StarSprite],

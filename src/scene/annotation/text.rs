@@ -1,4 +1,5 @@
-//! Texts, bars and rectangles over a finished image, in pixels from its top left corner; and the size of text.
+//! Texts, bars and rectangles over a finished image, in pixels from its top left corner; and the size of text. Plain values. The *size* of glyphs is the font
+//! size (em), pixels.
 
 use glam::DVec2;
 
@@ -15,7 +16,7 @@ impl LabelMetrics {
         Self { glyph_width_px: GLYPH_WIDTH * glyph_px, line_height_px: LINE_HEIGHT * glyph_px }
     }
 
-    /// Size of the glyphs.
+    /// Size of the glyphs, as given to [`Self::of_size`].
     pub(crate) fn glyph_px(&self) -> f64 {
         self.line_height_px / LINE_HEIGHT
     }

@@ -208,7 +208,7 @@ mod tests {
             let (error, error_of_long_path) = (worst(span_s, samples), worst(planet_days * SECONDS_PER_DAY, samples));
             assert!(error < 1e-3 && error_of_long_path > 1.0, "{planet}: {error}, over the planet's period {error_of_long_path}");
         }
-        // Slow motion is sampled over the longer period, up to 12 years.
+        // Slow motion is sampled over the longer period, up to 12 years: 1.881 x 48 samples, rounded up, and 12 x 48.
         let year_s = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
         assert_eq!(span_and_samples(1.881 * year_s, year_s), (1.881 * year_s, 91));
         assert_eq!(span_and_samples(164.8 * year_s, year_s), (MAX_DAYS * SECONDS_PER_DAY, 576));

@@ -24,24 +24,26 @@ use std::sync::Arc;
 
 /// Fraction of scattered light that reaches the ground as skylight: Rayleigh scattering sends half downwards and half upwards.
 const DOWNWARD_FRACTION: f64 = 0.5;
-/// Mean luminance of the night sky without airglow: 75 S10 units, of which zodiacal light contributes 60 and starlight 15. One S10 unit, one star of tenth
-/// magnitude per square degree, is 8.3e-7 cd/m2. With 145 units of airglow, the sum of 220 is the darkest sky of the Earth, 21.9 magnitudes per square arc
-/// second. The luminance varies by a factor of two over the sky and between the planets, because zodiacal light is fainter farther from the Sun.
-const NIGHT_SKY_CD_M2: f64 = 75.0 * 8.3e-7;
+/// Mean luminance of the night's light from beyond the air: 75 S10 units, of which zodiacal light contributes 60 and starlight 15. One S10 unit, one star of
+/// tenth magnitude per square degree, is 8.3e-7 cd/m2. With 145 units of airglow, the sum of 220 is the darkest sky of the Earth, 21.9 magnitudes per square
+/// arc second. The luminance varies by a factor of two over the sky and between the planets, because zodiacal light is fainter farther from the Sun.
+const LIGHT_FROM_BEYOND_CD_M2: f64 = 75.0 * 8.3e-7;
 
-/// Radiances of the moonless night sky without city lights: airglow, and the mean of the light from beyond the air; 0 for air without optical depth.
+/// Radiances of the moonless night sky without city lights: airglow, and the mean of the light from beyond the air (zodiacal light and starlight); 0 for air
+/// without optical depth.
 fn night_radiances(air: &Atmosphere) -> [f64; 2] {
     if vertical_optical_depth(air).max_element() <= 0.0 {
         return [0.0; 2];
     }
-    [air.airglow_cd_m2.unwrap_or(0.0), NIGHT_SKY_CD_M2].map(|luminance| luminance / CD_M2_PER_RADIANCE)
+    [air.airglow_cd_m2.unwrap_or(0.0), LIGHT_FROM_BEYOND_CD_M2].map(|luminance| luminance / CD_M2_PER_RADIANCE)
 }
 
-/// Sets the light of the night sky in a draw of the sky. The ground is lit by all of it, but zodiacal light, Milky Way and stars are drawn behind the air by
-/// layers of their own. So the sky itself has the airglow, and of the light from beyond only the part that the air scatters. `above`: [`night_sky_above`].
+/// Sets the light of the night sky in a draw of the sky. The ground is lit by all of that light; [`uniforms_of`] puts the sum into `night_radiance`. But
+/// zodiacal light, Milky Way and stars are drawn behind the air by layers of their own. So in the sky's draw `night_radiance` is the airglow alone, and
+/// `light_from_beyond` is all light from beyond the air, of which the shader takes the part that the air scatters. `above`: [`night_sky_above`].
 pub(crate) fn set_night_sky(uniforms: &mut AtmosphereUniforms, air: &Atmosphere, above: f64) {
-    let [airglow, starlight] = night_radiances(air).map(|radiance| camera::narrow_scalar(radiance * above));
-    (uniforms.night_radiance, uniforms.starlight) = (airglow, starlight);
+    let [airglow, from_beyond] = night_radiances(air).map(|radiance| camera::narrow_scalar(radiance * above));
+    (uniforms.night_radiance, uniforms.light_from_beyond) = (airglow, from_beyond);
 }
 
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
@@ -71,19 +73,19 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
     }
 }
 
-/// Distance from the body's centre, in equatorial radii, within which draft quality includes multiple scattering. As seen from 3 radii, 14 % of the Earth's
-/// light is scattered more than once in the air. In a view of the limb from 400 km, or of a clear sky with a low Sun, it is up to 29 % (`orrery measure
-/// --choice air --choice air-near`). Draft quality may leave out up to 16 %.
+/// Distance from the body's centre, in equatorial radii, within which draft quality includes multiple scattering. The fraction of the Earth's light that is
+/// scattered more than once in the air is 14 % as seen from 3 radii, and up to 29 % in a view of the limb from 400 km (1.06 radii) or of a clear sky with a low
+/// Sun (`orrery measure --choice air --choice air-near`). Draft quality may leave out up to 16 %, so the limit is between these distances.
 const NEAR_RADII: f64 = 1.25;
 
 /// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: about a fifth of the light of such air
-/// is scattered more than once. In the catalog the air of Titan (depth 2.6) and of Mars (0.5) is as thick (tests/atmosphere/draft.rs). The colours of
-/// the maps already include the gas of the giant planets.
+/// is scattered more than once. In the catalog the air of Titan (depth 2.6) and of Mars (0.5) is as thick (tests/atmosphere/draft.rs). The giant planets' air
+/// is thinner, because the colours of their maps already include their gas.
 const THICK_DEPTH: f64 = 0.4;
 
-/// Why draft quality includes multiple scattering.
+/// Why draft quality includes multiple scattering, that is, uses [`AtmosphereModel::Table`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TableInDrafts {
+pub(crate) enum WhyTableInDrafts {
     /// The camera is in the air or near the body.
     Near,
     /// The air is thick.
@@ -91,11 +93,11 @@ pub(crate) enum TableInDrafts {
 }
 
 /// Why draft quality includes multiple scattering, if it contributes enough light; `None` if draft quality leaves it out. `shell`: the top of the air.
-pub(crate) fn table_in_drafts(placed: &PlacedBody<'_>, air: &Atmosphere, shell: &Placement) -> Option<TableInDrafts> {
+pub(crate) fn why_table_in_drafts(placed: &PlacedBody<'_>, air: &Atmosphere, shell: &Placement) -> Option<WhyTableInDrafts> {
     if shell.camera_is_inside() || placed.distance_km < NEAR_RADII * placed.body.radii_km.max_element() {
-        return Some(TableInDrafts::Near);
+        return Some(WhyTableInDrafts::Near);
     }
-    is_thick(air).then_some(TableInDrafts::Thick)
+    is_thick(air).then_some(WhyTableInDrafts::Thick)
 }
 
 /// Whether the air is thicker than [`THICK_DEPTH`] in all channels.
@@ -104,18 +106,22 @@ fn is_thick(air: &Atmosphere) -> bool {
 }
 
 /// The model of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
-/// `requested`: the user's choice. `in_drafts`: see [`table_in_drafts`].
-pub(crate) fn model(requested: Option<AtmosphereModel>, quality: Quality, in_drafts: Option<TableInDrafts>) -> (AtmosphereModel, Reason) {
+/// `requested`: the user's choice; `None`: automatic. `why_in_drafts`: see [`why_table_in_drafts`].
+pub(crate) fn model(
+    requested: Option<AtmosphereModel>,
+    quality: Quality,
+    why_in_drafts: Option<WhyTableInDrafts>,
+) -> (AtmosphereModel, Reason) {
     let model = requested.unwrap_or(match quality {
-        Quality::Draft if in_drafts.is_none() => AtmosphereModel::Pixel8,
+        Quality::Draft if why_in_drafts.is_none() => AtmosphereModel::Pixel8,
         _ => AtmosphereModel::Table,
     });
     let (few, many) = sample_counts(model);
-    let reason = match (model, requested, in_drafts.filter(|_| quality == Quality::Draft)) {
+    let reason = match (model, requested, why_in_drafts.filter(|_| quality == Quality::Draft)) {
         (AtmosphereModel::None, ..) => reason!("air-none"),
         (AtmosphereModel::Pixel8, None, _) => reason!("air-samples-draft", few = few, many = many),
-        (AtmosphereModel::Table, None, Some(TableInDrafts::Near)) => reason!("air-samples-table-near", few = few, many = many),
-        (AtmosphereModel::Table, None, Some(TableInDrafts::Thick)) => reason!("air-samples-table-thick", few = few, many = many),
+        (AtmosphereModel::Table, None, Some(WhyTableInDrafts::Near)) => reason!("air-samples-table-near", few = few, many = many),
+        (AtmosphereModel::Table, None, Some(WhyTableInDrafts::Thick)) => reason!("air-samples-table-thick", few = few, many = many),
         (AtmosphereModel::Table, Some(_), _) => reason!("air-samples-table-chosen", few = few, many = many),
         (AtmosphereModel::Table, None, None) => reason!("air-samples-table", few = few, many = many),
         _ => reason!("air-samples-chosen", few = few, many = many),
@@ -144,8 +150,8 @@ const NIGHT_SKY_FADE_FROM: f64 = 0.85;
 /// Height of the camera, relative to the top of the air, from which the light meter gives the daylight sky less and less weight.
 const METERED_SKY_FADE_FROM: f64 = 0.5;
 
-/// Natural logarithm of the weight that the light meter gives the sky of a camera at the top of the air. As a subject this sky then weighs less than a tenth of
-/// the dark sky beyond the air, so that the exposure does not jump where the air ends.
+/// Natural logarithm of the weight that the light meter gives the sky of a camera at the top of the air. Among all that the meter averages, this sky then
+/// counts less than a tenth of the dark sky beyond the air, so that the exposure does not jump where the air ends.
 const METERED_SKY_LOG_WEIGHT_AT_TOP: f64 = -23.0;
 
 /// Fraction of the night sky's light that comes from above a camera at this height: 1 in most of the air, 0 above the air.
@@ -183,8 +189,8 @@ pub(crate) fn is_significant(
     }
     let rim_px = rim::height_px(body, air, diameter_px);
     let change = max_removed_fraction(air);
-    let light = threshold.change_description(change);
-    let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), threshold = rim::ALWAYS_DRAWN_RIM_PX, light = light);
+    let change_text = threshold.change_description(change);
+    let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), threshold = rim::ALWAYS_DRAWN_RIM_PX, light = change_text);
     // Air that dims the ground is drawn on discs of a pixel or more; smaller bodies are points.
     (rim_px >= rim::ALWAYS_DRAWN_RIM_PX || (threshold.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
 }
@@ -203,20 +209,24 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
     // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
     let scale_height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(floor_radius_km, |s| s.scale_height_km) / floor_radius_km);
     let coefficient = |s: Option<&Species>, of_species: fn(&Species) -> DVec3| {
-        // The density to which the coefficient belongs: an exponential profile starts with its density at the floor; a triangular layer keeps its peak.
-        let reference_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_height_km) });
-        camera::narrow(s.map_or(DVec3::ZERO, of_species) * reference_density * floor_radius_km)
+        // The catalog's coefficient is for a density of 1. The uniform is for the density at the floor; for a triangular layer, for that at its peak, 1.
+        let uniform_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_height_km) });
+        camera::narrow(s.map_or(DVec3::ZERO, of_species) * uniform_density * floor_radius_km)
     };
-    let triangular = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_height_km, s.scale_height_km)));
+    // A triangular layer's `scale_height_km` is half its width.
+    let triangle = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_height_km, s.scale_height_km)));
     // Without a layer, edges in ascending order, so that nothing divides by 0; the layer's extinction is 0.
-    let layer_edges =
-        triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / floor_radius_km);
+    let layer_edges = triangle.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre_km, half_width_km)| {
+        DVec3::new(centre_km - half_width_km, centre_km, centre_km + half_width_km) / floor_radius_km
+    });
     AtmosphereUniforms {
         top_radius_sq_minus_1: camera::narrow_scalar(radius_sq_minus_1(top_height)),
+        // The near and the far end of rays towards the ground, until `set_ends`.
         end_heights: Vec2::new(camera::narrow_scalar(top_height), 0.0),
         rayleigh_scale_height: scale_height(rayleigh(air).or(mie(air))),
         rayleigh_scattering: coefficient(rayleigh(air), scattering),
         rayleigh_extinction: coefficient(rayleigh(air), extinction),
+        // Of the light that the air removes, the fraction that it scatters down to the ground.
         skylight_fraction: camera::narrow(
             DOWNWARD_FRACTION * vertical_scattering_depth(air) / vertical_optical_depth(air).max(DVec3::splat(1e-30)),
         ),
@@ -232,11 +242,14 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         blend_mode: 0.0,
         map_weight: 0.0,
         night_radiance: camera::narrow_scalar(night_radiances(air).iter().sum()),
-        starlight: 0.0,
-        second_light: Vec3::ZERO,
+        light_from_beyond: 0.0,
+        // Irradiance by another body's light relative to the Sun's; `scene::features` sets it.
+        second_light_irradiance: Vec3::ZERO,
         rim_is_thin: 0.0,
-        coarse_bound: Vec2::ZERO,
+        // Accepted errors of interpolation in the coarse image; `air_pass::set_bound` sets them.
+        max_coarse_error: Vec2::ZERO,
         coarse_first_row: 0.0,
+        // (x, y): a height above the floor is the fraction (height + x) y of the height of the multiple-scattering table.
         multi_scatter_heights: camera::narrow(DVec3::new(floor_height_km / floor_radius_km, floor_radius_km / air.top_km, 0.0)).truncate(),
         multi_scatter: Arc::default(),
     }
@@ -281,8 +294,8 @@ impl<'a> SurroundingAir<'a> {
         shell(body, placement)?.camera_is_inside().then_some(Self { body, air, placement: *placement, skies })
     }
 
-    /// Tint of light from beyond the air: transmittance per channel divided by its mean. The draw of the sky applies the mean. `direction`: towards the
-    /// light, ICRF.
+    /// Tint of light from beyond the air, for objects that are drawn before the air: transmittance per channel divided by its mean. The draw of the sky is
+    /// blended over them and dims them by the mean. `direction`: towards the light, ICRF.
     pub(crate) fn tint(&self, direction: DVec3) -> DVec3 {
         let transmittance = self.transmittance(direction);
         let mean = transmittance.element_sum() / 3.0;
@@ -301,12 +314,13 @@ impl<'a> SurroundingAir<'a> {
     }
 
     /// Weight of the sky's light for the light meter: 1 in the lower half of the air, and 1e-10 at its top, above which the meter ignores the sky. The weight's
-    /// logarithm, and with it the exposure, changes gradually. 80 km above the Earth it is 2.5e-4, where 2e-5 of the gas at the ground is left, and of the
-    /// sky's light about as much.
+    /// logarithm, and with it the exposure, changes gradually. 80 km above the Earth the weight is 2.5e-4; the gas has about 2e-5 of its density at the ground
+    /// there, and the sky about 2e-5 of its light.
     pub(crate) fn sky_weight(&self) -> f64 {
-        let height = camera_height_km(self.body, &self.placement) / self.air.top_km;
-        let in_upper_part = ((height - METERED_SKY_FADE_FROM) / (1.0 - METERED_SKY_FADE_FROM)).max(0.0);
-        (METERED_SKY_LOG_WEIGHT_AT_TOP * in_upper_part * in_upper_part).exp()
+        let height_part = camera_height_km(self.body, &self.placement) / self.air.top_km;
+        // 0 where the fading begins, 1 at the top.
+        let fade_position = ((height_part - METERED_SKY_FADE_FROM) / (1.0 - METERED_SKY_FADE_FROM)).max(0.0);
+        (METERED_SKY_LOG_WEIGHT_AT_TOP * fade_position * fade_position).exp()
     }
 
     /// The brightness of the body's sky; computed when it is first needed.
@@ -320,8 +334,8 @@ impl<'a> SurroundingAir<'a> {
     }
 
     /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] times the light's `irradiance` and [`Self::sky_weight`]. For a low
-    /// light it is that of the Earth when its sky is dimmed as much as the sky here: high haze stays lit long after sunset. `towards`: vector from the body to
-    /// the light.
+    /// light the table is read at the altitude at which the Earth's sky is dimmed as much as the sky here, because high haze stays lit long after sunset.
+    /// `towards`: vector from the body to the light.
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let altitude_deg = self.sky_brightness().altitude_on_earth_deg(self.altitude_deg(towards));
         let table = &EXPOSURE_BY_ALTITUDE;
@@ -342,8 +356,8 @@ impl<'a> SurroundingAir<'a> {
     /// The radiance of the moonless night sky as its draw has it: airglow, and the scattered light from beyond the air.
     pub(crate) fn night_radiance(&self) -> f64 {
         let height_km = camera_height_km(self.body, &self.placement);
-        let [airglow, starlight] = night_radiances(self.air);
-        night_sky_above(self.air, height_km) * (airglow + starlight * opacity_above(self.air, height_km))
+        let [airglow, from_beyond] = night_radiances(self.air);
+        night_sky_above(self.air, height_km) * (airglow + from_beyond * opacity_above(self.air, height_km))
     }
 
     /// Transmittance to light from beyond the air, the mean of the channels. `direction`: towards the light, ICRF.
@@ -389,6 +403,7 @@ mod tests {
         let to_zenith = around.transmittance(up);
         let expected = (-vertical_optical_depth(earth.atmosphere.as_ref().expect("air"))).exp();
         assert!((to_zenith - expected).abs().max_element() < 2e-3, "{to_zenith} for {expected}");
+        // A direction on the horizon: `up` is the x axis.
         let low_sun = around.tint(DVec3::new(0.0, 1.0, 0.01));
         assert!(low_sun.x > 2.0 && low_sun.y < 0.9 && low_sun.z < 0.01, "{low_sun}");
         let far = Placement { centre_km: -up * 1e6, ..place };
@@ -405,11 +420,11 @@ mod tests {
         let thick = catalog.bodies().iter().filter(|b| b.atmosphere.as_ref().is_some_and(is_thick)).map(|b| b.name.as_str());
         assert_eq!(thick.collect::<Vec<_>>(), ["Mars", "Titan"]);
         let not_requested = None;
-        let model_of = |quality, in_drafts| model(not_requested, quality, in_drafts).0;
-        for in_drafts in [None, Some(TableInDrafts::Near), Some(TableInDrafts::Thick)] {
-            let expected = if in_drafts.is_some() { AtmosphereModel::Table } else { AtmosphereModel::Pixel8 };
-            assert_eq!(model_of(Quality::Draft, in_drafts), expected);
-            assert_eq!(model_of(Quality::Standard, in_drafts), AtmosphereModel::Table);
+        let model_of = |quality, why_in_drafts| model(not_requested, quality, why_in_drafts).0;
+        for why_in_drafts in [None, Some(WhyTableInDrafts::Near), Some(WhyTableInDrafts::Thick)] {
+            let expected = if why_in_drafts.is_some() { AtmosphereModel::Table } else { AtmosphereModel::Pixel8 };
+            assert_eq!(model_of(Quality::Draft, why_in_drafts), expected);
+            assert_eq!(model_of(Quality::Standard, why_in_drafts), AtmosphereModel::Table);
         }
     }
 

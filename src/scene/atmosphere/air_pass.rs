@@ -82,11 +82,11 @@ pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_,
     let irradiance = uniforms.lights.first().map_or(1.0, |l| l.irradiance.max_element());
     let threshold = inputs.threshold();
     let min_relative_radiance = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
-    uniforms.air.coarse_bound = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(min_relative_radiance));
+    uniforms.air.max_coarse_error = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(min_relative_radiance));
     let radius_px = inputs.body().radii_km.x / (inputs.placed.distance_km * inputs.frame.camera.pixel_tangent());
     // A negative bound: no pixel interpolates the sunlight.
-    uniforms.eclipse.coarse_bound =
-        if resolves_penumbrae(&uniforms.eclipse, radius_px) { uniforms.air.coarse_bound } else { Vec2::NEG_ONE };
+    uniforms.eclipse.max_coarse_error =
+        if resolves_penumbrae(&uniforms.eclipse, radius_px) { uniforms.air.max_coarse_error } else { Vec2::NEG_ONE };
 }
 
 #[cfg(test)]
@@ -108,8 +108,10 @@ mod tests {
         let moon = eclipse(60.0, 0.27);
         // 0.27 + (60 - 1) / 215.
         assert!((smallest_penumbra(&moon) - 0.544).abs() < 1e-3, "{}", smallest_penumbra(&moon));
+        // The penumbra has a radius of 35 pixels on a disc with a radius of 64, and of 27 on one of 50; MIN_PENUMBRA_PX is 32.
         assert!(resolves_penumbrae(&moon, 64.0) && resolves_penumbrae(&moon, 1e5) && !resolves_penumbrae(&moon, 50.0));
-        // On a disc with a radius of 3200 pixels, a penumbra of a hundredth of that has a radius of MIN_PENUMBRA_PX = 32, but sqrt(3200) = 57 are required.
+        // On a disc with a radius of 3200 pixels, a penumbra of a hundredth of that has a radius of MIN_PENUMBRA_PX = 32, but sqrt(3200) = 57 are required. On
+        // one of 10,000 pixels both are 100.
         let small_moon = eclipse(1.0, 0.01);
         assert!(
             !resolves_penumbrae(&small_moon, 3199.0)

@@ -33,11 +33,11 @@ fn may_be_seen(inputs: &DecisionInputs<'_, '_>, shell: &Placement) -> bool {
 /// The model of the air that is chosen if all tables are available, and why.
 fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Placement) -> (AtmosphereModel, Reason) {
     let request = inputs.frame.context.request;
-    air::model(request.effects.air_model(), request.quality, air::table_in_drafts(inputs.placed, air, shell))
+    air::model(request.effects.air_model(), request.quality, air::why_table_in_drafts(inputs.placed, air, shell))
 }
 
-/// The light of another body is left out of the air below this part of the smallest visible change of the mean sky. By day the sky is about equally bright
-/// everywhere; in twilight it is up to some twenty times darker opposite the Sun than in the mean.
+/// The light of another body is left out of the air if, as a part of the sky's mean light, it is below this fraction of the smallest visible change. By day the
+/// sky is about equally bright everywhere; in twilight it is up to some twenty times darker opposite the Sun than in the mean.
 const MIN_SECOND_LIGHT_RATIO: f64 = 0.05;
 
 /// Whether a light that falls on the body, besides the Sun's, is visible in its air, with the reason. By day it is not, for a camera in the air.
@@ -93,7 +93,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         let (on, reason) = second_light(inputs, light);
         if log.record("planet-shine-in-air", on, reason) {
             chosen.second_light_in_air = true;
-            decisions.second_light = camera::narrow(light.irradiance / lights::sunlight(inputs.placed.body_to_sun_km).irradiance);
+            decisions.second_light_irradiance =
+                camera::narrow(light.irradiance / lights::sunlight(inputs.placed.body_to_sun_km).irradiance);
         }
     }
     log.set_stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));

@@ -2,9 +2,9 @@
 //!
 //! In: an [`AirSphere`]; the direction of the Sun. Out: [`Field`]. Method: successive orders of scattering (H. C. van de Hulst, Multiple Light Scattering,
 //! 1980, ch. 4.3; discrete streams as of Chandrasekhar, Radiative Transfer, 1960). Light scattered once, and sunlight reflected by the ground, are integrated
-//! with the Sun where it is. Each further order is the previous one, scattered by each species with its phase function or reflected by the ground, and
-//! collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle everywhere. The levels resolve air up
-//! to an optical depth of some 10 (the catalog's thickest has 6).
+//! with the Sun's true zenith angle at each point of a ray. Each further order is the previous one, scattered by each species with its phase function or
+//! reflected by the ground, and collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle
+//! everywhere. The levels resolve air up to an optical depth of some 10 (the catalog's thickest has 6).
 
 use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, row_height_km, scattering_into_air};
 use crate::scene::atmosphere::extinction::density;
@@ -173,16 +173,17 @@ impl<'a> DiffuseLight<'a> {
             once.push(scattered / f64::from(counts.azimuths));
             all.push((scattered + reflected) / f64::from(counts.azimuths));
         }
+        // The radiance of the latest order; the first order also has the sunlight that the ground reflects.
         let mut order = all.clone();
         for _ in 0..MAX_ORDERS {
             let next = |row: &[DVec3]| row.iter().zip(&order).map(|(fraction, light)| *fraction * *light).sum::<DVec3>();
             order = self.next_order.chunks_exact(NODES).map(next).collect();
-            let (mut largest, mut brightest) = (DVec3::ZERO, DVec3::ZERO);
+            let (mut max_of_order, mut max_of_sum) = (DVec3::ZERO, DVec3::ZERO);
             for (sum, light) in all.iter_mut().zip(&order) {
                 *sum += *light;
-                (largest, brightest) = (largest.max(*light), brightest.max(*sum));
+                (max_of_order, max_of_sum) = (max_of_order.max(*light), max_of_sum.max(*sum));
             }
-            if largest.cmple(brightest * LAST_ORDER_FRACTION).all() {
+            if max_of_order.cmple(max_of_sum * LAST_ORDER_FRACTION).all() {
                 break;
             }
         }

@@ -39,7 +39,7 @@ const AT_DUSK: SampleCounts = SampleCounts { azimuths: 12, steps: 32 };
 /// Directions of the sphere, and integration steps along each, for the irradiance of the ground by light scattered once.
 const GROUND_DIRECTIONS: usize = 1024;
 const GROUND_STEPS: usize = 48;
-/// Column coordinate of the last column, the Sun in the zenith.
+/// Column coordinate of the last column, the Sun in the zenith. `FIRST_COORDINATE` is that of the first column, the lowest Sun.
 const LAST_COORDINATE: f64 = 1.0 / (1.0 + BEND);
 
 /// Cosine of the Sun's zenith angle in a column. Columns are evenly spaced in their coordinate x = mu / (|mu| + BEND), with mu this cosine.

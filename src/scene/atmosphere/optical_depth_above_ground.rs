@@ -60,7 +60,9 @@ fn layer_column(knots: DVec3, cos_zenith: f64, two_nodes: &[(f64, f64)]) -> f64 
 /// Computes the optical depth of the air along lines, by quadrature.
 struct DepthIntegral<'a> {
     air: &'a AtmosphereUniforms,
+    /// Gauss-Legendre nodes for the exponential profiles: positions in 0 to 1 with weights.
     nodes: Vec<(f64, f64)>,
+    /// The same for each piece of the absorption layer.
     two_nodes: Vec<(f64, f64)>,
 }
 
@@ -178,6 +180,7 @@ mod tests {
             let opacity = |d: DVec3| 1.0 - (-d).exp();
             ((opacity(fitted) - opacity(truth)).abs() / opacity(truth).max(DVec3::splat(1e-12))).max_element()
         };
+        // The cubes are denser near the horizon.
         steps.flat_map(|x| [x, x * x * x]).map(relative_error).fold(0.0, f64::max)
     }
 

@@ -18,7 +18,7 @@ pub(crate) const ROWS: usize = 3;
 /// Number of nodes that follow the quadrature nodes: one at the camera's end and one at the far end.
 pub(crate) const ENDS: usize = 2;
 
-/// Rows of the samples of shaders/lib/air/scatter_marched.wesl: position (x), weight (y), midpoint between this position and the next (z).
+/// Rows of the samples of shaders/lib/air/scatter_marched.wesl: position (x), 0 to 1; weight (y); midpoint between this position and the next (z).
 pub(crate) fn samples(count: usize) -> Vec<Vec4> {
     let all = gauss_legendre(count);
     all.iter().enumerate().map(|(k, (x, w))| camera::narrow(DVec3::new(*x, *w, midpoint(&all, k))).extend(0.0)).collect()
@@ -153,14 +153,14 @@ pub(crate) fn multi_scatter(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4>
     all
 }
 
-/// Solves the normal equations by Gaussian elimination; the matrix is positive definite.
+/// Solves the normal equations, matrix `m` times coefficients = right-hand side `b`, by Gaussian elimination; the matrix is positive definite.
 fn solve(mut m: [[f64; COEFFICIENTS]; COEFFICIENTS], mut b: [DVec3; COEFFICIENTS]) -> [DVec3; COEFFICIENTS] {
     for i in 0..COEFFICIENTS {
         for r in i + 1..COEFFICIENTS {
             let factor = m[r][i] / m[i][i];
-            let (row, side) = (m[i], b[i]);
-            m[r].iter_mut().zip(row).skip(i).for_each(|(here, above)| *here -= factor * above);
-            b[r] -= factor * side;
+            let (pivot_row, pivot_side) = (m[i], b[i]);
+            m[r].iter_mut().zip(pivot_row).skip(i).for_each(|(here, above)| *here -= factor * above);
+            b[r] -= factor * pivot_side;
         }
     }
     for i in (0..COEFFICIENTS).rev() {
@@ -224,6 +224,7 @@ mod tests {
     /// On a vertical ray the nodes' weights give the column of gas between the ends; the rows of an end give the layer's edges above it.
     #[test]
     fn the_weights_sum_to_the_column_of_gas() {
+        // 0.0159 is just above the top of this air, 0 is the ground.
         for (camera, far) in [(0.0159, 0.0), (0.001, 0.0), (0.0005, 0.0159)] {
             let rows = nodes(&air(camera, far), 8);
             assert_eq!(rows.len(), ROWS * (8 + ENDS));

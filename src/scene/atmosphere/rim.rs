@@ -203,7 +203,8 @@ mod tests {
         assert!(Rim { height_px: 1.9, light_ratio: 0.11 }.is_averaged() && !Rim { height_px: 2.1, light_ratio: 0.11 }.is_averaged());
     }
 
-    /// The haze of Titan is opaque up to about 300 km, the dust of Mars up to 30 km.
+    /// The haze of Titan is opaque up to about 300 km, the dust of Mars up to 30 km. Opaque rings of these heights hide (1 + 300 / 2575)² - 1 = 0.25 and
+    /// (1 + 30 / 3396)² - 1 = 0.018 of the discs' areas.
     #[test]
     fn haze_hides_more_than_the_disc() {
         let catalog = Catalog::embedded();

@@ -2,10 +2,11 @@
 //!
 //! In: the atmosphere of a body. Out: [`SkyBrightness`], the mean radiance of the sky above the horizon as a luminance, per irradiance of the light, at four
 //! heights of the camera; and the altitude of the Sun at which the Earth's sky is dimmed as much ([`SkyBrightness::altitude_on_earth_deg`]). Method: the light
-//! that the air scatters once is summed along rays over the whole sky. Light that it scatters out of a ray reaches the ground by way of further scattering
-//! instead; of this the sum includes what two streams, up and down, carry down. Left out: light that the ground reflects. Within a factor of 2.5 of images
-//! (tests/atmosphere/dusk.rs). Far below the horizon, where only light scattered twice is left, the logarithm falls on at the rate that it has reached.
-//! Computed once for each air, in some 30 ms: [`SkyBrightnessCache`] keeps the result from frame to frame.
+//! that the air scatters once is summed along rays over the whole sky. Light that the air scatters out of such a ray is not lost: scattered again, some of it
+//! still comes down. The sum includes what two streams, one up and one down, carry down of it. Left out: light that the ground reflects. The result is within
+//! a factor of 2.5 of rendered images (tests/atmosphere/dusk.rs). When the light is so far below the horizon that only light scattered twice is left, the
+//! logarithm of the result continues to fall at the rate that it has reached. Computed once for each air, in some 30 ms: [`SkyBrightnessCache`] keeps the
+//! result from frame to frame.
 
 use crate::catalog::{AerosolPhase, Atmosphere, PhaseFunction, Species};
 use crate::memo::{Memo, NumbersKey};
@@ -23,20 +24,22 @@ use std::sync::Arc;
 const ZENITH_ANGLES: usize = 4;
 const AZIMUTHS: u32 = 4;
 const STEPS: usize = 32;
-/// The edge of the body's shadow in the air is softened over this part of the air's height, so that it does not move from step to step in jumps.
+/// The edge of the body's shadow in the air is softened over this fraction of the air's height, so that it does not move from step to step in jumps.
 const SHADOW_EDGE: f64 = 0.03;
 
 /// Altitudes of the light, degrees: in steps of one degree from the first to the second number, then in steps of 15 up to the zenith.
 const FINE_ALTITUDES_DEG: (f64, f64) = (-45.0, 15.0);
 const COARSE_STEP_DEG: f64 = 15.0;
+/// Number of altitudes: 61 in the fine steps, 5 in the coarse ones.
 const ALTITUDES: usize = 66;
-/// Heights of the camera as parts of the air's height. Higher up the logarithm falls on at the rate between the last two.
+/// Heights of the camera as fractions of the air's height. Higher up the logarithm continues to fall at the rate between the last two.
 const HEIGHT_PARTS: [f64; 4] = [0.0, 0.05, 0.2, 0.5];
 
-/// Altitude of the Sun in degrees from which images under a sky are exposed as by day, when what counts is the ground in the sunlight.
+/// Altitude of the Sun in degrees from which images under a sky are exposed as by day, for the sunlit ground.
 const DAY_ALTITUDE_DEG: f64 = 5.0;
-/// The part of the radiance at [`DAY_ALTITUDE_DEG`] below which the sky's light is taken to be scattered more than once.
-const ONCE_SCATTERED_PART: f64 = 3e-4;
+/// A sky darker than this fraction of its radiance at [`DAY_ALTITUDE_DEG`] is taken to show light that is scattered more than once, which the sum along rays
+/// leaves out.
+const MIN_ONCE_SCATTERED_PART: f64 = 3e-4;
 /// The sky of the Earth, seen from the ground: altitude of the Sun in degrees, and radiance relative to that at [`DAY_ALTITUDE_DEG`]. Computed by this module
 /// from the catalog's air. Between altitudes the logarithm is linear.
 const EARTH_SKY: [(f64, f64); 17] = [
@@ -92,28 +95,31 @@ impl<'a> Constituent<'a> {
     }
 
     /// Column of the species from a point outwards to a light that is not behind the body. `from_centre_km`: the point's distance from the body's centre;
-    /// `cosine`: of the light's zenith angle there.
+    /// `cosine`: of the light's zenith angle at the point.
     fn column_to_light_km(&self, ground_radius_km: f64, from_centre_km: f64, cosine: f64) -> f64 {
         let (s, height_km) = (self.species, from_centre_km - ground_radius_km);
-        // The point of the line that is closest to the centre. A light below the horizon is seen past it.
+        // Distance of the line's lowest point from the body's centre. The ray to a light below the horizon passes this point.
         let closest_km = from_centre_km * (1.0 - cosine * cosine).max(0.0).sqrt();
         let closest_height_km = (closest_km - ground_radius_km).max(0.0);
         if let Some(centre_km) = s.tent_centre_km {
+            // The vertical column, divided by the cosine of the ray's zenith angle where it crosses the middle of the layer; a ray that only grazes the layer
+            // gets the smallest cosine.
             let layer_km = ground_radius_km + centre_km;
             let cosine_in_layer = (1.0 - (closest_km / layer_km).powi(2)).max(s.scale_height_km / layer_km).sqrt();
-            let above = column_above_km(s, height_km);
-            let vertical = if cosine >= 0.0 { above } else { 2.0 * column_above_km(s, closest_height_km) - above };
-            return vertical / cosine_in_layer;
+            let above_km = column_above_km(s, height_km);
+            let vertical_km = if cosine >= 0.0 { above_km } else { 2.0 * column_above_km(s, closest_height_km) - above_km };
+            return vertical_km / cosine_in_layer;
         }
         // Chapman's function, with the upper bound of the error function by Abramowitz & Stegun 1964, 7.1.13. It is exact for a horizontal ray.
-        let slope_sq = cosine * cosine * from_centre_km / (2.0 * s.scale_height_km);
-        let scale_km = density(s, height_km) * (2.0 * from_centre_km * s.scale_height_km).sqrt();
-        let outwards = scale_km / (slope_sq.sqrt() + (slope_sq + 4.0 / PI).sqrt());
+        let erfc_argument_sq = cosine * cosine * from_centre_km / (2.0 * s.scale_height_km);
+        let column_scale_km = density(s, height_km) * (2.0 * from_centre_km * s.scale_height_km).sqrt();
+        let outwards_km = column_scale_km / (erfc_argument_sq.sqrt() + (erfc_argument_sq + 4.0 / PI).sqrt());
         if cosine >= 0.0 {
-            return outwards;
+            return outwards_km;
         }
-        let both_ways = density(s, closest_height_km) * (2.0 * PI * closest_km * s.scale_height_km).sqrt();
-        (both_ways - outwards).max(0.0)
+        // The column along the whole line, without that from the point away from the light.
+        let whole_line_km = density(s, closest_height_km) * (2.0 * PI * closest_km * s.scale_height_km).sqrt();
+        (whole_line_km - outwards_km).max(0.0)
     }
 }
 
@@ -125,41 +131,46 @@ struct AirOverSphere<'a> {
 }
 
 impl AirOverSphere<'_> {
-    /// Radiance of the sky along a ray that leaves the air at its top, in the shaders' unit, per irradiance of the light. `from`: relative to the body's
-    /// centre, km; `zenith_cosine`: of the ray at its start; `light`: unit vector.
+    /// Radiance of the sky along a ray that leaves the air at its top, in the shaders' unit, per irradiance of the light. `from`: start of the ray relative to
+    /// the body's centre, km; `along`: the ray's direction, `light`: the direction towards the light, unit vectors; `zenith_cosine`: of the ray at its start.
     fn radiance_along(&self, from: DVec3, along: DVec3, zenith_cosine: f64, light: DVec3) -> DVec3 {
-        let start = from.dot(along);
-        let half_chord_sq = (self.radius_km + self.top_km).powi(2) - (from.length_squared() - start * start);
-        let length_km = half_chord_sq.max(0.0).sqrt() - start;
+        // Positions on the ray are counted from its line's point nearest to the centre. The line meets the air's top at plus and minus half its chord.
+        let start_km = from.dot(along);
+        let half_chord_sq = (self.radius_km + self.top_km).powi(2) - (from.length_squared() - start_km * start_km);
+        let length_km = half_chord_sq.max(0.0).sqrt() - start_km;
         let into_ray_of = |c: &Constituent<'_>| c.scattering * phase::per_steradian(c.species.phase, along.dot(light)) * PI;
         let into_ray: Vec<DVec3> = self.constituents.iter().map(into_ray_of).collect();
-        let (mut absorbed, mut turned, mut radiance) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        // Optical depths from the start of the ray: of absorption, and of scattering by which light is turned away.
+        let (mut absorption_depth, mut turning_depth, mut radiance) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
         for (fraction, weight) in quadrature(STEPS) {
             let point = from + along * (length_km * fraction);
             let from_centre_km = point.length();
             let height_km = from_centre_km - self.radius_km;
             let cosine = point.dot(light) / from_centre_km;
+            // Height at which the light passes closest to the body's centre, if the light is below the horizon.
             let closest_height_km = from_centre_km * (1.0 - cosine * cosine).max(0.0).sqrt() - self.radius_km;
             let lit_part = if cosine >= 0.0 { 1.0 } else { (0.5 + closest_height_km / (SHADOW_EDGE * self.top_km)).clamp(0.0, 1.0) };
-            let (mut absorption, mut turning, mut source, mut depth_to_light) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+            let (mut step_absorption, mut step_turning) = (DVec3::ZERO, DVec3::ZERO);
+            let (mut scattered_into_ray, mut depth_to_light) = (DVec3::ZERO, DVec3::ZERO);
             for (c, into_ray) in self.constituents.iter().zip(&into_ray) {
                 let column_km = density(c.species, height_km) * length_km * weight;
-                absorption += (c.extinction - c.scattering) * column_km;
-                turning += c.scattering * c.turned_part * column_km;
-                source += *into_ray * column_km;
+                step_absorption += (c.extinction - c.scattering) * column_km;
+                step_turning += c.scattering * c.turned_part * column_km;
+                scattered_into_ray += *into_ray * column_km;
                 if lit_part > 0.0 {
                     depth_to_light += c.extinction * c.column_to_light_km(self.radius_km, from_centre_km, cosine);
                 }
             }
             // Depths up to the middle of the step.
-            let (absorbed_here, turned_here) = (absorbed + absorption * 0.5, turned + turning * 0.5);
-            (absorbed, turned) = (absorbed + absorption, turned + turning);
+            let (absorption_here, turning_here) = (absorption_depth + step_absorption * 0.5, turning_depth + step_turning * 0.5);
+            (absorption_depth, turning_depth) = (absorption_depth + step_absorption, turning_depth + step_turning);
             if lit_part > 0.0 {
-                let direct = (-(absorbed_here + turned_here)).exp();
-                let vertical = turned_here * zenith_cosine;
-                // What two streams carry down, less what comes without being turned.
-                let by_streams = (-absorbed_here * zenith_cosine).exp() * ((vertical * 0.75 + 1.0).recip() - (-vertical).exp());
-                radiance += source * (direct + by_streams * zenith_cosine) * (-depth_to_light).exp() * lit_part;
+                let direct = (-(absorption_here + turning_here)).exp();
+                let vertical_turning = turning_here * zenith_cosine;
+                // What two streams carry down, less what comes down without being turned, which `direct` has.
+                let by_streams =
+                    (-absorption_here * zenith_cosine).exp() * ((vertical_turning * 0.75 + 1.0).recip() - (-vertical_turning).exp());
+                radiance += scattered_into_ray * (direct + by_streams * zenith_cosine) * (-depth_to_light).exp() * lit_part;
             }
         }
         radiance
@@ -181,13 +192,14 @@ impl AirOverSphere<'_> {
         luminance(sum.to_array())
     }
 
-    /// Natural logarithms of [`Self::mean_luminance`] at all altitudes.
+    /// Natural logarithms of [`Self::mean_luminance`] at all altitudes. In a sky darker than [`MIN_ONCE_SCATTERED_PART`] they fall at most as fast as between
+    /// the two next higher altitudes.
     fn row(&self, height_km: f64) -> Vec<f64> {
         let mut row: Vec<f64> = (0..ALTITUDES).map(|k| self.mean_luminance(height_km, altitude_deg(k)).max(1e-30).ln()).collect();
-        let dim = ln_between(&row, DAY_ALTITUDE_DEG) + ONCE_SCATTERED_PART.ln();
-        let first_coarse = position_in_row(FINE_ALTITUDES_DEG.1) as usize;
-        for k in (0..first_coarse - 1).rev() {
-            if row[k + 1] < dim {
+        let min_once_scattered_ln = ln_between(&row, DAY_ALTITUDE_DEG) + MIN_ONCE_SCATTERED_PART.ln();
+        let last_fine = position_in_row(FINE_ALTITUDES_DEG.1) as usize;
+        for k in (0..last_fine - 1).rev() {
+            if row[k + 1] < min_once_scattered_ln {
                 row[k] = row[k].max(2.0 * row[k + 1] - row[k + 2]);
             }
         }
@@ -217,7 +229,8 @@ impl SkyBrightness {
         Self { rows: HEIGHT_PARTS.map(|part| sphere.row(part * air.top_km)) }
     }
 
-    /// The mean luminance of the sky under a light of irradiance 1, in the shaders' unit. `height_part`: the camera's height as a part of the air's height.
+    /// The mean luminance of the sky under a light of irradiance 1 at this altitude, in the shaders' unit. `height_part`: the camera's height as a fraction of
+    /// the air's height.
     pub(crate) fn luminance(&self, altitude_deg: f64, height_part: f64) -> f64 {
         let below = HEIGHT_PARTS.iter().rposition(|part| *part <= height_part).unwrap_or(0).min(HEIGHT_PARTS.len() - 2);
         let [lower, upper] = [below, below + 1].map(|k| ln_between(&self.rows[k], altitude_deg));
@@ -225,18 +238,19 @@ impl SkyBrightness {
         (lower + fraction.max(0.0) * (upper - lower)).exp()
     }
 
-    /// The altitude of the Sun at which the sky of the Earth, seen from the ground, is dimmed by as large a factor as this sky is under a light at this
-    /// altitude, both compared with a light at [`DAY_ALTITUDE_DEG`]. From there on it is the altitude itself; it is at least -18 degrees, as night begins.
+    /// The altitude of the Sun at which the sky of the Earth, seen from the ground, is dimmed by as large a factor as this sky is under a light at
+    /// `altitude_deg`, both compared with a light at [`DAY_ALTITUDE_DEG`]. From [`DAY_ALTITUDE_DEG`] on, the result is `altitude_deg` itself. The result is at
+    /// least -18 degrees, where night begins.
     pub(crate) fn altitude_on_earth_deg(&self, altitude_deg: f64) -> f64 {
         if altitude_deg >= DAY_ALTITUDE_DEG {
             return altitude_deg;
         }
         let [row, ..] = &self.rows;
-        let dimming = ln_between(row, altitude_deg) - ln_between(row, DAY_ALTITUDE_DEG);
+        let relative_ln = ln_between(row, altitude_deg) - ln_between(row, DAY_ALTITUDE_DEG);
         let table = &EARTH_SKY;
-        let below = table.iter().rposition(|(_, part)| part.ln() <= dimming).unwrap_or(0).min(table.len() - 2);
+        let below = table.iter().rposition(|(_, part)| part.ln() <= relative_ln).unwrap_or(0).min(table.len() - 2);
         let ((deg0, part0), (deg1, part1)) = (table[below], table[below + 1]);
-        let fraction = ((dimming - part0.ln()) / (part1 / part0).ln()).clamp(0.0, 1.0);
+        let fraction = ((relative_ln - part0.ln()) / (part1 / part0).ln()).clamp(0.0, 1.0);
         deg0 + fraction * (deg1 - deg0)
     }
 }
@@ -245,7 +259,7 @@ impl SkyBrightness {
 fn cache_key(s: &Species) -> [f64; 12] {
     let [scattered_red, scattered_green, scattered_blue] = s.scattering_per_km;
     let [absorbed_red, absorbed_green, absorbed_blue] = s.absorption_per_km;
-    // No aerosol has these parameters.
+    // Without an aerosol: parameters that no aerosol has.
     let [red, green, blue, function] = s.aerosol_phase().map_or([-2.0; 4], AerosolPhase::parameters);
     [
         s.scale_height_km,
@@ -291,14 +305,15 @@ mod tests {
         SkyBrightness::of(body.atmosphere.as_ref().expect("air"), body.radii_km.x)
     }
 
-    /// The constants are those of the catalog's air, so that the Earth's own dusk is compared with itself: to 1 %, which is 0.01 stops of exposure. With the
-    /// radius of Mars they are not.
+    /// [`EARTH_SKY`] is computed from the catalog's air, so that the Earth's own dusk is compared with itself: to 1 %, which is 0.01 stops of exposure. For the
+    /// same air over a ground with the radius of Mars, some value differs by more than half.
     #[test]
     fn the_sky_of_the_earth_is_that_of_its_air() {
         let catalog = Catalog::embedded();
         let earth = catalog.body(NaifId::EARTH).expect("the Earth");
         let air = earth.atmosphere.as_ref().expect("air");
-        let part = |sky: &SkyBrightness, deg: f64| sky.luminance(deg, 0.0) / sky.luminance(DAY_ALTITUDE_DEG, 0.0);
+        let on_ground = 0.0;
+        let part = |sky: &SkyBrightness, deg: f64| sky.luminance(deg, on_ground) / sky.luminance(DAY_ALTITUDE_DEG, on_ground);
         let errors = |sky: &SkyBrightness| EARTH_SKY.map(|(deg, expected)| (part(sky, deg) / expected - 1.0).abs());
         let error = |sky: &SkyBrightness| errors(sky).into_iter().fold(0.0, f64::max);
         let [sky, on_mars] = [earth.radii_km.x, 3400.0].map(|radius_km| SkyBrightness::of(air, radius_km));
@@ -311,8 +326,8 @@ mod tests {
         assert_eq!(sky.altitude_on_earth_deg(-60.0), -18.0);
     }
 
-    /// The sky of every body darkens as the light sinks (a sum over a few rays of thin air may brighten by 1 %), without a jump, and has none as the camera
-    /// rises; that of high air darkens more slowly than the Earth's.
+    /// The sky of every body darkens as the light sinks (a sum over a few rays of thin air may brighten by 1 %), without a jump. There is no jump as the camera
+    /// rises either. The sky of high air (Mars, Titan, Pluto) darkens more slowly than the Earth's, that of low air (Jupiter) faster.
     #[test]
     fn skies_darken_steadily() {
         let catalog = Catalog::embedded();

@@ -115,7 +115,7 @@ impl<'a> SceneBuilder<'a> {
         !text.is_grid_coordinate && self.placed.iter().any(hides)
     }
 
-    /// Outlines of instruments' fields of view, centred on the target. `glyph_px`: height of glyphs.
+    /// Outlines of instruments' fields of view, centred on the target. `glyph_px`: size of glyphs.
     fn instrument_frames(&self, glyph_px: f64) -> AnnotationLines {
         if !self.request.layers.instruments {
             return AnnotationLines::default();

@@ -65,16 +65,17 @@ impl ImageProjection for LeftEyeImage<'_> {
     }
 }
 
-/// A finished image on a mesh. The mapping and its inverse use the triangles that the renderer draws, so that labels and markers match the drawn image.
+/// An image on a warp mesh. Here *image* is what the mesh shows, and *screen* the finished image, which the projector shows. The mapping and its inverse use
+/// the triangles that the renderer draws, so that labels and markers match the drawn image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WarpedGeometry {
     /// How the image on the mesh shows directions.
     pub image: Box<ImageGeometry>,
-    /// Size of the image before the mesh is applied.
+    /// Width and height of the image, before the mesh is applied.
     pub image_px: [u32; 2],
     /// The mesh.
     pub mesh: Arc<WarpMesh>,
-    /// Size of the screen.
+    /// Width and height of the screen.
     pub screen_px: [u32; 2],
 }
 
@@ -155,7 +156,8 @@ impl ImageGeometry {
         }
     }
 
-    /// Whether the left edge of the image continues the right edge, as in an equirectangular image. A mesh is applied later, to the drawn image.
+    /// Whether the left edge of the image continues the right edge, as in an equirectangular image. Planning asks this before a mesh is applied, so a warped
+    /// geometry answers `false`.
     pub(crate) fn is_periodic(&self) -> bool {
         matches!(self, Self::Sphere(image) if image.projection == Projection::Equirectangular)
     }
@@ -178,7 +180,8 @@ impl ImageGeometry {
         }
     }
 
-    /// The pixel of the image at which a sprite of the scene's frame appears, before a mesh moves it. `clip`: the sprite's clip coordinates in the frame.
+    /// The pixel at which a sprite of the scene's frame appears in the image, before a mesh moves it to the screen. `clip`: the sprite's clip coordinates in
+    /// the frame.
     pub(crate) fn sprite_px(&self, camera: &Camera, clip: DVec2) -> DVec2 {
         let px = camera.pixel_from_clip(clip);
         match self {
@@ -220,6 +223,7 @@ mod tests {
 
     /// A mesh that bends and shears the image on a screen of the same size; it covers all but the screen's corners.
     fn warped() -> ImageGeometry {
+        // A mesh file: the type 2, the numbers of nodes across and up; for each node x and y on the screen (in half heights), u and v in the image, brightness.
         let mut text = "2\n7 5\n".to_owned();
         for (row, column) in (0..5).flat_map(|r| (0..7).map(move |c| (r, c))) {
             let (u, v) = (f64::from(column) / 6.0, f64::from(row) / 4.0);
@@ -254,13 +258,13 @@ mod tests {
             let (right, up, forward) = (-DVec3::Y, DVec3::Z, DVec3::X);
             ImageGeometry::Sphere(SphereImage { right, up, forward, projection, half_fov_rad: 1.5, width: 90, height: 60 })
         };
-        // A frame of 90 pixels, whose right half is the left eye's image.
+        // A frame 90 pixels wide, whose right half is the left eye's image.
         let [side_by_side, overlaid] =
             [true, false].map(|is_side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, is_side_by_side }));
         for geometry in
             [ImageGeometry::Perspective, sphere(Projection::Fisheye), sphere(Projection::Equirectangular), side_by_side, overlaid, warped()]
         {
-            // The fisheye's circle has the fewest: pi 30^2 of 5400 pixels.
+            // The fisheye's circle has the fewest: pi 30^2 = 2827 of 5400 pixels.
             let mut seen = 0;
             for (x, y) in (0..90).flat_map(|x| (0..60).map(move |y| (x, y))) {
                 let pixel = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);

@@ -32,7 +32,7 @@ pub struct Camera {
     /// Whether the frame is one face of a dome image or of a whole-sphere image, in which the Sun's glare is drawn even if the Sun is outside the frame.
     pub is_cube_face: bool,
     /// Whether the frame belongs to a dome image or a whole-sphere image, in which sprites of points are limited to a small part of the image.
-    pub has_small_sprites: bool,
+    pub limits_sprite_size: bool,
 }
 
 /// The apparent position, orientation and size of a body, f64. Its unit-sphere frame has the body's axes, each divided by its semi-axis, so that the ellipsoid
@@ -183,7 +183,7 @@ pub(crate) fn narrow_scalar(v: f64) -> f32 {
 }
 
 impl Camera {
-    /// A camera whose up axis is as close to `up_hint` as the line of sight allows.
+    /// A camera whose up axis is as close to `up_hint` as the line of sight allows. `fov_deg`: vertical field of view.
     pub fn looking(position_km: DVec3, forward: DVec3, up_hint: DVec3, fov_deg: f64, width: u32, height: u32) -> Self {
         let forward = forward.normalize();
         // A hint along the line of sight is unusable: fall back on the celestial pole, then on the equinox.
@@ -196,7 +196,7 @@ impl Camera {
         let up = right.cross(forward);
         let tan_y = (fov_deg.to_radians() / 2.0).tan();
         let tan_half_fov = DVec2::new(tan_y * f64::from(width) / f64::from(height), tan_y);
-        Self { position_km, right, up, forward, tan_half_fov, width, height, is_cube_face: false, has_small_sprites: false }
+        Self { position_km, right, up, forward, tan_half_fov, width, height, is_cube_face: false, limits_sprite_size: false }
     }
 
     /// Half the width and height of the viewport, pixels.
@@ -359,7 +359,7 @@ mod tests {
                 let body_from_icrf = DMat3::from_axis_angle(random.direction(), random.between(0.0, TAU));
                 let camera = random.direction() * radii_km * (1.0 + height);
                 let body = Placement { centre_km: body_from_icrf.transpose() * -camera, body_from_icrf, radii_km };
-                // The Sun's disc as seen from the Earth, or a fifth of the body's own.
+                // The angular radius of the disc: that of the Sun as seen from the Earth, or a fifth of the body's own if this is smaller.
                 let disc_rad = (0.2 * (1.0 / (1.0 + height)).asin()).min(0.0047);
                 let all_rays_meet = |direction: DVec3| {
                     let (x, y) = direction.any_orthonormal_pair();
@@ -372,7 +372,8 @@ mod tests {
                 let perpendicular = centre.cross(random.direction()).normalize();
                 let expected = angle_up_to(all_rays_meet, centre, perpendicular);
                 let found = angle_up_to(|direction| body.covers_disc(direction, disc_rad), centre, perpendicular);
-                // Rays at 48 places of the rim miss up to 0.2 % of its radius.
+                // Rays at 48 places of the rim miss up to 0.2 % of its radius; on a flattened body `covers_disc` is off by up to the flattening times the
+                // radius.
                 let allowed = (0.003 + 1.2 * flattening) * disc_rad;
                 assert!((found - expected).abs() < allowed, "height {height}, {flattening}: {found}, not {expected}");
             }

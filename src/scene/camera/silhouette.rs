@@ -77,12 +77,12 @@ impl Outline {
         // With p = (x, y), the form is -pᵀ block p + 2 linear · p + |c|². It is largest at the ellipse's centre.
         let inverse = DMat2::from_cols(DVec2::new(block[2], -block[1]), DVec2::new(-block[1], block[0])) * (1.0 / determinant);
         let linear = -DVec2::new(r.dot(c), u.dot(c));
-        let centre = inverse * linear;
-        let form_at_centre = c.dot(c) + linear.dot(centre);
+        let ellipse_centre = inverse * linear;
+        let form_at_centre = c.dot(c) + linear.dot(ellipse_centre);
         // Converts body radii at the centre's depth to clip units.
         let clip_per_radius = placement.radii_km.x / (depth_km * camera.tan_half_fov);
-        let Some(origin) = camera.clip(placement.centre_km) else { return Self::Behind };
-        let middle = origin + centre * clip_per_radius;
+        let Some(body_centre_in_clip) = camera.clip(placement.centre_km) else { return Self::Behind };
+        let middle = body_centre_in_clip + ellipse_centre * clip_per_radius;
         let half = DVec2::new((form_at_centre * inverse.x_axis.x).sqrt(), (form_at_centre * inverse.y_axis.y).sqrt()) * clip_per_radius;
         let px_per_radius = clip_per_radius * camera.half_size();
         Self::Ellipse {

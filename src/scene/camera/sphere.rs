@@ -73,7 +73,7 @@ impl SphereImage {
         self.projection == Projection::Fisheye
     }
 
-    /// Radians per pixel: along a fisheye's radius, or along an equirectangular image's rows (at the equator) and columns.
+    /// Radians per pixel: along a fisheye's radius (both components), or along an equirectangular image's rows (x, at the equator) and columns (y).
     pub(crate) fn radians_per_pixel(&self) -> DVec2 {
         if self.is_fisheye() {
             DVec2::splat(2.0 * self.half_fov_rad / self.size().min_element())
@@ -138,12 +138,13 @@ impl SphereImage {
 
     /// Largest number of pixels per radian: for an equirectangular image at its equator, for a fisheye within 90 degrees of its axis. The true density is
     /// unbounded near the poles of an equirectangular image and near 180 degrees from the axis of a fisheye; both regions are ignored.
-    pub(crate) fn pixels_per_radian(&self) -> f64 {
+    pub(crate) fn densest_pixels_per_radian(&self) -> f64 {
         let density = 1.0 / self.radians_per_pixel().min_element();
         if !self.is_fisheye() {
             return density;
         }
-        // At an angle from the axis, a fisheye has more pixels per radian across its radii than along them, by the factor angle / sin(angle).
+        // At an angle from the axis, a fisheye has more pixels per radian along the circle around the axis than along the radius, by the factor
+        // angle / sin(angle).
         let angle = self.half_fov_rad.min(FRAC_PI_2);
         density * angle / angle.sin()
     }

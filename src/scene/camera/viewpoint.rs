@@ -27,7 +27,7 @@ pub struct Viewer {
     /// body.
     pub velocity_km_s: DVec3,
     /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`: where that is
-    /// zero, stars are displaced against bodies by this velocity over that of light (docs/accuracy.md). So they do not jump as the camera leaves the ground.
+    /// zero, stars are displaced against bodies by this velocity over that of light (docs/accuracy.md). So stars do not jump as the camera leaves the ground.
     pub body_velocity_km_s: DVec3,
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,

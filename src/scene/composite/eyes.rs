@@ -1,10 +1,11 @@
-//! Stereo pairs: two cameras side by side with parallel axes.
+//! Stereo pairs: two cameras side by side with parallel axes. *Parallax* here is the horizontal distance between the positions of a point in the two eyes'
+//! images.
 //!
 //! In: a request without its composition, and the stereo pair. Out: a frame for each eye. Both look in the same direction; points at the target's distance
 //! have zero parallax, nearer points crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider
 //! symmetric frames: each frame is wider than its image by the parallax of infinity, rounded to a whole number of pixels, and the image starts at one of the
-//! frame's columns. Always: no vertical parallax; the target has zero parallax, exactly with the default separation, and to within half a pixel with a given
-//! one or that of human eyes.
+//! frame's columns. Always: no vertical parallax. The parallax of the target is zero: exactly with the default separation, to within half a pixel with a given
+//! separation or that of human eyes.
 
 use super::arrangement::{Arrangement, CompositeFrames, Eyes, FrameRequest};
 use crate::catalog::Catalog;

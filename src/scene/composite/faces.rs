@@ -1,12 +1,13 @@
 //! Dome images and whole-sphere images: the faces of a cube around the camera. Each face is a perspective frame with a field of view of 90 degrees and a
 //! border.
 //!
-//! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the filter
-//! read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
+//! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the bilinear
+//! filter of shaders/lib/cube_faces.wesl read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always
+//! contains the Sun.
 //!
-//! Size of a face. A face has the fewest pixels per radian at its centre: there it gets as many as the densest part of the image. The density of an
-//! equirectangular image counts at its equator. A fisheye has the same density everywhere along its radii. Across them the density grows with the angle from
-//! the axis, without limit towards 180 degrees, so only the part up to 90 degrees counts. A face that would be larger than [`MAX_RIM_MATCHED_FACE_PX`] gets
+//! Size of a face. A face has the fewest pixels per radian at its centre: there it gets as many as the image has where it is densest. For an equirectangular
+//! image this is the equator. A fisheye has the same density everywhere along its radii. Along circles around its axis the density grows with the angle from
+//! the axis, without limit towards 180 degrees, so only the circles up to 90 degrees count. A face that would be larger than [`MAX_FACE_PX_FOR_CIRCLES`] gets
 //! that size, or the size that matches the fisheye's density along its radii if this is larger.
 
 use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
@@ -24,16 +25,17 @@ use crate::scene::request::{Composition, Projection};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
-/// Largest size of a face, in pixels, that is chosen to match a fisheye's pixels per radian across its radii; see the module's documentation.
-const MAX_RIM_MATCHED_FACE_PX: u32 = 4096;
+/// Largest size of a face, in pixels, that is chosen to match a fisheye's pixels per radian along circles around its axis; see the module's documentation.
+const MAX_FACE_PX_FOR_CIRCLES: u32 = 4096;
 /// Maximum size of a face, in pixels: with its border the frame is no larger than the largest image. It is even, as the sizes of all faces are.
 const MAX_FACE_PX: u32 = MAX_IMAGE_PX - 2 * BORDER_PX;
-/// Border of a face on each side, in pixels: the filter's radius.
+/// Border of a face on each side, in pixels; the bilinear filter reads one pixel beyond the edge.
 pub(crate) const BORDER_PX: u32 = 2;
 /// Minimum size of a face, in pixels.
 const MIN_FACE_PX: u32 = 16;
 
-/// Right, up and forward of each face in the image's axes. Order of the faces: front, right, back, left, up, down.
+/// Right, up and forward of each face in the image's axes. The image's axes (x right, y up, z forward) are left-handed: in them right x up = forward, whereas
+/// in ICRF right x up = -forward. Order of the faces: front, right, back, left, up, down.
 pub(crate) const FACE_AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Y, DVec3::Z],
     [DVec3::NEG_Z, DVec3::Y, DVec3::X],
@@ -82,12 +84,13 @@ fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
 
 /// Size of a face before rounding, in pixels (see the module's documentation). At its centre a face of 2 n pixels has n per radian.
 fn exact_face_size_px(image: &SphereImage) -> f64 {
-    let for_densest_px = 2.0 * image.pixels_per_radian();
+    let for_densest_px = 2.0 * image.densest_pixels_per_radian();
+    // In a fisheye the radians per pixel are those along its radii.
     let for_radii_px = 2.0 / image.radians_per_pixel().min_element();
-    for_densest_px.min(for_radii_px.max(f64::from(MAX_RIM_MATCHED_FACE_PX)))
+    for_densest_px.min(for_radii_px.max(f64::from(MAX_FACE_PX_FOR_CIRCLES)))
 }
 
-/// Size of a face, in pixels. For an equirectangular image of 16384 by 16384 this is 10432 pixels.
+/// Size of a face, in pixels. An equirectangular image of the largest size, 16384 by 16384, needs 10432, so only a fisheye can need more than [`MAX_FACE_PX`].
 fn face_size_px(image: &SphereImage) -> u32 {
     (exact_face_size_px(image).ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2)
 }
@@ -121,6 +124,7 @@ pub(super) fn frames(
     let face_px = face_size_px(&image);
     let frame_px = face_px + 2 * BORDER_PX;
     if face_px > MAX_FACE_PX {
+        // Only for a fisheye: see `face_size_px`.
         let least_deg = least_fov_deg(&image);
         return Err(SceneError::Request(format!(
             "field of view {fov_deg}: a fisheye of {width}x{height} pixels shows {least_deg} to 360 degrees; choose a smaller image, or --projection perspective"
@@ -151,7 +155,7 @@ pub(super) fn frames(
         width: side_px,
         height: side_px,
         is_cube_face: true,
-        has_small_sprites: true,
+        limits_sprite_size: true,
         ..viewer.camera.clone()
     };
     let (mut frames, mut visible_rects, mut frame_of_face) = (Vec::new(), Vec::new(), [None; 6]);
@@ -159,11 +163,12 @@ pub(super) fn frames(
     for (face, axes) in FACE_AXES.into_iter().enumerate() {
         let bounds = match composition.projection {
             Projection::Fisheye => visible_bounds(face, half_fov_rad),
+            // An equirectangular image shows every face as a whole.
             _ => Some([0.0, 0.0, 1.0, 1.0]),
         };
         let Some([x0, y0, x1, y1]) = bounds else { continue };
-        // The rectangle in pixels of the frame, widened by one border on each side for the filter that reads the face. The frame begins one border before the
-        // face, so in pixels of the frame the rectangle starts where the part starts in pixels of the face, and ends two borders later than it.
+        // The rectangle of the visible part in pixels of the frame, which are pixels of the face plus one border. The filter that reads the face widens the
+        // rectangle by one border on each side: at the start the two borders cancel, at the end they add up.
         let side_px = f64::from(face_px);
         let first_px = |fraction: f64| (fraction * side_px).floor().max(0.0) as u32;
         let end_px = |fraction: f64| ((fraction * side_px + 2.0 * border).ceil() as u32).min(frame_px);
@@ -173,7 +178,8 @@ pub(super) fn frames(
         let viewer = Viewer { camera: camera(axes, tan_half_fov, frame_px), ..viewer.clone() };
         frames.push(FrameRequest { request: face_request.clone(), viewer });
     }
-    // The light meter sees the middle of the image, at most the front face. Unlike a cube face, it must not see the glare of a Sun outside its frame.
+    // The light meter sees the middle of the image, at most the front face. Its camera is not marked as a cube face: a cube face shows the glare of a Sun
+    // outside its frame, the light meter must not.
     let meter_half_fov_rad = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let meter_camera = Camera { is_cube_face: false, ..camera(FACE_AXES[0], meter_half_fov_rad.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: meter_camera, ..viewer } };
@@ -194,6 +200,7 @@ fn image_axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
         _ => [camera.up, camera.forward],
     };
     let right = forward.cross(up);
+    // A positive tilt lowers the direction in the image's middle towards the image's bottom.
     let tilt = DQuat::from_axis_angle(right, -composition.tilt_deg.to_radians());
     [right, tilt * up, tilt * forward]
 }
@@ -203,8 +210,8 @@ mod tests {
     use super::*;
     use crate::units::GOLDEN_ANGLE_RAD;
 
-    /// The axes of each face are those of a camera, and each direction is inside the face that [`face_of`] returns: within 45 degrees of the face's axis
-    /// horizontally and vertically.
+    /// The axes of each face are left-handed as those of the image, and each direction is inside the face that [`face_of`] returns: within 45 degrees of the
+    /// face's axis horizontally and vertically.
     #[test]
     fn the_faces_cover_the_sphere() {
         for [right, up, forward] in FACE_AXES {
@@ -250,6 +257,8 @@ mod tests {
     /// Every direction inside a cap is in the visible bounds of its face, and a narrow cap needs the front face only.
     #[test]
     fn visible_bounds_contain_all_that_a_fisheye_shows() {
+        // Number of visible faces: the front face alone up to 45 degrees less the margin of 2 / GRID_CELLS radians; the back face, whose corners are 125
+        // degrees from the image's axis, from 125 degrees less the margin.
         for (half_deg, faces) in [(10.0, 1), (40.0, 1), (90.0, 5), (110.0, 5), (140.0, 6), (180.0, 6)] {
             let half = f64::to_radians(half_deg);
             let bounds: Vec<_> = (0..6).map(|f| visible_bounds(f, half)).collect();

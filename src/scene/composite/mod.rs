@@ -60,8 +60,8 @@ impl CompositeFrames {
 pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
-    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points, labels and names. Otherwise it is the scene
-    /// of the first frame; for a stereo pair, with the geometry of the pair and the texts of both eyes.
+    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points, labels and names. Otherwise it is the
+    /// scene of the first frame; for a stereo pair, with the geometry of the pair and the texts of both eyes.
     pub whole_image: Scene,
 }
 
@@ -122,8 +122,9 @@ impl Composite {
                     labels.add(margin.shifted(f64::from(*column)));
                 }
             }
-            let right_eye_px = if is_side_by_side { f64::from(width) } else { 0.0 };
-            let shifts_px = [-f64::from(columns[0]), right_eye_px - f64::from(columns[1])];
+            // Left edge of the right eye's image in the pair.
+            let right_image_px = if is_side_by_side { f64::from(width) } else { 0.0 };
+            let shifts_px = [-f64::from(columns[0]), right_image_px - f64::from(columns[1])];
             whole.set_texts_of_eyes(request, &scenes, shifts_px);
         }
         Some(Self { scenes, arrangement, whole_image: whole })
@@ -132,15 +133,15 @@ impl Composite {
 
 impl Scene {
     /// Replaces the texts by those of the eyes of a stereo pair. The eyes' scenes draw the texts; the pair's scene only says where they are. The pair's scene
-    /// has no names of bodies and no data points. `shifts_px`: for each eye, how far the pair shows its frame to the right.
+    /// has no names of bodies and no data points. `shifts_px`: for each eye, position in the pair minus position in the eye's frame, to the right.
     fn set_texts_of_eyes(&mut self, request: &ViewRequest, eyes: &[Self], shifts_px: [f64; 2]) {
         (self.labels, self.line_texts) = (None, None);
-        for (eye, right_px) in eyes.iter().zip(shifts_px) {
+        for (eye, shift_px) in eyes.iter().zip(shifts_px) {
             if let Some(layer) = &eye.labels {
-                self.labels.get_or_insert_with(|| LabelLayer::empty(request)).add(layer.margin.clone().shifted(right_px));
+                self.labels.get_or_insert_with(|| LabelLayer::empty(request)).add(layer.margin.clone().shifted(shift_px));
             }
             if let Some(layer) = &eye.line_texts {
-                let texts = layer.texts.iter().map(|t| PlacedText { left_end_px: t.left_end_px + DVec2::new(right_px, 0.0), ..t.clone() });
+                let texts = layer.texts.iter().map(|t| PlacedText { left_end_px: t.left_end_px + DVec2::new(shift_px, 0.0), ..t.clone() });
                 let of_pair = self.line_texts.get_or_insert_with(|| TextLayer { glyph_px: layer.glyph_px, texts: Vec::new() });
                 of_pair.texts.extend(texts);
             }

@@ -22,8 +22,8 @@ const MAX_RADIUS_FRACTION: f64 = 0.015;
 /// Radius in pixels that a sprite may have in any image, however small.
 const ALWAYS_ALLOWED_RADIUS_PX: f64 = 8.0;
 
-/// Cosine of the latitude in an equirectangular image from which a face draws the sprites: 60 degrees, where the image is stretched by 2, and 15 degrees
-/// from the edges of the upper and the lower face.
+/// Cosine of the latitude beyond which, towards the poles of an equirectangular image, the face draws the sprites: that of 60 degrees, where the image is
+/// stretched by 2. The edges of the upper and the lower face are at least 15 degrees away from there.
 const POLAR_COS_LATITUDE: f64 = 0.5;
 
 /// Distance, in half sides of a face, within which a position is on an edge of the face: several times the rounding of f32.
@@ -53,9 +53,9 @@ pub(crate) struct DividedSprites<T> {
     pub in_image: Vec<T>,
 }
 
-/// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `white`: the radiance that is shown as white. `radius_px_at`:
-/// the sprite's radius in the image, before it is limited, for the brightness of its central pixel without glare relative to white. `is_in_face`: whether
-/// the face contains a direction in the image's axes.
+/// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `centre`: clip position in the face's frame and reversed depth.
+/// `white`: the radiance that is shown as white. `radius_px_at`: the sprite's radius in the image, before it is limited, for the brightness of its central
+/// pixel without glare relative to white. `is_in_face`: whether the face contains a direction in the image's axes.
 fn project(
     image: &SphereImage,
     camera: &Camera,
@@ -75,11 +75,11 @@ fn project(
     let flux = flux.as_dvec3() * pixels_per_face_pixel;
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
     let clip_of = |px: DVec2| DVec2::new(2.0 * px.x / size.x - 1.0, 1.0 - 2.0 * px.y / size.y);
-    let max_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
+    let max_for_size_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
     // Brightness of the sprite's central pixel relative to white.
     let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
-    let largest_px = max_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
-    let radius_px = radius_px_at(peak).min(largest_px).max(POINT_RADIUS_PX);
+    let max_radius_px = max_for_size_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
+    let radius_px = radius_px_at(peak).min(max_radius_px).max(POINT_RADIUS_PX);
     let wraps = image.projection == Projection::Equirectangular;
     let sprite_at = |px: DVec2, radius_px: f64, stretch: f64| ProjectedSprite {
         centre: narrow(clip_of(px).extend(f64::from(centre.z))),
@@ -88,7 +88,8 @@ fn project(
         flux: narrow(flux),
         pixels_per_face_pixel: narrow_scalar(pixels_per_face_pixel),
     };
-    if wraps && direction.x.hypot(direction.z) < POLAR_COS_LATITUDE {
+    let cos_latitude = direction.x.hypot(direction.z);
+    if wraps && cos_latitude < POLAR_COS_LATITUDE {
         // The geometric mean of the angles that a pixel of the face covers along the radius and across it.
         let radians_per_face_px = camera.pixel_tangent() * cos_off_axis.powf(1.5);
         // Distance from the sprite's centre to the edge of the face's frame, beyond which the sprite would be cut off.

@@ -114,7 +114,7 @@ uniforms! {
         pub anchor_is_camera: f32 = "anchor_is_camera",
         /// |ray|² (1 - q²), where q is the view ray's distance from the centre, as a polynomial: coefficients of 1, u, v, then of u², uv, v².
         pub silhouette_form: [Vec4; 2] = "silhouette_form",
-        /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(row.xyz, p) + row.w).
+        /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(depth_row.xyz, p) + depth_row.w).
         pub depth_row: Vec4 = "depth_row",
         /// The point of the unit sphere that is nearest to the camera, measured along the line from the camera to the body's centre. The depth's pixel view is
         /// relative to this line, not to the view axis, which differs between the faces of a dome image.
@@ -232,14 +232,15 @@ uniforms! {
         pub night_radiance: f32 = "air_night_radiance",
         /// In a draw of the sky: mean radiance of zodiacal light and starlight, 0 for a camera outside the air. The air scatters a part of it, in proportion to
         /// the air's opacity.
-        pub starlight: f32 = "air_starlight",
-        /// Irradiance by the second light relative to the Sun's, for the light of the air; 0 if that light would not be visible.
-        pub second_light: Vec3 = "air_second_light",
+        pub light_from_beyond: f32 = "air_starlight",
+        /// Irradiance by the second light source, the body that reflects most sunlight here, relative to the Sun's, for the light of the air; 0 if the air
+        /// would not visibly scatter that light.
+        pub second_light_irradiance: Vec3 = "air_second_light",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
         pub rim_is_thin: f32 = "air_rim_is_thin",
         /// Largest accepted error of interpolation in the coarse image of the air: x relative to the air's light, y as radiance divided by the irradiance of
         /// the first light source, the Sun. An error below either is accepted. Negative if no pixel may interpolate.
-        pub coarse_bound: Vec2,
+        pub max_coarse_error: Vec2,
         /// First row of the body's part of the coarse image of the air. `render::plan` sets this field.
         pub coarse_first_row: f32 = "air_coarse_first_row",
         /// Heights for the table of multiply scattered light, which measures them from the ground, whereas the draw measures them from the floor. x: height of
@@ -258,8 +259,8 @@ uniforms! {
         pub axis: Vec4 = "eclipse_axis",
         /// Two unit vectors perpendicular to the axis (xyz). Their w: the cotangent of the Sun's angular radius, and this cotangent divided by the distance.
         pub perpendicular_axes: [Vec4; 2] = "eclipse_perpendicular_axes",
-        /// Largest accepted error of sunlight that is interpolated from the coarse image of the air, as [`AtmosphereUniforms::coarse_bound`].
-        pub coarse_bound: Vec2,
+        /// Largest accepted error of sunlight that is interpolated from the coarse image of the air, as [`AtmosphereUniforms::max_coarse_error`].
+        pub max_coarse_error: Vec2,
         /// First row of the sunlight's part of the coarse image of the air. `render::plan` sets this field.
         pub coarse_first_row: f32 = "eclipse_coarse_first_row",
         /// Radiance of the Sun's disc, normalised so that its integral over the unit disc is 1: coefficients of 1, mu, mu² per channel.

@@ -259,7 +259,8 @@ impl<'a> Occluder<'a> {
         // error.
         let geometric = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, BEST_SOURCE).ok()?.state;
         let distance_km = (geometric.pos_km - receiver.position_km).length();
-        // It also rejects bodies behind the receiver or beyond the Sun. The margin is for light time and aberration: speeds are below 2e-4 of that of light.
+        // The geometric position is also enough to reject bodies behind the receiver or beyond the Sun. The margin is for light time and aberration: speeds are
+        // below 2e-4 of that of light.
         let distance = distance_km / receiver_radius_km;
         let along = receiver.apparent_offset(geometric.pos_km - receiver.position_km).dot(axis.sunward);
         let is_between = along > -1e-3 * distance && along < axis.sun_distance + 1e-3 * distance;

@@ -31,7 +31,7 @@ pub struct RefractedLimb {
     pub body: NaifId,
     /// View rays over the atmosphere.
     pub rays: ViewRays,
-    /// View rays over the part of the Sun's disc that was drawn unrefracted behind the atmosphere.
+    /// View rays over the part of the Sun's disc that was drawn unrefracted behind the atmosphere; `None` if no such part is in the image.
     pub unrefracted_sun: Option<ViewRays>,
     /// The body's semi-axes divided by its equatorial radius.
     pub axis_ratios: Vec3,
@@ -197,7 +197,7 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
     position_angles.map(segment).filter(|segment| segment.radiance > 0.0).collect()
 }
 
-/// The uniforms of one limb. `tint`: see [`refracted_limbs`].
+/// The uniforms of one limb; `None` if the atmosphere is outside the image. `tint`: see [`refracted_limbs`].
 fn refracted_limb(
     camera: &Camera,
     placed: &PlacedBody<'_>,

@@ -272,7 +272,7 @@ mod tests {
             assert_eq!(path.limits.len(), 2);
             let [left, right] = [0, 1].map(|k| distance_km(radii_km, &path.limits[k].points, 25.29, -104.138));
             assert!((left + right - 197.5).abs() < 6.0 && (left - right).abs() < 6.0, "{left} {right}");
-            // A place 0.2 degrees farther north is far from the line, so the comparison can fail.
+            // Negative control: a place 0.2 degrees farther north is more than 10 km from the line.
             assert!(distance_km(radii_km, &centre.points, 25.5, -104.138) > 10.0);
         });
         // Twelve hours before the eclipse no passage is found; five hours before it, this passage is found.

@@ -32,7 +32,7 @@ fn normalised_limb_darkening(u1: DVec3, u2: DVec3) -> [DVec3; 3] {
 }
 
 /// The uniforms for an axis. [`EclipseUniforms`] documents the components of each `Vec4`. Three fields are set later, if the draw needs them:
-/// `coarse_first_row` by `render::plan`, `coarse_bound` by `scene::atmosphere::air_pass`, `multi_scatter` by `scene::features`.
+/// `coarse_first_row` by `render::plan`, `max_coarse_error` by `scene::atmosphere::air_pass`, `multi_scatter` by `scene::features`.
 fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseUniforms {
     let narrow4 = |v: DVec3, w: f64| camera::narrow(v).extend(camera::narrow_scalar(w));
     let (u1, u2) = match model {
@@ -62,7 +62,7 @@ fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseMode
             narrow4(axis.perpendicular_axes[0], axis.cot_sun_angular_radius),
             narrow4(axis.perpendicular_axes[1], axis.cot_sun_angular_radius / axis.sun_distance),
         ],
-        coarse_bound: Vec2::ZERO,
+        max_coarse_error: Vec2::ZERO,
         coarse_first_row: 0.0,
         limb_darkening: normalised_limb_darkening(u1, u2).map(|c| narrow4(c, 0.0)),
         occluder_positions: occluders.iter().map(|o| narrow4(o.offset_across.extend(o.distance_along), 0.0)).collect(),

@@ -38,7 +38,8 @@ fn min_pixel_width(camera: &Camera, placement: &camera::Placement, body: &Body) 
     if body.mesh.is_some() {
         return 0.0;
     }
-    let (deg_per_px_below_camera, _) = detail::ground_deg_per_px(camera, placement, None);
+    let no_map = None;
+    let (deg_per_px_below_camera, _limit) = detail::ground_deg_per_px(camera, placement, no_map);
     // At an angle a from the axis of the image a pixel spans cos^2 a times the angle that it spans on the axis, or more.
     deg_per_px_below_camera / 360.0 / (1.0 + camera.tan_half_fov.length_squared())
 }

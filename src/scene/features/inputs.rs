@@ -148,8 +148,8 @@ pub(crate) struct Decisions<'c> {
     pub blend_mode: f32,
     /// The value of [`crate::scene::draw::AtmosphereUniforms::map_weight`].
     pub map_weight: f32,
-    /// The value of [`crate::scene::draw::AtmosphereUniforms::second_light`].
-    pub second_light: Vec3,
+    /// The value of [`crate::scene::draw::AtmosphereUniforms::second_light_irradiance`].
+    pub second_light_irradiance: Vec3,
     /// Fraction of the night sky's light that lights ground and clouds.
     pub night_fraction_on_ground: f32,
     /// Direction of the Sun in body axes and its angular radius in radians, if a mesh casts shadows on itself.
@@ -173,7 +173,7 @@ impl<'c> Decisions<'c> {
             overlays: Vec::new(),
             blend_mode: 0.0,
             map_weight: 0.0,
-            second_light: Vec3::ZERO,
+            second_light_irradiance: Vec3::ZERO,
             night_fraction_on_ground: 1.0,
             self_shadow: None,
             sky: None,

@@ -161,7 +161,8 @@ fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>
         let reason = if inputs.placed.outline == Outline::Behind { reason!("behind-camera") } else { reason!("outside-frame") };
         return not_shown(inputs, decided, reason);
     }
-    let (draws, decisions) = assemble(inputs, None, decided);
+    let no_globe = None;
+    let (draws, decisions) = assemble(inputs, no_globe, decided);
     DecidedBody { appearance: Appearance::Disc, diameter_px: inputs.diameter_px, decisions, draws, point: None, disc_glare: None }
 }
 
@@ -301,7 +302,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
         draw.uniforms.air.map_weight = decided.map_weight;
-        draw.uniforms.air.second_light = decided.second_light;
+        draw.uniforms.air.second_light_irradiance = decided.second_light_irradiance;
         if draw.part != BodyPart::Sky {
             draw.uniforms.air.night_radiance *= decided.night_fraction_on_ground;
         }

@@ -34,8 +34,8 @@ const MAX_MEDIAN_GLARE: [f64; 3] = [0.2, 0.02, 0.003];
 const LOST_SUBJECT_RATIO: f64 = 0.1;
 /// Number of stops by which the brightest city lights must exceed white to get full weight.
 const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
-/// The reason of an exposure names every other subject that contributes more than this share, or moves the exposure by more than this number of stops; a limit,
-/// and the main subject's aim, if they make more than this number of stops.
+/// The reason of an exposure names every other subject that contributes more than `NAMED_SHARE`, or moves the exposure by more than `NAMED_STOPS`. It names a
+/// limit that moves the exposure by more than `NAMED_STOPS`, and the main subject's target level if the image misses this level by more than `NAMED_STOPS`.
 const NAMED_SHARE: f64 = 0.1;
 const NAMED_STOPS: f64 = 0.1;
 
@@ -75,7 +75,10 @@ fn metered(
             let stops = COST_STOPS;
             return Exposure::of(stops, reason!("exposure-instructions", count = format_args!("{:.0}", (-stops).exp2())));
         }
-        _ => return Exposure::of(0.0, reason!("exposure-number")),
+        _ => {
+            let stops_of_factor_1 = 0.0;
+            return Exposure::of(stops_of_factor_1, reason!("exposure-number"));
+        }
     }
     let air = air.filter(|a| a.is_bright());
     let exposure_with = |night_light_weight: f64| {
@@ -128,10 +131,10 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
     placed.iter().filter(|_| is_metered).filter(is_overexposed).map(|p| p.body.id).collect()
 }
 
-/// The reason for a metered exposure: the main subject with its luminance and the level at which the image shows it; the level at which it should be shown, if
-/// that differs; and what moves it, in stops: other subjects, and a limit. `subjects`: the one with the greatest weight first; `share`: a subject's
-/// contribution to the exposure, 0 to 1; then the radiances that the subjects, the glare and the night sky each require as white; `white`: the radiance that
-/// the image shows as white.
+/// The reason for a metered exposure: the main subject with its luminance and the level at which the image shows it; its target level, if that differs; and
+/// what moves the exposure, in stops: other subjects, and a limit. `subjects`: the one with the greatest weight first; `share`: a subject's contribution to the
+/// exposure, 0 to 1; then the radiances that the subjects, the glare and the night sky each require as white; `white`: the radiance that the image shows as
+/// white.
 fn reason_of(
     subjects: &[MeteredSubject],
     share: impl Fn(&MeteredSubject) -> f64,

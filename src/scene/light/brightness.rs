@@ -13,7 +13,8 @@ use crate::scene::rings::ring_shine::RingShineGeometry;
 use crate::units::{KM_PER_AU, SUN_RADIUS_KM, luminance};
 use glam::DVec3;
 
-/// Irradiance of the globe by ring-shine per unit of sunlight, by its upper limit, below which it is left out: Saturn's is 1.4, that of Uranus 0.0005.
+/// Ring-shine is left out if the upper limit of the irradiance that it gives the globe, per unit of sunlight, is below this. That limit is 1.4 for Saturn,
+/// 0.0005 for Uranus.
 const MIN_RING_SHINE: f64 = 0.01;
 
 /// Irradiance at the viewer, in units of the Sun's at 1 au.

@@ -129,7 +129,8 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
 }
 
 /// Radiance of the corona at the limb, minus the smallest visible change of the glare's radiance there. `min_change`: this change relative to the glare;
-/// `glare`: the glare that the frame draws. If the Sun is partly hidden, the limb opposite the visible part counts, because the corona shows there first.
+/// `glare`: the glare that the frame draws, if any. If the Sun is partly hidden, the limb opposite the visible part counts, because the corona shows there
+/// first.
 fn excess_over_glare(min_change: f64, glare: Option<&VeilingGlare>) -> f64 {
     radiance(1.0) - min_change * glare.map_or(0.0, VeilingGlare::limb_radiance)
 }

@@ -60,7 +60,10 @@ pub(crate) fn of(inputs: &DecisionInputs<'_, '_>) -> Option<DiscGlare> {
     }
     // The sprite is drawn after the air around the camera.
     let transmittance = inputs.transmittance();
-    let brightness = |flux: DVec3| point::disc_brightness(frame.threshold.relative_to_white(flux.max_element()), 1.0, diameter_px);
+    let brightness = |flux: DVec3| {
+        let white = 1.0;
+        point::disc_brightness(frame.threshold.relative_to_white(flux.max_element()), white, diameter_px)
+    };
     let by_sunlight = point::flux(frame.camera, placed) * transmittance;
     let by_planet_shine = flux_by_planet_shine(inputs) * transmittance;
     // Eclipses are evaluated only for a disc that would have glare without them.
@@ -79,11 +82,13 @@ pub(crate) fn of(inputs: &DecisionInputs<'_, '_>) -> Option<DiscGlare> {
     let offset_radii = middle_of_lit_part(placed.phase_angle_rad) * by_sunlight.max_element() / flux.max_element();
     let radius_km = placed.body.radii_km.element_sum() / 3.0;
     let clip = clip_near_frame(placed.placement.centre_km + across_to_sun * (offset_radii * radius_km))?;
+    // `flux` is replaced below.
+    let (no_flux, covered_px) = (DVec3::ZERO, 0.0);
     let sprite = Point {
         radius_px: narrow_scalar(radius_px),
         disc_radius_px: narrow_scalar(0.5 * diameter_px),
         flux: narrow(flux * (inputs.disc_fraction * fraction)),
-        ..point::sprite(placed.body.id, clip, DVec3::ZERO, 0.0)
+        ..point::sprite(placed.body.id, clip, no_flux, covered_px)
     };
     Some(DiscGlare { fraction, sprite })
 }
@@ -108,7 +113,7 @@ mod tests {
             }
             assert!((middle_of_lit_part(phase) - moment / area).abs() < 5e-3, "{phase_deg}: {}", moment / area);
         }
-        // Negative control: a shift by the sine of the phase angle would be wrong for crescents.
+        // Negative control: a shift by the sine of the phase angle would be wrong for crescents; at 160 degrees it would be 0.34 instead of 0.82.
         assert!((middle_of_lit_part(160_f64.to_radians()) - 160_f64.to_radians().sin()).abs() > 0.3);
     }
 }

@@ -18,7 +18,7 @@ use crate::units::{KM_PER_AU, luminance};
 use glam::DVec3;
 
 /// Smallest part of the published law that is left to the ground. Mars needs it near the law's limit, where its dust alone has most of the law's light; the
-/// Earth needs it from 146 to 168 degrees. There both are brighter than the law (docs/accuracy.md).
+/// Earth needs it from 146 to 168 degrees. At these angles the drawn bodies are brighter than the law (docs/accuracy.md).
 const MIN_GROUND_PART: f64 = 0.25;
 
 /// Factor on the Sun's glint on the sea of a distant disc with clouds: an estimate. Clouds cover 0.72 of the seas (King et al. 2013, IEEE Transactions on
@@ -26,7 +26,8 @@ const MIN_GROUND_PART: f64 = 0.25;
 /// of it. The drawn clouds, which are fewer and opaque, let 0.65 pass. The quotient is 0.12, and thin clouds let some light through. Without the factor the
 /// Earth at 160 degrees had 2.4 times the light of the published law.
 const GLINT_PAST_CLOUDS: f64 = 0.15;
-/// Phase angles between which it sets in: at the first the two crossings of clouds 3 km high are 3 km apart, at the second 14 km. Chosen, not measured.
+/// Phase angles between which [`GLINT_PAST_CLOUDS`] sets in: at the first the two crossings of clouds 3 km high are 3 km apart, at the second 14 km. Chosen,
+/// not measured.
 const GLINT_FADE_RAD: (f64, f64) = (1.0, 2.35);
 
 /// Light of haze or dust, or of the Earth's air and glint, at a phase angle: mean radiance of the disc under irradiance 1, linear RGB, from the catalog's
@@ -64,13 +65,13 @@ fn model_factor(body: &Body, rim: f64, alpha: f64) -> f64 {
     published / (model_phase(&body.photometry, alpha) + rim * alpha.sin().max(0.0)).max(1e-12)
 }
 
-/// Phase function of the ground together with a rim that continues it, without bright and dark sides. `rim`: computes [`rim_of_model`].
-fn phase_of_ground_and_rim(body: &Body, rim: impl FnOnce() -> f64, alpha: f64) -> f64 {
+/// Phase function of the ground together with a rim that continues it, without bright and dark sides. `compute_rim`: computes [`rim_of_model`].
+fn phase_of_ground_and_rim(body: &Body, compute_rim: impl FnOnce() -> f64, alpha: f64) -> f64 {
     // Within the law's limit the model and the rim need not be computed.
     match phase_laws::law(body.id).filter(|law| alpha <= law.limit_deg.to_radians()) {
         Some(law) => law.brightness(alpha.to_degrees()) * part_without_haze(body, law, alpha),
         None => {
-            let rim = rim();
+            let rim = compute_rim();
             model_factor(body, rim, alpha) * (model_phase(&body.photometry, alpha) + rim * alpha.sin().max(0.0))
         }
     }
@@ -143,8 +144,8 @@ fn emitted_irradiance(body: &Body, viewer_distance_km: f64, radius_sq_km2: f64) 
     is_emissive(body).then(|| sun_disc_radiance() * radius_sq_km2 / (viewer_distance_km * viewer_distance_km))
 }
 
-/// Irradiance that the body's ground causes at a viewer, in units of the Sun's at 1 au, if the body has no bright and dark sides (`photometry::light_curve`);
-/// and the irradiance by the light that its air adds, linear RGB.
+/// Irradiance that the body's ground causes at a viewer, in units of the Sun's at 1 au, without the factor of bright and dark sides (the caller multiplies by
+/// `photometry::light_curve`); and the irradiance by the light that its air adds, linear RGB.
 ///
 /// `sun_distance_km`, `viewer_distance_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a circle with the area
 /// of the body's outline.

@@ -135,7 +135,7 @@ mod tests {
                     let error = reflected_km2(&Photometry::LommelSeeliger, radii_km, sun, viewer) / reference - 1.0;
                     assert!(error.abs() < 2e-4, "{radii_km} at {phase_deg}: {error:e}");
                     worst = worst.max(error.abs());
-                    // Negative control: the outline's area and the phase function of a sphere.
+                    // Negative control: with the phase function of a sphere and the outline's area, the light is wrong by more than half in some direction.
                     let phase = photometry::model_phase(&Photometry::LommelSeeliger, phase_deg.to_radians());
                     let of_sphere = phase * photometry::projected_radius_sq_km2(radii_km, viewer);
                     worst_of_sphere = worst_of_sphere.max((of_sphere / reference - 1.0).abs());
@@ -205,6 +205,7 @@ mod tests {
     #[test]
     fn only_elongated_bodies_without_a_published_law_are_integrated() {
         let catalog = crate::catalog::Catalog::embedded();
+        // Amalthea, Hyperion and Vesta are elongated. Io and Titan are spheres, Saturn has a published law, the Sun is emissive.
         for (id, is_integrated) in [(505, true), (607, true), (2_000_004, true), (501, false), (606, false), (699, false), (10, false)] {
             let body = catalog.body(crate::catalog::NaifId(id)).expect("in the catalog");
             assert_eq!(phase_times_radius_sq_km2(body, DVec3::X, DVec3::Y).is_some(), is_integrated, "{}", body.name);

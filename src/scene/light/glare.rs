@@ -216,6 +216,7 @@ mod tests {
     fn a_sun_outside_the_view_is_not_in_the_frame() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 2.0, 100, 100);
         let at = |deg: f64| DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0);
+        // The frame ends at 1 degree, and the disc's angular radius is 0.27 degrees.
         for (deg, shows) in [(0.0, true), (1.2, true), (1.3, false), (89.9999, false), (90.0001, false), (180.0, false)] {
             assert_eq!(entered_fraction_of_disc(&camera, at(deg), 0.0047) > 0.0, shows, "{deg} degrees");
         }
@@ -240,6 +241,7 @@ mod tests {
                 }
             }
             assert!(inside > 100 && nearest < 0.03, "{direction:?}, {chord}: the rectangle is wider than it must be by {nearest}");
+            // Only the largest chord, 1.9, reaches beyond the frame on all sides.
             assert_eq!(outside > 0, chord < 0.7 || direction == [0.5, 0.5, 0.8], "{direction:?}, {chord}");
         }
     }

@@ -164,7 +164,7 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
 }
 
 /// What the published law of a body that was measured from one side (the Moon) contains of that side's bright and dark parts: the [`light_curve`] of the side,
-/// as the mean over a crescent and its mirror image, relative to full phase. 1 for other bodies. Beyond the law's limit it is that at the limit.
+/// as the mean over a crescent and its mirror image, relative to full phase. 1 for other bodies. Beyond the law's limit, the value at the limit.
 pub fn measured_side_curve(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
     let Some(side) = law.measured_side else { return 1.0 };

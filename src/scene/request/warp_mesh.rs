@@ -228,6 +228,8 @@ fn parse_node(text: &str) -> Result<WarpNode, String> {
 mod tests {
     use super::*;
 
+    /// A rectangular mesh file whose nodes are spaced evenly in the image. `place`: screen position of the node at an image position, both -1 to 1 if the mesh
+    /// is undistorted.
     fn text(columns: usize, rows: usize, place: impl Fn(f64, f64) -> (f64, f64)) -> String {
         let mut text = format!("2\n{columns} {rows}\n");
         for (r, c) in (0..rows).flat_map(|r| (0..columns).map(move |c| (r, c))) {
@@ -242,6 +244,7 @@ mod tests {
     fn a_mesh_is_read_and_its_gradients_are_those_of_its_map() {
         // The mesh is stretched horizontally and sheared.
         let mesh = WarpMesh::parse("m", &text(5, 4, |x, y| (1.5 * x + 0.2 * y, y))).expect("a mesh");
+        // Each of the 4 x 3 cells has two triangles, hence six indices.
         assert_eq!((mesh.nodes().len(), mesh.triangles().len()), (20, 4 * 3 * 6));
         for [per_x, per_y] in mesh.gradients() {
             // u = (x - 0.2 y) / 3 + 1/2, v = y / 2 + 1/2.
@@ -251,7 +254,7 @@ mod tests {
         assert!(WarpMesh::parse("m", &text(5, 4, |x, y| (-x, y))).is_ok());
     }
 
-    /// Four nodes on each of two circles. The rectangular mesh lacks the cell between the last column and the first.
+    /// Four nodes on each of two circles. The rectangular mesh lacks the cell between the last column and the first: three cells of six indices, not four.
     #[test]
     fn a_polar_mesh_and_a_rectangular_mesh_of_the_same_nodes_differ_in_their_digests() {
         let nodes = "0.5 0 0 0 1\n0 0.5 0 0 1\n-0.5 0 0 0 1\n0 -0.5 0 0 1\n1 0 0 0 1\n0 1 0 0 1\n-1 0 0 0 1\n0 -1 0 0 1\n";

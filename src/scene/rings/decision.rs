@@ -50,8 +50,8 @@ fn decide_for_globe(
     }
     let user_choice = inputs.effects().override_of(Effect::RingShine);
     let (check, shine) = view.ring_shine(all_rings, sun_radius_km, user_choice);
-    let no_shadow = decisions.chosen.ring_shadow == RingShadow::None;
-    let mut ring_uniforms = if no_shadow { RingUniforms::default() } else { view.shadow_uniforms(all_rings, inputs.sun(), model) };
+    let casts_no_shadow = decisions.chosen.ring_shadow == RingShadow::None;
+    let mut ring_uniforms = if casts_no_shadow { RingUniforms::default() } else { view.shadow_uniforms(all_rings, inputs.sun(), model) };
     if decisions.log.record_effect(Effect::RingShine, check.on, check.reason)
         && let Some(shine) = shine
     {

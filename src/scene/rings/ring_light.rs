@@ -24,8 +24,8 @@ const AZIMUTH_COUNT: usize = 72;
 /// shadows mostly run across. The error of the fraction is at most 0.025 (test below); mostly it is below 0.005.
 const LUNE_COLUMNS: usize = 12;
 const LUNE_ROWS: usize = 48;
-/// Width of opaque rings, in equatorial radii and for both ways of the light together, below which rings count as transparent. Such rings take at
-/// most 0.006 of the globe's light (Uranus; Neptune 0.0002, Jupiter less) at phase angles up to 175 degrees (test below).
+/// Rings that block no more light than opaque rings of this width count as transparent. Equatorial radii; the sum for the way from the Sun and the way to the
+/// viewer. Such rings take at most 0.006 of the globe's light (Uranus; Neptune 0.0002, Jupiter less) at phase angles up to 175 degrees (test below).
 const MIN_BLOCKED_WIDTH: f64 = 0.015;
 /// Smallest extent in radius over which transmittance is averaged, equatorial radii: it keeps the division by the extent accurate.
 const MIN_EXTENT: f64 = 1e-6;
@@ -129,7 +129,7 @@ impl Globe {
             for column in 0..SHINE_COLUMNS {
                 let meridian = DVec2::from_angle((column as f64 + 0.5) * cell_width_rad).rotate(noon);
                 let unit_point = (meridian * cos_latitude).extend(sin_latitude);
-                // Per area of the unit sphere. The vector is the normal of the globe, which is the unit sphere stretched by its axes.
+                // The globe is the unit sphere stretched by `axes`. Its projected area per area of the unit sphere; `unit_point / axes` is normal to the globe.
                 let projected_area = self.axes.element_product() * (unit_point / self.axes).dot(path.towards);
                 if projected_area <= 0.0 {
                     continue;
@@ -161,6 +161,7 @@ impl Globe {
             return 1.0;
         }
         let (cell_width_rad, cell_height_rad) = (2.0 * half_width_rad / LUNE_COLUMNS as f64, PI / LUNE_ROWS as f64);
+        // For each column: unit vectors outwards and to the east, on the lune's equator.
         let meridians: [[DVec3; 2]; LUNE_COLUMNS] = std::array::from_fn(|k| {
             let (sin, cos) = ((k as f64 + 0.5) * cell_width_rad - half_width_rad).sin_cos();
             [middle * cos + side * sin, side * cos - middle * sin]
@@ -227,7 +228,7 @@ impl<'a> RingPath<'a> {
     }
 
     /// Mean transmittance on the paths from the points of a cell of the globe. `point`: the middle of the cell; `cell`: its sides. Lengths in equatorial radii.
-    /// The radius at which the paths cross the rings counts as linear over the cell, with a uniform distribution of the same variance as over the cell.
+    /// The radius at which the paths cross the rings counts as linear over the cell, and its distribution is replaced by a uniform one of the same variance.
     fn mean_transmittance(&self, point: DVec3, cell: [DVec3; 2]) -> f64 {
         if self.towards.z == 0.0 {
             return 1.0;
@@ -387,8 +388,9 @@ mod tests {
         let saturn = catalog.body(NaifId(699)).expect("Saturn");
         let intervals = RingTables::default().intervals(saturn.rings.iter(), saturn.radii_km.x);
         let globe = Globe { axes: saturn.radii_km / saturn.radii_km.x };
-        let (mut flicker_of_few_points, mut light_at_new_phase) = (0.0_f64, 0.0_f64);
-        // Latitude of the Sun, phase angle in longitude, first latitude and step: the rings open and nearly edge-on, at full phase and as a crescent.
+        let (mut flicker_of_few_points, mut light_lost_as_crescent) = (0.0_f64, 0.0_f64);
+        // Latitude of the Sun, phase angle in longitude, the viewer's first latitude and its step: the rings open and nearly edge-on, the globe full and as a
+        // crescent.
         for (sun_deg, phase_deg, from_deg, step_deg) in [
             (26.6, 100.0, -23.5, 0.1),
             (26.6, 3.0, -15.3, 0.1),
@@ -404,7 +406,7 @@ mod tests {
                 let expected = transmitted_fraction_by_points(&globe, &intervals, sun, viewer, 500);
                 errors.push(globe.transmitted_fraction(&intervals, sun, viewer) - expected);
                 errors_of_few.push(transmitted_fraction_by_points(&globe, &intervals, sun, viewer, 24) - expected);
-                light_at_new_phase = light_at_new_phase.max(if phase_deg > 170.0 { 1.0 - expected } else { 0.0 });
+                light_lost_as_crescent = light_lost_as_crescent.max(if phase_deg > 170.0 { 1.0 - expected } else { 0.0 });
             }
             let largest = errors.iter().fold(0.0_f64, |largest, error| largest.max(error.abs()));
             let flicker = |errors: &[f64]| errors.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
@@ -412,7 +414,8 @@ mod tests {
             assert!(largest < 0.025 && flicker(&errors) < 0.02, "Sun at {sun_deg}, phase {phase_deg}: {largest}, {}", flicker(&errors));
             flicker_of_few_points = flicker_of_few_points.max(flicker(&errors_of_few));
         }
-        // Negative control: as many points on a square flicker. The crescent behind the rings loses light, so that the test compares something.
-        assert!(flicker_of_few_points > 0.05 && light_at_new_phase > 0.05, "{flicker_of_few_points}, {light_at_new_phase}");
+        // Negative control: with as many points on a square the light jumps by more than 0.05 from step to step. The crescent behind the rings loses more than
+        // 0.05 of its light, so that the test compares something.
+        assert!(flicker_of_few_points > 0.05 && light_lost_as_crescent > 0.05, "{flicker_of_few_points}, {light_lost_as_crescent}");
     }
 }

@@ -8,7 +8,7 @@
 //!
 //! The light is single scattering as in shaders/lib/ring/photometry.wesl, integrated over the part of the ring above the ground's horizon and outside the
 //! globe's shadow. The edges of this part are the limits of integration, so that the quadrature never crosses a discontinuity. On Saturn's night side the
-//! result is within 1 % of the brightest place of a plain sum over the rings (tests/rings/ring_shine.rs).
+//! result differs from a plain sum over the rings by less than 1 % of the sum's value at the brightest place (tests/rings/ring_shine.rs).
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, NumbersKey};
@@ -298,7 +298,8 @@ impl RingShineGeometry<'_> {
         Some(RingShine { texels: rows.iter().flatten().flat_map(texel).collect(), max_height, brightest })
     }
 
-    /// The cached table. The sine of the Sun's elevation is rounded to eleven binary digits (5e-4 of the light), so that successive frames share a table.
+    /// The cached table; `None` if no ring scatters light. The sine of the Sun's elevation is rounded to eleven binary digits (5e-4 of the light), so that
+    /// successive frames share a table.
     pub fn shine(&self, cache: &RingShineCache) -> Option<Arc<RingShine>> {
         let geometry =
             Self { sin_elevation: round_to_digits(self.sin_elevation, 11), sun_tangent: round_to_digits(self.sun_tangent, 11), ..*self };

@@ -154,6 +154,7 @@ impl RadiusBins {
         let texel = |bin: usize| {
             let radius = bins_per_inverse_radius / (at_inner - (bin as f64 - BIN_MARGIN));
             let interval = if bin == 0 { 0 } else { intervals.partition_point(|s| s.outer <= radius).min(intervals.len() - 1) };
+            // The texel holds the index of the interval in which the bin begins, and the outer radii of this interval and of the next two.
             let outer_radius = |k: usize| outer_radii.get(interval + k).copied().unwrap_or(f32::MAX);
             [narrow_scalar(interval as f64), outer_radius(0), outer_radius(1), outer_radius(2)]
         };
@@ -282,7 +283,7 @@ impl RingTable {
             texels,
             radius_range,
             bins: bins.formula,
-            // Only a ring's own table has rows for a range of slants.
+            // Not used: only a ring's own table has rows for a range of slants.
             slants: [0, 1],
         })
     }
@@ -329,8 +330,10 @@ mod tests {
     #[test]
     fn both_halves_of_the_sun_lose_the_light_of_the_centres_slant() {
         const TANGENT: f64 = 5e-4;
-        assert_eq!(slants_of_sunlight(1.01 * ONE_SLANT_MIN_ELEVATION_SUN_RADII * TANGENT, TANGENT, true).len(), 1);
-        assert_eq!(slants_of_sunlight(0.99 * ONE_SLANT_MIN_ELEVATION_SUN_RADII * TANGENT, TANGENT, true).len(), 1 + SUN_STRIPS);
+        let is_disc_resolved = true;
+        let slant_count = |sun_radii: f64| slants_of_sunlight(sun_radii * TANGENT, TANGENT, is_disc_resolved).len();
+        assert_eq!(slant_count(1.01 * ONE_SLANT_MIN_ELEVATION_SUN_RADII), 1);
+        assert_eq!(slant_count(0.99 * ONE_SLANT_MIN_ELEVATION_SUN_RADII), 1 + SUN_STRIPS);
         let largest_difference = |elevation_in_sun_radii: f64| {
             let sine = elevation_in_sun_radii * TANGENT;
             let difference = |depth_along_slant: f64, side: f64| {
@@ -348,7 +351,7 @@ mod tests {
             lowest < 0.158 / ONE_SLANT_MIN_ELEVATION_SUN_RADII && lowest > 0.155 / ONE_SLANT_MIN_ELEVATION_SUN_RADII && lowest < 0.004,
             "{lowest}"
         );
-        // For a Sun half as high one slant would not be enough.
+        // Negative control: for a Sun half as high, one slant is wrong by more than the 0.004 that the criterion allows.
         assert!(largest_difference(0.5 * ONE_SLANT_MIN_ELEVATION_SUN_RADII) > 0.004);
     }
 

@@ -281,8 +281,8 @@ impl<'a> RingView<'a> {
         (ThresholdCheck { on: shadow_distance <= penumbra_radius, reason }, model)
     }
 
-    /// The rectangle around the part of the rings out to a radius that is in the frame. The rectangle changes continuously with the camera, also where the
-    /// outline becomes open.
+    /// The rectangle around the part of the rings out to a radius that is in the frame; `None` if no part is. The rectangle changes continuously with the
+    /// camera, also where the outline becomes open.
     pub(crate) fn rect(&self, outer_km: f64) -> Option<ClipRect> {
         let disc = Placement { radii_km: DVec3::new(outer_km, outer_km, outer_km * OUTLINE_THICKNESS), ..*self.placement };
         if disc.camera_is_inside() {
@@ -324,7 +324,7 @@ impl<'a> RingView<'a> {
         self.half_bounds(outer_km, side).map_or(Some(whole), |half| whole.intersection(&half))
     }
 
-    /// Bounds of one half, padded; `None` for a camera over the rings or next to them, where any pixel may show both.
+    /// Bounds of one half, padded; `None` for a camera over the rings or next to them, where any pixel may show both halves.
     fn half_bounds(&self, outer_km: f64, side: f64) -> Option<ClipRect> {
         let viewer = (self.placement.body_from_icrf * -self.placement.centre_km).truncate();
         let distance = viewer.length();

@@ -100,6 +100,7 @@ pub(crate) fn background(
             if map.is_milky_way { reason!("milky-way-clouds", light = light) } else { reason!("milky-way-panorama", light = light) };
         decided("milky-way", threshold.is_exceeded_by_radiance(max_map_radiance), reason)
     };
+    // Without a Sun its distance counts as 0, so no zodiacal light is drawn.
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
     let (to_sun, sun_au) = sun.map_or((DVec3::X, 0.0), |s| (s.placement.centre_km / s.distance_km, s.distance_km / KM_PER_AU));
     let zodiacal_unit = zodiacal::unit_radiance(sun_au.max(zodiacal::NEAREST_AU)) * boost;

@@ -114,8 +114,8 @@ pub fn total_magnitude(law: BrightnessLaw, distance_au: f64, sun_distance_au: f6
     }
 }
 
-/// Water production in units of 10^30 molecules per second, by the heliocentric magnitude (Jorda, Crovisier and Green 2008, Asteroids, Comets, Meteors,
-/// 8046).
+/// Water production in units of 10^30 molecules per second, by the heliocentric magnitude, which is the total magnitude at 1 au from the viewer (Jorda,
+/// Crovisier and Green 2008, Asteroids, Comets, Meteors, 8046).
 fn water_production(heliocentric_magnitude: f64) -> f64 {
     10.0_f64.powf(30.675 - 0.2453 * heliocentric_magnitude - 30.0)
 }
@@ -186,6 +186,7 @@ impl CometProjection<'_> {
         colour: DVec3,
         segments: &mut Vec<TailSegment>,
     ) {
+        // 0 for a segment with an end behind the near plane.
         let segment_length_px = |k: usize| match (stations.get(k).copied().flatten(), stations.get(k + 1).copied().flatten()) {
             (Some(a), Some(b)) => a.px.distance(b.px),
             _ => 0.0,
@@ -220,7 +221,7 @@ impl CometProjection<'_> {
     /// Adds the dust tail: patches between grains of neighbouring beta and age. The patches between two syndynes form a strip. `days`: time past J2000;
     /// `irradiance`: irradiance of the entire tail.
     fn dust(&self, orbit: &HeliocentricOrbit, days: f64, irradiance: f64, segments: &mut Vec<TailSegment>) {
-        // Ages are more densely spaced for recently released grains.
+        // `line`: index of a syndyne; `k`: index of an age. Ages are more densely spaced for recently released grains.
         let age_days = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATION_COUNT - 1) as f64).powi(2);
         // The values of beta are evenly spaced in the logarithm; the light per value falls to zero at both ends of the range.
         let log_beta_fraction = |line: usize| line as f64 / (SYNDYNE_COUNT - 1) as f64;
@@ -229,7 +230,7 @@ impl CometProjection<'_> {
             .map(|line| (0..STATION_COUNT).map(|k| grain_position_au(orbit, days, age_days(k), beta(line))).collect())
             .collect();
         let projected: Vec<Vec<Option<ProjectedPoint>>> =
-            syndynes.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
+            syndynes.iter().map(|grains| grains.iter().map(|p| self.project(*p)).collect()).collect();
         // Grains are produced and lit in inverse proportion to the squared distance from the Sun. The exponential thins out old grains, so that the tail has
         // no visible end; its time scale is chosen. For all values of beta, the present distance from the Sun is taken from the grains with the smallest beta.
         let production = |k: usize| {
@@ -254,6 +255,7 @@ impl CometProjection<'_> {
         };
         let radiance = |line: usize, k: usize| -> Option<f64> {
             let ((a, edge_a), (b, edge_b)) = (section(line, k)?, section(line, k + 1)?);
+            // As in `ribbon`, the lower limit on the length prevents a bright needle.
             let length_px = (b.px - a.px).length().max(0.5 * COMA_RADIUS_AU * a.px_per_au);
             // The edges are half widths, so their sum is the mean width.
             let width_px = edge_a.length() + edge_b.length();
@@ -367,12 +369,13 @@ pub(crate) fn comets(
         let peak_radiance = head_irradiance * PI / camera.pixel_tangent().powi(2) * point_peak();
         let is_visible = peak_radiance > white * MIN_LEVEL;
         if tail_growth > 0.0 && is_visible {
-            // The heliocentric magnitude is that at 1 au from the viewer.
-            let length_au = (ION_LENGTH_AU * water_production(magnitude - 5.0 * distance_au.log10()).sqrt()).min(MAX_ION_LENGTH_AU);
+            let heliocentric_magnitude = magnitude - 5.0 * distance_au.log10();
+            let length_au = (ION_LENGTH_AU * water_production(heliocentric_magnitude).sqrt()).min(MAX_ION_LENGTH_AU);
             projection.dust(&comet.orbit, emission_days, DUST_FRACTION * tail_growth * head_irradiance, &mut in_frame.tails);
             projection.ions(&state, ION_FRACTION * tail_growth * head_irradiance, length_au, &mut in_frame.tails);
         }
         let Some(head) = head else { continue };
+        // A head too faint for the exposure is drawn as a marker.
         let flux = (head_irradiance * head.flux_per_irradiance).max(MARKER_LEVEL * white / point_peak());
         let radius_px = point_radius_px(flux * point_peak() / white);
         if head.px.abs().cmpgt(camera.half_size() + radius_px).any() {

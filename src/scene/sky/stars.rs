@@ -69,9 +69,9 @@ impl StarPlacer {
     /// The apparent place of a star.
     pub fn place(&self, star: &Star) -> ApparentStar {
         let vector = star_from_viewer(star, self.years_since_epoch, self.viewer_au);
-        // Avoids a division by zero for a viewer at the star.
-        let distance = vector.length().max(1e-9);
-        ApparentStar { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
+        // In units of the star's distance at the epoch. The lower limit avoids a division by zero for a viewer at the star.
+        let distance_ratio = vector.length().max(1e-9);
+        ApparentStar { direction: aberrated(vector / distance_ratio, self.velocity_km_s), brightening: distance_ratio.powi(-2) }
     }
 
     /// Upper limit of the displacement of a cell's stars, by their motion since the epoch and by parallax, as a fraction of their distance.
@@ -80,8 +80,8 @@ impl StarPlacer {
     }
 }
 
-/// Tint of starlight by the air around the camera as a function of altitude: transmittance per channel divided by its mean. The draw of the air applies the
-/// mean.
+/// Tint of starlight by the air around the camera as a function of altitude: transmittance per channel divided by its mean over the channels. The draw of the
+/// air, blended over the stars, dims them by the mean.
 struct AirTint {
     /// Zenith, ICRF.
     up: DVec3,
@@ -131,7 +131,8 @@ fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
 /// a level of 255. Then a star of magnitude 0 is white, one of magnitude 2 has 0.15 of white in linear light, and one of magnitude 6 is at level 12.
 const BRIGHT_STARS_LIMIT: f64 = 9.5;
 
-/// The stars of a frame and the decision about them; no decision in pixel views other than the final image. `white`: the radiance displayed as white.
+/// The stars of a frame and the decision about them; no decision in pixel views other than the final image. `white`: the radiance displayed as white. `air`:
+/// `None` for a camera outside all air.
 pub(crate) fn stars(
     request: &ViewRequest,
     catalog: &Catalog,
@@ -150,18 +151,19 @@ pub(crate) fn stars(
     let camera = &viewer.camera;
     // A boost of one stop shows stars that are 2.5 log10(2) magnitudes fainter.
     let boost = request.stars_boost_stops.exp2();
-    let limit_without_layer = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
+    let unbrightened_limit = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
     // In air the layer of bright stars has no effect: by day, brightened stars would be visible against the bright sky.
     let brightening_mag =
-        if request.layers.bright_stars && air.is_none() { (BRIGHT_STARS_LIMIT - limit_without_layer).max(0.0) } else { 0.0 };
-    let limit = limit_without_layer + brightening_mag;
+        if request.layers.bright_stars && air.is_none() { (BRIGHT_STARS_LIMIT - unbrightened_limit).max(0.0) } else { 0.0 };
+    let limit = unbrightened_limit + brightening_mag;
     // Factor on the brightness of all stars.
     let factor = boost * 10f64.powf(0.4 * brightening_mag);
     let limit_note = match limit.is_finite() {
         false => reason!("stars-linear"),
         true if brightening_mag > 0.0 => {
-            reason!("stars-brightened", stops = format_args!("{:+.1}", factor.log2()), alone = format_args!("{limit_without_layer:.1}"))
+            reason!("stars-brightened", stops = format_args!("{:+.1}", factor.log2()), alone = format_args!("{unbrightened_limit:.1}"))
         }
+        // Without brightening or boost.
         true if factor == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
         true => {
             reason!("stars-lifted", limit = format_args!("{limit:.1}"), stops = format_args!("{:+.1}", request.stars_boost_stops))

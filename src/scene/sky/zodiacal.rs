@@ -1,11 +1,11 @@
 //! Zodiacal light: the radiance of sunlit interplanetary dust, in any direction and at any distance of the observer from the Sun.
 //!
 //! In: elongation from the Sun and ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm, which is accurate
-//! to 10 %. [`brightness`] is a fit within 13 % of each of its entries from 15 degrees of elongation. Closer to the Sun the corona replaces the zodiacal
-//! light. The F corona is light of the same dust, and the exponents of the distance are nearly equal (-2.5 and -2.3). Both laws therefore agree
-//! within a factor of 2 between 0.3 and 5 au (0.54 at 0.3 au). At r au from the Sun the light scales with r^-2.3 (Helios 1 and 2 between 0.3 and 1 au,
-//! Leinert et al. 1981, A&A 103, 177); outside that range this is an extrapolation. Left out: the cloud's tilt of 1.5 degrees with its seasonal effects,
-//! observers far off the ecliptic, and the dust's reddening.
+//! to 10 %. [`brightness`] is a fit within 13 % of each of its entries from 15 degrees of elongation. At r au from the Sun the zodiacal light scales with
+//! r^-2.3 (Helios 1 and 2 between 0.3 and 1 au, Leinert et al. 1981, A&A 103, 177); outside that range this is an extrapolation. At smaller elongations the
+//! corona replaces the zodiacal light. Its outer part, the F corona, is light of the same dust, and at a fixed elongation it falls as r^-2.5. Where the two are
+//! blended, the ratio of zodiacal light to corona is therefore between 0.5 and 2 for r from 0.3 to 5 au (0.54 at 0.3 au). Left out: the cloud's tilt of 1.5
+//! degrees with its seasonal effects, observers far off the ecliptic, and the dust's reddening.
 
 use crate::scene::light::photometry::irradiance_of_magnitude;
 use glam::DVec4;
@@ -43,7 +43,7 @@ pub(crate) const LAW: [[f64; 4]; 5] = [
 /// the ecliptic the result is an estimate.
 pub fn brightness(cos_elongation: f64, sin_latitude: f64) -> f64 {
     let log_term = (LOG_OFFSET - cos_elongation).log2();
-    // For an observer in the ecliptic the latitude never exceeds the elongation. For other observers a larger latitude counts as equal to the elongation.
+    // For an observer in the ecliptic the sine of the latitude never exceeds that of the elongation. For other observers it is limited to that.
     let sine = sin_latitude.abs().min((1.0 - cos_elongation * cos_elongation).max(0.0).sqrt());
     let latitude_polynomial = LAW.into_iter().rev().fold(DVec4::ZERO, |sum, row| sum * log_term + DVec4::from_array(row));
     latitude_polynomial.dot(DVec4::new(1.0, sine, sine * sine, sine * sine * sine)).exp2()
@@ -89,6 +89,7 @@ mod tests {
             for (latitude, published) in LATITUDES.into_iter().zip(row).filter(|(_, v)| *v > 0.0) {
                 let (lon, lat) = (f64::to_radians(longitude), f64::to_radians(latitude));
                 let cos_elongation = lat.cos() * lon.cos();
+                // A tenth of a degree less than 15, so that rounding does not exclude the entries at 15 degrees.
                 if cos_elongation > 14.9_f64.to_radians().cos() {
                     continue;
                 }
@@ -101,8 +102,10 @@ mod tests {
         }
         println!("{compared} entries, worst {worst:.3}");
         assert!(compared > 190, "{compared}");
-        // Checks that the comparison can fail: at 60 degrees of elongation the ecliptic is much brighter than high latitudes.
-        assert!(brightness(0.5, 0.0) / brightness(0.5, 0.866) > 2.0);
+        // Negative control: a law without latitude would fail. At 60 degrees of elongation the ecliptic is more than twice as bright as the latitude of 60
+        // degrees.
+        let (cos_60_deg, sin_60_deg) = (0.5, 0.866);
+        assert!(brightness(cos_60_deg, 0.0) / brightness(cos_60_deg, sin_60_deg) > 2.0);
     }
 
     /// From outside the ecliptic, any combination of elongation and latitude occurs: the law stays between 60 (the table's least value is 72) and its value

@@ -49,8 +49,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         (threshold.is_exceeded_by_radiance(white), reason!("city-lights", light = threshold.radiance_description(white)))
     });
     if let Some(c) = &body.clouds {
-        let no_clouds = log.is_switched_off(Effect::Clouds);
-        let visibility = || if no_clouds { (false, reason!("clouds-off")) } else { sunlit_ground.clone() };
+        let clouds_are_off = log.is_switched_off(Effect::Clouds);
+        let visibility = || if clouds_are_off { (false, reason!("clouds-off")) } else { sunlit_ground.clone() };
         maps.cloud_shadow = log.record_effect_with_map(Effect::CloudShadow, Some(&c.map), visibility);
     }
     if available.detail != Detail::None {

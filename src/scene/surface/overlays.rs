@@ -51,7 +51,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     decisions
 }
 
-/// The uniforms of an overlay. `factor`: converts the image's colour to the albedo of the draw.
+/// The uniforms of an overlay, in the rows of shaders/lib/overlay.wesl. `factor`: converts the image's colour to the albedo of the draw.
 pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> OverlayUniforms {
     let axis_ratios = body.radii_km / body.radii_km.x;
     let (axes, scale, limits, wraps_around) = match overlay.projection {
@@ -60,6 +60,7 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
             let (sin, cos) = (0.5 * (west + east)).sin_cos();
             let wraps_around = east_deg - west_deg >= 360.0;
             let edge = |exists: bool, limit: f64, no_limit: f64| if exists { limit } else { no_limit };
+            // The image's first and last u, then its first and last v.
             let limits = DVec4::new(
                 edge(!wraps_around, 0.0, -NO_EDGE),
                 edge(!wraps_around, 1.0, NO_EDGE),

@@ -243,8 +243,8 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         }
         let visible = visible_fraction(placed, farther);
         record_visible_fraction(bodies, farther.body.id, visible);
-        // A body without a globe is drawn as a point, whose sprite hides its part of the disc (`points`), so it is left out. If nothing of the disc is visible,
-        // it stays, so that all of the disc is hidden (kind 2 below).
+        // A body without a globe is drawn as a point, whose sprite hides its part of the disc (`points`), so such a body is left out here. If nothing of the
+        // disc is visible, the body stays, so that all of the disc is hidden (kind 2 below).
         nearer.retain(|p| visible == DVec3::ZERO || shape(p).is_some());
         if nearer.is_empty() {
             continue;

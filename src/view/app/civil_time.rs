@@ -170,7 +170,7 @@ mod tests {
         let twice = NaiveDate::from_ymd_opt(2026, 10, 25).and_then(|date| date.and_hms_opt(2, 30, 0)).expect("a time");
         let first = CentralEurope.from_local_datetime(&twice).earliest().expect("a time");
         assert_eq!(first.naive_utc().to_string(), "2026-10-25 01:30:00");
-        // A minute later in the second of the two hours is in that hour, too.
+        // The time 02:30 is typed while 02:29 of the second (of the first) of the two hours is displayed: it is the one in the same hour.
         for (displayed, expected) in [("2026-10-25T01:29:00Z", "2026-10-25T01:30:00Z"), ("2026-10-25T00:29:00Z", "2026-10-25T00:30:00Z")] {
             let found = nearest(instants(twice, &CentralEurope), Instant::parse(displayed).expect(displayed));
             assert_eq!(found.map(Instant::to_utc_iso).as_deref(), Some(expected));

@@ -109,6 +109,7 @@ impl<'t> Parts<'t> {
     /// a year that is not positive, if a word such as `at` stands in a text without a time of day, or if a day has no month.
     fn of(text: &'t str) -> Option<Self> {
         let mut parts = Self::default();
+        // The era; `None`: none in the text so far.
         let mut is_before_christ = None;
         let mut expects_time_of_day = false;
         let mut words = text.split([' ', ',']).filter(|w| !w.is_empty());

@@ -296,14 +296,14 @@ impl SkyEvent {
             Self::Transit(e) => text!("event-transit", planet = name(e.planet)),
             Self::Moons(e) => {
                 let (moon, planet) = (name(e.moon), name(e.planet));
-                let by_name = e.nearer_moon.map_or("?", name);
+                let nearer_moon_name = e.nearer_moon.map_or("?", name);
                 match e.class {
                     MoonEventType::Transit => text!("event-moon-before", moon = moon, planet = planet),
                     MoonEventType::Occultation => text!("event-moon-behind", moon = moon, planet = planet),
                     MoonEventType::ShadowTransit => text!("event-shadow-on", moon = moon, planet = planet),
                     MoonEventType::Eclipse => text!("event-moon-in-shadow", moon = moon, planet = planet),
-                    MoonEventType::MutualOccultation => text!("event-occultation", moon = moon, by = by_name),
-                    MoonEventType::MutualEclipse => text!("event-mutual-eclipse", moon = moon, by = by_name),
+                    MoonEventType::MutualOccultation => text!("event-occultation", moon = moon, by = nearer_moon_name),
+                    MoonEventType::MutualEclipse => text!("event-mutual-eclipse", moon = moon, by = nearer_moon_name),
                 }
             }
         }

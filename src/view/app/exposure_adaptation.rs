@@ -10,8 +10,9 @@
 //!
 //! A changed metered value becomes known only when the first image with the new value is finished. The decay towards it is then counted from the request
 //! of the last image with the old value. During continuous drawing, this start is too early by at most the interval between two requests. The first image
-//! with the new value is ahead of this decay by one more interval, because it was requested before the last image with the old value was finished. If no
-//! image was requested for several time constants before the change, the first images after the change have the metered exposure at once.
+//! with the new value is one more interval ahead of this decay: it was requested before the last image with the old value was finished, so its exposure is
+//! computed from the image before that one. If no image was requested for several time constants before the change, the first images after the change have
+//! the metered exposure at once.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -293,7 +294,8 @@ mod tests {
                 let covered = images.iter().find(is_covered).expect("an image near the metered exposure");
                 let time_s = covered.requested_s - step_s;
                 assert!((time_s - TIME_CONSTANT_S).abs() <= interval_s, "{time_s} s with images of {image_s} s");
-                // Negative control: each image is recorded with the time of the newest request.
+                // Negative control: each image is recorded with the time of the newest request, which is later than that of its own. The exposures then
+                // differ from the decay by more than half a stop.
                 let error = largest_error(&images_of_a_step(image_s, step_s, !has_own_time));
                 assert!(error > 0.5, "{error} stops with the time of the newest request");
             }

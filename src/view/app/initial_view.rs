@@ -40,9 +40,10 @@ pub fn initial_view(catalog: &Catalog, positions: &dyn BodyPositions, target: Na
     let pole = positions.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
     let radius_km = body.radii_km.x;
     // The Moon's position relative to the Earth's centre, in Earth radii.
-    let moon_radii =
+    let earth_to_moon_radii =
         if target == NaifId::EARTH { positions.geometric_between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
-    let direction_with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| camera_direction_with_moon(sun, moon, pole));
+    let direction_with_moon = sunward.zip(earth_to_moon_radii).and_then(|(sun, moon)| camera_direction_with_moon(sun, moon, pole));
+    // Without the Moon, the camera's direction is turned from the Sun's about the celestial pole.
     let direction = direction_with_moon.unwrap_or_else(|| camera_direction(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
     let mut view = ViewState::around(target, direction * (START_DISTANCE_RADII * radius_km), radius_km, pole, time);
     // At the exposure of a sunlit planet no star would be visible without this layer.
@@ -50,29 +51,30 @@ pub fn initial_view(catalog: &Catalog, positions: &dyn BodyPositions, target: Na
     Ok(view)
 }
 
-/// Unit vector from the body to the camera: the direction to the Sun, turned about `axis` by `sun_angle_deg`, then moved towards the pole.
+/// Unit vector from the body to the camera: the direction to the Sun, turned about `axis` by `sun_angle_deg`, then moved towards the pole. `sunward`: `None`
+/// for the Sun itself, and if the ephemeris does not cover the time; an arbitrary direction is then moved towards the pole.
 fn camera_direction(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, pole_offset: f64, pole: DVec3) -> DVec3 {
     let beside_sun = sunward.map_or(DVec3::X, |sun| DQuat::from_axis_angle(axis, sun_angle_deg.to_radians()) * sun);
     (beside_sun + pole_offset * pole).try_normalize().unwrap_or(beside_sun)
 }
 
 /// The direction from the Earth to a camera that sees the Moon beside the Earth: the one whose angle from the Sun is closest to [`SUN_ANGLE_DEG`].
-/// `moon_radii`: the Moon's position relative to the Earth's centre, in Earth radii.
-fn camera_direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
+/// `earth_to_moon_radii`: the Moon's position relative to the Earth's centre, in Earth radii.
+fn camera_direction_with_moon(sunward: DVec3, earth_to_moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
     // About this axis, a positive angle turns the Sun's direction away from the Moon's: for a camera in the turned direction, the Moon is beyond the Earth.
-    let axis = moon_radii.cross(sunward).try_normalize()?;
+    let axis = earth_to_moon_radii.cross(sunward).try_normalize()?;
     let [min_deg, max_deg] = SUN_ANGLE_RANGE_DEG;
     let steps = ((max_deg - min_deg) / SUN_ANGLE_STEP_DEG) as u32;
     let mut angles_deg: Vec<f64> = (0..=steps).map(|k| min_deg + f64::from(k) * SUN_ANGLE_STEP_DEG).collect();
     angles_deg.sort_by(|a, b| (a - SUN_ANGLE_DEG).abs().total_cmp(&(b - SUN_ANGLE_DEG).abs()));
     let at_angle = |&angle_deg: &f64| POLE_OFFSETS.map(|offset| camera_direction(Some(sunward), axis, angle_deg, offset, pole));
     let directions = angles_deg.iter().flat_map(at_angle);
-    directions.into_iter().find(|&direction| shows_moon(direction, moon_radii, pole))
+    directions.into_iter().find(|&direction| shows_moon(direction, earth_to_moon_radii, pole))
 }
 
 /// Whether a camera in this direction from the Earth, with the pole up, shows the Moon beside the Earth's disc.
-fn shows_moon(direction: DVec3, moon_radii: DVec3, pole: DVec3) -> bool {
-    let moon_from_camera = moon_radii - direction * START_DISTANCE_RADII;
+fn shows_moon(direction: DVec3, earth_to_moon_radii: DVec3, pole: DVec3) -> bool {
+    let moon_from_camera = earth_to_moon_radii - direction * START_DISTANCE_RADII;
     // Distance of the Moon along the line of sight, which is opposite to `direction`.
     let depth_radii = -moon_from_camera.dot(direction);
     let Some(right) = pole.cross(direction).try_normalize().filter(|_| depth_radii > 0.0) else { return false };
@@ -114,6 +116,7 @@ mod tests {
         for elongation_deg in (0..360).step_by(5) {
             let from_sun_deg = f64::from(180 - (elongation_deg - 180_i32).abs());
             let found = direction_for_elongation(f64::from(elongation_deg));
+            // The limit of about 57 degrees (see the module comment) is between these two.
             assert!(found.is_some() || from_sun_deg < 75.0, "{elongation_deg}");
             assert!(found.is_none() || from_sun_deg > 50.0, "{elongation_deg}");
         }

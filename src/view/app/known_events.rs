@@ -121,6 +121,8 @@ mod tests {
     use crate::units::DAYS_PER_JULIAN_YEAR;
 
     const DAY_S: f64 = SECONDS_PER_DAY;
+    /// For the parameter `is_covered` of [`advanced`].
+    const COVERED: bool = true;
 
     /// A search after a step. `is_covered`: whether the ephemeris covers the step.
     fn advanced(search: &EventSearch, is_covered: bool) -> EventSearch {
@@ -159,7 +161,7 @@ mod tests {
         assert_eq!(known.unsearched(from_tdb_s, to_tdb_s), [Some((from_tdb_s, to_tdb_s)), None]);
         for step in 1..=4 {
             let next = known.next_search(from_tdb_s, to_tdb_s).expect("a search");
-            known.add_result(&next, advanced(&next, true), Vec::new());
+            known.add_result(&next, advanced(&next, COVERED), Vec::new());
             let [before, after] = known.unsearched(from_tdb_s, to_tdb_s).map(|part| part.map_or(0.0, |(a, b)| b - a));
             assert_eq!(before + after, (100.0 - 10.0 * f64::from(step)) * DAY_S);
             assert!((before - after).abs() <= 10.0 * DAY_S, "{before} {after}");
@@ -179,7 +181,7 @@ mod tests {
         let (moon, planet) = (NaifId(501), NaifId(599));
         let event = MoonEvent { class: MoonEventType::Transit, moon, planet, nearer_moon: None, greatest, contacts: Vec::new() };
         let found = KnownEvent { tdb_s: 5.0 * DAY_S, title: "before".into(), event: Arc::new(SkyEvent::Moons(event)) };
-        known.add_result(&next, advanced(&next, true), vec![found]);
+        known.add_result(&next, advanced(&next, COVERED), vec![found]);
         steps_needed(&mut known, 0.0, 10.0 * DAY_S, |_| true);
         known.rewrite_titles(|event| format!("{:?}", event.kind()));
         assert_eq!(known.between(0.0, 10.0 * DAY_S).iter().map(|e| e.title.as_str()).collect::<Vec<_>>(), ["Moons"]);
@@ -239,15 +241,15 @@ mod tests {
         while let Some(next) = known.next_search(0.0, 20.0 * DAY_S) {
             let [start_tdb_s, end_tdb_s] = [next.searched_until(), next.end_of_step()].map(Instant::tdb_seconds_past_j2000);
             lengths_days.push((end_tdb_s - start_tdb_s).abs() / DAY_S);
-            known.add_result(&next, advanced(&next, false), Vec::new());
+            known.add_result(&next, advanced(&next, !COVERED), Vec::new());
         }
         // Steps of 10, 5, 2.5 and 1.25 days on each side.
         lengths_days.sort_by(f64::total_cmp);
         assert_eq!(lengths_days, [1.25, 1.25, 2.5, 2.5, 5.0, 5.0, 10.0, 10.0]);
         let elsewhere = known.next_search(900.0 * DAY_S, 920.0 * DAY_S).expect("a search");
-        known.add_result(&first, advanced(&first, true), Vec::new());
+        known.add_result(&first, advanced(&first, COVERED), Vec::new());
         assert_eq!(known.searched_span(), Some((910.0 * DAY_S, 910.0 * DAY_S)));
-        known.add_result(&elsewhere, advanced(&elsewhere, true), Vec::new());
+        known.add_result(&elsewhere, advanced(&elsewhere, COVERED), Vec::new());
         assert_ne!(known.searched_span(), Some((910.0 * DAY_S, 910.0 * DAY_S)));
     }
 }

@@ -67,7 +67,8 @@ impl OrbitCamera {
         Self::from_offset(offset_radii, 1.0, pole)
     }
 
-    /// The orbit of a camera that sees the lit side of a body and of its rings. `sunward`: the unit vector from the body to the Sun, ICRF.
+    /// The orbit of a camera that sees the lit side of a body and of its rings. `sunward`: the unit vector from the body to the Sun. Both it
+    /// and `pole` are in ICRF.
     pub(crate) fn on_lit_side(sunward: DVec3, distance_radii: f64, pole: DVec3) -> Self {
         let mut orbit = Self::from_offset_radii(sunward * distance_radii, pole);
         orbit.azimuth_rad += LIT_SIDE_SUN_AZIMUTH_DEG.to_radians();

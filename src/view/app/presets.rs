@@ -140,6 +140,7 @@ fn dark_time(positions: &dyn BodyPositions, now: Instant, observer_place: Home) 
         let sun = positions.geometric_between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;
         Some((positions.body_from_icrf(NaifId::EARTH, time)? * sun).dot(up))
     };
+    // The least sine of the Sun's altitude so far, with its time.
     let mut lowest: Option<(f64, Instant)> = None;
     for step in 0..=(DARK_SEARCH_S / DARK_STEP_S) as u32 {
         let time = now.plus_seconds(f64::from(step) * DARK_STEP_S);

@@ -75,7 +75,7 @@ pub enum SearchTarget {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suggestion {
     pub name: String,
-    /// A short description of the object.
+    /// A short description of the target.
     pub about: String,
     pub target: SearchTarget,
 }

@@ -367,7 +367,8 @@ mod tests {
         }
         settings.add_recent("again".into(), view(39));
         assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (MAX_RECENT, "again"));
-        settings.save(&path, None).expect("a file");
+        let no_base = None;
+        settings.save(&path, no_base).expect("a file");
         assert_eq!(Settings::load(&path), (settings.clone(), None));
         // Earlier versions wrote views under another field name.
         let text = std::fs::read_to_string(&path).expect("text");
@@ -391,7 +392,8 @@ mod tests {
         }
         let german = Settings { language: Some(Language::German), ..others };
         assert_eq!(read("{\"language\": \"de\", \"names\": false, \"zoom\": 1.5}"), (german.clone(), None));
-        german.save(&path, None).expect("a file");
+        let no_base = None;
+        german.save(&path, no_base).expect("a file");
         assert_eq!(Settings::load(&path), (german, None));
         // A file that is not JSON is set aside.
         assert!(read("{\"language\": de}").1.is_some());

@@ -225,6 +225,7 @@ mod tests {
                     assert!(positions.iter().all(|p| (0.0..=width).contains(p)), "{case}");
                     // Ticks every five days can be three days apart, from 26 February to 1 March.
                     assert!(positions.windows(2).all(|p| p[1] - p[0] > 0.55 * MIN_TICK_DISTANCE_POINTS), "{case}");
+                    // An interval of `TICK_INTERVALS` is at most five times the one before it, for which there is no room.
                     assert!(positions.windows(2).all(|p| p[1] - p[0] < 5.0 * MIN_TICK_DISTANCE_POINTS), "{case}");
                     let max_intervals = width / MIN_TICK_DISTANCE_POINTS;
                     assert!(
@@ -232,6 +233,7 @@ mod tests {
                         "{case}"
                     );
                     for tick in &ticks {
+                        // A millisecond is added, so that rounding does not give the second before.
                         let iso = Instant::from_tdb_seconds_past_j2000(tick.tdb_s + 1e-3).to_utc_iso();
                         assert!(iso.contains(":00:00"), "{iso}: {case}");
                     }

@@ -284,7 +284,7 @@ impl ViewState {
         body_of(self.target)?;
         let body = body_of(self.camera_pose.body())?;
         let body_from_icrf = |id: NaifId| ephemeris.body_from_icrf(id, self.time());
-        // `up` turned about `forward` by the roll.
+        // `up` turned about `forward` by the roll. A positive roll turns the image clockwise, so it turns the up vector by a negative angle.
         let rolled = |forward: DVec3, up: DVec3| DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up;
         let tracks_other_body = self.target != body.id && self.tracks;
         Ok(match self.camera_pose {
@@ -416,7 +416,7 @@ pub(crate) fn horizontal_angles_deg(normal: DVec3, direction: DVec3) -> (f64, f6
     (local.x.atan2(local.y).to_degrees().rem_euclid(360.0), local.z.clamp(-1.0, 1.0).asin().to_degrees())
 }
 
-/// The axes at a place with the zenith `normal`. Columns: east, north, zenith.
+/// The axes at a place with the zenith `normal`. Columns: east, north, zenith. At a pole, where no direction is east, y takes its place.
 fn horizon_axes(normal: DVec3) -> DMat3 {
     let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
     DMat3::from_cols(east, normal.cross(east), normal)

@@ -27,6 +27,7 @@ pub struct SelectableBody {
     pub name: String,
     pub aliases: Vec<String>,
     pub kind: BodyKind,
+    /// The body that it orbits; `None` for the Sun.
     pub parent: Option<NaifId>,
     /// Semi-axes: x through the prime meridian, y at 90 degrees east, z through the pole.
     pub radii_km: DVec3,
@@ -96,7 +97,7 @@ pub enum Action {
     NextView,
     /// Show a complete view: a bookmark, a link, a moment. Its target becomes the selected body.
     Show(Box<ViewState>),
-    /// Show the view of a preset. It contains the changes already: they say what the preset has changed in the settings of the view before.
+    /// Show the view of a preset. The [`PresetChanges`] say what the preset has changed in the settings of the view before; this view already contains them.
     ShowPreset(Box<ViewState>, PresetChanges),
 }
 
@@ -106,8 +107,7 @@ const ARRIVAL_RADII: f64 = 3.5;
 const ARRIVAL_RADII_SUN: f64 = 6.0;
 /// Least field of view of a body seen from another one: the image then shows a small disc with its surroundings.
 const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
-/// Field of view of a body seen from another one, in apparent diameters of its disc. It exceeds [`MIN_LOOK_FROM_FOV_DEG`] only for a large disc, such as
-/// Jupiter's from its moons.
+/// Field of view of a body seen from another one, in diameters of its disc, where this exceeds the least one: for a large disc, as Jupiter's from its moons.
 const LOOK_FROM_FOV_DIAMETERS: f64 = 1.8;
 /// Field of view of a camera that is placed on the ground.
 const GROUND_FOV_DEG: f64 = 60.0;
@@ -289,7 +289,7 @@ impl Viewer {
         self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_in_tour
     }
 
-    /// Stores the current view in the history, and shows another.
+    /// Stores the current view in the history, and shows another. `preset_changes`: those that `view` contains, if it is the view of a preset.
     fn show(&mut self, mut view: ViewState, preset_changes: Option<PresetChanges>) {
         if let Some(paused) = view.paused.take() {
             self.time_rate.set_paused(paused);
@@ -371,7 +371,7 @@ impl Viewer {
         }
     }
 
-    /// The equatorial radius of a body.
+    /// The equatorial radius of a body; 1 km for an unknown one.
     fn radius_km(&self, id: NaifId) -> f64 {
         self.selectable_body(id).map_or(1.0, |s| s.radii_km.x)
     }

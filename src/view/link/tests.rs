@@ -153,7 +153,7 @@ fn misspelt_words_in_a_link_get_a_suggestion() {
     assert!(of_link("orrery://view?qqqq=1").is_err_and(|why| !why.contains("did you mean")), "nothing is similar");
 }
 
-/// Of both values one would have been lost without a word. The same field in two groups, or beside its group's, is no repetition.
+/// Otherwise one of the two values would be lost without a message. The same body as target and as the camera's body is no repetition.
 #[test]
 fn a_field_given_twice_is_an_error() {
     for (query, field) in [

@@ -1,8 +1,8 @@
 //! The angle between two points of the image that the user clicks while holding Ctrl.
 //!
-//! In: the direction of each clicked point, and the body at this point, if any. Out: the angle as a message, and the arc between the points. Always: the
-//! points are stored as directions from the camera, so that the arc stays fixed to the sky while the view rotates. A third point starts a new measurement. For
-//! two bodies, the distance between their apparent positions is also shown. Not here: how a click finds a star or a body (`viewport`).
+//! In: the direction of each clicked point, and the body at this point, if any. Out: the angle as a message, for two bodies with the distance between their
+//! apparent positions; and the arc between the points. Always: the arc stays fixed to the sky while the view rotates, because the points are directions from
+//! the camera; a third point starts a new measurement. Not here: how a click finds a star or a body (`viewport`).
 
 use super::information::scaled_angle_text;
 use crate::ephemeris::angle_rad;
@@ -77,6 +77,7 @@ impl MeasuredAngle {
     /// The distance between the apparent centres of the two bodies, if the points are on two different bodies.
     fn distance_text(&self) -> Option<String> {
         let [MeasuredPoint { body: Some(a), .. }, MeasuredPoint { body: Some(b), .. }] = &self.points[..] else { return None };
+        // Both are as in the image of the second click (see `move_bodies`), so a body that was clicked twice has one name and one centre.
         (a != b).then(|| {
             text!(
                 "angle-distance",
@@ -137,7 +138,7 @@ mod tests {
             width: 1000,
             height: 1000,
             is_cube_face: false,
-            has_small_sprites: false,
+            limits_sprite_size: false,
         }
     }
 
@@ -148,13 +149,14 @@ mod tests {
     /// The angle from the middle to the edge is half the field of view, at any field of view; a third click starts a new measurement.
     #[test]
     fn the_angle_from_middle_to_edge_is_half_the_field_of_view() {
+        const NO_BODY: Option<SeenBody> = None;
         for half_deg in [1.0 / 120.0, 0.5, 20.0, 45.0, 80.0] {
             let camera = camera(f64::to_radians(half_deg).tan());
             let mut angle = MeasuredAngle::default();
-            assert!(angle.add(direction(&camera, 500.0, 500.0), None).contains("second place"));
-            let message = angle.add(direction(&camera, 1000.0, 500.0), None);
+            assert!(angle.add(direction(&camera, 500.0, 500.0), NO_BODY).contains("second place"));
+            let message = angle.add(direction(&camera, 1000.0, 500.0), NO_BODY);
             assert_eq!(message, format!("Angle: {}", scaled_angle_text(half_deg)));
-            assert!(angle.add(direction(&camera, 0.0, 0.0), None).contains("second place"));
+            assert!(angle.add(direction(&camera, 0.0, 0.0), NO_BODY).contains("second place"));
             assert!(angle.clear() && !angle.clear());
         }
     }

@@ -161,8 +161,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         row(text!("perf-interface"), format!("{} ms", decimal(performance.interface_ms, 2)));
         row(text!("perf-draws"), rendered.scene.draws.len().to_string());
         row(text!("perf-points"), rendered.scene.points.len().to_string());
-        let shown = rendered.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
-        row(text!("perf-bodies"), text!("perf-bodies-value", shown = shown, all = rendered.scene.bodies.len()));
+        let shown_count = rendered.scene.bodies.iter().filter(|b| b.appearance != crate::scene::Appearance::NotShown).count();
+        row(text!("perf-bodies"), text!("perf-bodies-value", shown = shown_count, all = rendered.scene.bodies.len()));
         let library = &rendered.library;
         row(text!("perf-shaders-memory"), library.from_memory.to_string());
         row(text!("perf-shaders-disk"), text!("perf-in-seconds", count = library.from_disk, seconds = decimal(library.reading_s, 3)));

@@ -127,7 +127,7 @@ mod tests {
         assert_eq!((names(SortOrder::by(1)), names(SortOrder::by(0))), ("cbad".to_owned(), "abcd".to_owned()));
     }
 
-    /// The rows clicked when the pointer presses the first of two, they change places, and the pointer, unmoved, releases.
+    /// The rows that get a click if the pointer presses on the first of two rows, the rows then change places, and the pointer is released where it is.
     fn clicked_after_a_change(button: fn(&mut Ui, &str) -> Response) -> Vec<&'static str> {
         let ctx = egui::Context::default();
         let (mut clicked, mut first_row) = (Vec::new(), egui::Pos2::ZERO);
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn a_click_counts_for_the_row_that_was_pressed() {
         assert_eq!(clicked_after_a_change(|ui, row| row_button(ui, ("row of a test", row), false, row)), ["a"]);
-        // Negative control: egui's own ids.
+        // Negative control: with egui's own ids, the row that has moved under the pointer gets the click.
         assert_eq!(clicked_after_a_change(|ui, row| ui.selectable_label(false, row)), ["b"]);
     }
 

@@ -2,7 +2,7 @@
 //!
 //! In: drags, clicks, the wheel, keys. Out: actions that set the time or show an event; the span, which the settings store. Always: the
 //! displayed time is in the middle, and a drag moves the dates with the pointer; events are searched in the background and appear when
-//! found, and the parts that are still to be searched are lighter; events of moons, of which there are dozens a week, appear only on short
+//! found, and the parts that are still to be searched are grey; events of moons, of which there are dozens a week, appear only on short
 //! spans. Not here: the axis (`app::timeline`).
 
 use super::icons::{self, Icon};
@@ -38,7 +38,7 @@ const KEY_STEP_FRACTION: f64 = 0.02;
 /// Number of wheel notches to which a pinch by a factor of e is equivalent: so many notches change the span by about a factor of e.
 const NOTCHES_PER_E_FOLD: f64 = 4.0;
 
-/// Opacity of the lighter fill over the parts of the timeline that are still to be searched.
+/// Opacity of the grey fill over the parts of the timeline that are still to be searched.
 const UNSEARCHED_OPACITY: f32 = 0.6;
 
 /// Change of the span by one press of its buttons, in wheel notches.
@@ -87,7 +87,7 @@ impl Timeline {
     /// Whether a time (TDB seconds past J2000) is in a part of the axis whose eclipses and transits are still to be searched.
     fn is_unsearched(&self, axis: &TimeAxis, tdb_s: f64) -> bool {
         let parts = self.rare.known.unsearched(axis.start_tdb_s(), axis.end_tdb_s());
-        parts.into_iter().flatten().any(|(from_s, to_s)| (from_s..to_s).contains(&tdb_s))
+        parts.into_iter().flatten().any(|(from_tdb_s, to_tdb_s)| (from_tdb_s..to_tdb_s).contains(&tdb_s))
     }
 }
 
@@ -153,10 +153,10 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
 /// The displayed events, with their positions on the timeline in points.
 fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = (f64, &'t KnownEvent)> {
     let Timeline { rare, frequent } = &interface.timeline;
-    let (from_s, to_s, span_s) = (axis.start_tdb_s(), axis.end_tdb_s(), axis.span_s);
+    let (from_tdb_s, to_tdb_s, span_s) = (axis.start_tdb_s(), axis.end_tdb_s(), axis.span_s);
     let axis = *axis;
-    let frequent = if span_s <= MAX_SPAN_MOONS_S { frequent.known.between(from_s, to_s) } else { &[] };
-    let rare = rare.known.between(from_s, to_s).iter().filter(move |e| span_s <= MAX_SPAN_ALL_EVENTS_S || e.event.is_notable());
+    let frequent = if span_s <= MAX_SPAN_MOONS_S { frequent.known.between(from_tdb_s, to_tdb_s) } else { &[] };
+    let rare = rare.known.between(from_tdb_s, to_tdb_s).iter().filter(move |e| span_s <= MAX_SPAN_ALL_EVENTS_S || e.event.is_notable());
     frequent.iter().chain(rare).map(move |e| (axis.position_points(e.tdb_s), e))
 }
 
@@ -200,9 +200,9 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
         painter.vline(tick_x, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
         painter.text(pos2(tick_x + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
     }
-    // The parts that are still to be searched are lighter: their marks are missing.
-    for (from_s, to_s) in interface.timeline.rare.known.unsearched(axis.start_tdb_s(), axis.end_tdb_s()).into_iter().flatten() {
-        let part = egui::Rangef::new(screen_x(axis.position_points(from_s)), screen_x(axis.position_points(to_s)));
+    // The parts that are still to be searched are grey, because marks are missing there.
+    for (from_tdb_s, to_tdb_s) in interface.timeline.rare.known.unsearched(axis.start_tdb_s(), axis.end_tdb_s()).into_iter().flatten() {
+        let part = egui::Rangef::new(screen_x(axis.position_points(from_tdb_s)), screen_x(axis.position_points(to_tdb_s)));
         let fill = visuals.widgets.noninteractive.bg_stroke.color.gamma_multiply(UNSEARCHED_OPACITY);
         painter.rect_filled(Rect::from_x_y_ranges(part, rect.top()..=dates_top), 0.0, fill);
     }

@@ -127,7 +127,8 @@ impl ImagePlacement {
     /// The placement of an image of the given size in pixels. `viewport`, `viewport_px`: the viewport in points, and its size in pixels.
     fn of([width, height]: [u32; 2], viewport: Rect, viewport_px: [u32; 2]) -> Self {
         let [viewport_width, viewport_height] = viewport_px.map(u64::from);
-        // The sides of a coarse image are those of the viewport, divided by a factor and rounded up, each by less than a pixel.
+        // The sides of a coarse image are those of the viewport, divided by a factor and rounded up, each by less than a pixel. So each product below exceeds
+        // the product of the exact sides by less than one side of the viewport.
         let has_viewport_aspect =
             (u64::from(width) * viewport_height).abs_diff(u64::from(height) * viewport_width) <= viewport_width.max(viewport_height);
         if has_viewport_aspect {
@@ -178,7 +179,7 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let lower_overlays = interface.viewport.overlays.iter().filter(|overlay| overlay.center().y > viewport.center().y);
     let bottom = lower_overlays.map(|overlay| overlay.top()).fold(viewport.bottom() - interface.viewport.caption_height, f32::min);
     let corner = Pos2::new(viewport.left() + MESSAGE_GAP, bottom - MESSAGE_GAP);
-    let shown = area.fixed_pos(corner).interactable(false).show(ui.ctx(), |ui| {
+    let shown_area = area.fixed_pos(corner).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width((viewport.width() - MESSAGE_FREE_WIDTH).max(MIN_MESSAGE_WIDTH));
             let line = ui.colored_label(ui.visuals().warn_fg_color, message);
@@ -186,7 +187,7 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
             ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
         });
     });
-    interface.viewport.overlays.push(shown.response.rect);
+    interface.viewport.overlays.push(shown_area.response.rect);
 }
 
 /// Shows hints for three gestures to a new user, each until the user has made the gesture.
@@ -197,7 +198,7 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
-    let shown = area.fixed_pos(viewport.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
+    let shown_area = area.fixed_pos(viewport.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::new().fill(Color32::from_black_alpha(190)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
             ui,
             |ui| {
@@ -210,7 +211,7 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
             },
         );
     });
-    interface.viewport.overlays.push(shown.response.rect);
+    interface.viewport.overlays.push(shown_area.response.rect);
 }
 
 /// Shows the context menu of the view, with the commands for the body under the pointer if there is one.

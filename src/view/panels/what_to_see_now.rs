@@ -133,7 +133,7 @@ pub(crate) fn show_over_viewport(interface: &mut Interface, ui: &Ui, worker: &dy
     let area = egui::Area::new(ui.scope_id().with("what to see now")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
     let mut must_hide = false;
     let bottom = viewport.center_bottom() - vec2(0.0, 10.0 + interface.viewport.caption_height);
-    let shown = area.fixed_pos(bottom).show(ui.ctx(), |ui| {
+    let shown_area = area.fixed_pos(bottom).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.horizontal(|ui| {
                 ui.strong(text!("now"));
@@ -146,7 +146,7 @@ pub(crate) fn show_over_viewport(interface: &mut Interface, ui: &Ui, worker: &dy
             ui.horizontal(|ui| must_hide |= thumbnail_row(interface, ui, worker, actions));
         });
     });
-    interface.viewport.overlays.push(shown.response.rect);
+    interface.viewport.overlays.push(shown_area.response.rect);
     if must_hide {
         interface.settings.panels.now_shown = false;
     }

@@ -232,7 +232,8 @@ impl Band<'_> {
         let single_colour = (has_one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.sample(a.uv.x, a.uv.y)));
         let single_texel = (a.uv == b.uv && b.uv == c.uv).then(|| texture.sample(a.uv.x, a.uv.y));
         // Top-left rule: a pixel centre on an edge (edge function 0) belongs to the triangle of which the edge is a top or left edge.
-        // `min_edge_value`: the smallest value of an edge's function at pixel centres that belong to the triangle.
+        // `min_edge_value`: the smallest value of an edge's function at pixel centres that belong to the triangle: 0 for a left edge, which leads up the screen
+        // because the corners are clockwise, and for a top edge, which leads to the right; 1 for any other edge.
         let min_edge_value = |p: [i64; 2], q: [i64; 2]| i64::from(!(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
         let min_values = [min_edge_value(pb, pc), min_edge_value(pc, pa), min_edge_value(pa, pb)];
         // Change of the three edge functions from one pixel to the next in a row.

@@ -59,7 +59,7 @@ const RETRY_DELAY: Duration = Duration::from_millis(250);
 const IMAGE_WAIT: Duration = Duration::from_millis(33);
 /// Longest time for which the program waits for work that is still running when the window is closed.
 const SHUTDOWN_GRACE: Duration = Duration::from_millis(250);
-/// Interval between checks whether that work has finished.
+/// Interval between checks, within [`SHUTDOWN_GRACE`], whether this work has finished.
 const SHUTDOWN_CHECK_INTERVAL: Duration = Duration::from_millis(5);
 
 /// Events that wake the loop, other than winit's window events.
@@ -137,8 +137,8 @@ pub(crate) fn run(
         let saved = if must_save { save_settings(&interface.settings).map_err(WindowError::SettingsNotSaved) } else { Ok(()) };
         result.and(saved)?;
         let is_work_running = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
-        let closed = WallInstant::now();
-        while is_work_running() && closed.elapsed() < SHUTDOWN_GRACE {
+        let closed_at = WallInstant::now();
+        while is_work_running() && closed_at.elapsed() < SHUTDOWN_GRACE {
             std::thread::sleep(SHUTDOWN_CHECK_INTERVAL);
         }
         if is_work_running() && !interface.is_saving() {

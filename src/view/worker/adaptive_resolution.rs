@@ -25,7 +25,7 @@ const MAX_IDLE_FRACTION: f64 = 0.5;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct AdaptiveResolution {
     /// Running mean of the render time divided by the number of megapixels. The render time includes the part that does not depend on the number of
-    /// pixels.
+    /// pixels. `None` before the first image.
     ms_per_megapixel: Option<f64>,
     /// Running mean of the time for which the renderer is idle between two images.
     idle_ms: f64,
@@ -55,14 +55,14 @@ impl AdaptiveResolution {
         // 1 / (divisor * divisor).
         let divisor_for_interval = |interval_ms: f64| (full_size_ms / (interval_ms - self.idle_ms)).sqrt();
         let fast_divisor = divisor_for_interval(FAST_INTERVAL_MS);
-        let target = if fast_divisor <= MAX_FAST_DIVISOR {
+        let target_divisor = if fast_divisor <= MAX_FAST_DIVISOR {
             fast_divisor
         } else {
             divisor_for_interval(SLOW_INTERVAL_MS).clamp(MAX_FAST_DIVISOR, MAX_DIVISOR)
         };
-        // Hysteresis: the divisor is lowered only if the target is more than one and a half steps below it. Otherwise the divisor would change all the time.
-        if target > self.divisor || target < self.divisor - 1.5 * DIVISOR_STEP {
-            self.divisor = ((target / DIVISOR_STEP).ceil() * DIVISOR_STEP).max(1.0);
+        // Hysteresis: the divisor is lowered only if the target is more than one and a half steps below it. Otherwise it would change all the time.
+        if target_divisor > self.divisor || target_divisor < self.divisor - 1.5 * DIVISOR_STEP {
+            self.divisor = ((target_divisor / DIVISOR_STEP).ceil() * DIVISOR_STEP).max(1.0);
         }
         self.divisor
     }

@@ -385,8 +385,8 @@ mod tests {
         assert!(why(&[bits, &[("NAXIS", "0")]], &[]).1.starts_with("no image in it"));
         let sides = |width, height| -> [(&str, &str); 3] { [("NAXIS", "2"), ("NAXIS1", width), ("NAXIS2", height)] };
         for (width, height, card, expected) in [("0", "2", 4, "NAXIS1: 0 pixels along this axis"), ("2", "0", 5, "NAXIS2: 0 pixels")] {
-            let (at, why) = why(&[bits, &sides(width, height), TAN], &[]);
-            assert!(at == card && why.starts_with(expected), "{at}: {why}");
+            let (at, reason) = why(&[bits, &sides(width, height), TAN], &[]);
+            assert!(at == card && reason.starts_with(expected), "{at}: {reason}");
         }
         let groups: &[(&str, &str)] = &[("GROUPS", "T"), ("PCOUNT", "1"), ("GCOUNT", "4000")];
         let (at, reason) = why(&[bits, &sides("0", "2"), groups], &[]);
@@ -407,8 +407,8 @@ mod tests {
         ] {
             let changed: Vec<(&str, String)> = TAN.iter().map(|(k, v)| (*k, v.replace(from, to))).collect();
             let changed: Vec<(&str, &str)> = changed.iter().map(|(k, v)| (*k, v.as_str())).collect();
-            let (at, why) = why(&[bits, SIZE, &changed], &data);
-            assert!(at == card && why.starts_with(expected), "{at}: {why}");
+            let (at, reason) = why(&[bits, SIZE, &changed], &data);
+            assert!(at == card && reason.starts_with(expected), "{at}: {reason}");
         }
         assert!(why(&[bits, SIZE, TAN, &[("RADESYS", "'FK4'")]], &data).1.starts_with("RADESYS: `FK4`"));
         assert!(why(&[bits, SIZE, TAN, &[("EQUINOX", "1950.0")]], &data).1.starts_with("EQUINOX: `1950.0`"));

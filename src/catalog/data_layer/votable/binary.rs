@@ -198,6 +198,8 @@ mod tests {
     /// Values of the argument `has_null_flags`.
     const BINARY: bool = false;
     const BINARY2: bool = true;
+    /// A column without a number that means null.
+    const NO_NULL: Option<&str> = None;
 
     fn rows(columns: &[Column], bytes: &[u8], has_null_flags: bool) -> Result<Vec<Vec<String>>, String> {
         let text = BASE64_STANDARD.encode(bytes);
@@ -211,7 +213,7 @@ mod tests {
     }
 
     fn column(data_type: &str, arraysize: &str) -> Column {
-        Column::new(data_type, arraysize, None).expect("a type")
+        Column::new(data_type, arraysize, NO_NULL).expect("a type")
     }
 
     #[test]
@@ -262,7 +264,7 @@ mod tests {
         assert!(rows(&[column("char", "0")], b"x", BINARY).expect_err("nothing").contains("no bytes"));
         assert!(Rows::new(&[column("int", "")], "A*==", BINARY).err().expect("no base64").contains("not base64"));
         assert!(
-            Column::new("quad", "", None).is_err() && Column::new("int", "2y", None).is_err() && Column::new("int", "*x2", None).is_err()
+            [("quad", ""), ("int", "2y"), ("int", "*x2")].iter().all(|(data_type, size)| Column::new(data_type, size, NO_NULL).is_err())
         );
     }
 }

@@ -317,9 +317,8 @@ impl<R: Real> Binder<R> {
             return Err(format!("more than {SCRATCH_SLOTS} operands"));
         }
         let from = self.offset(o);
-        // The operand is not an array of lanes.
-        let operand_kinds = [false; 3];
-        match R::specialised(self.class, Op::Copy, operand_kinds) {
+        let are_operands_per_lane = [false; 3];
+        match R::specialised(self.class, Op::Copy, are_operands_per_lane) {
             Some(broadcast) => self.push_kernel(broadcast, Self::slot_offset(slot), &[from; 3]),
             None => unreachable!("a copy of one value to all lanes has a specialised kernel"),
         }

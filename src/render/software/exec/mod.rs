@@ -72,7 +72,7 @@ fn texture_size<R: Real>(textures: &dyn TextureUnit<R>, texture: usize, axis: u8
 }
 
 /// The register that an instruction of the draw tape writes, and its new value. `has_fma`: whether multiply-adds round once; `words`: the uniform block;
-/// `textures`: those of the draw; `read`: the value of a register.
+/// `textures`: those of the draw; `read`: the value of a register. `None` for an instruction that cannot be on the draw tape.
 fn evaluate_scalar<R: Real>(
     instr: &Instr,
     has_fma: bool,
@@ -385,9 +385,9 @@ impl<R: Real> Executor<R> {
                     elements.gather(&draw_values.uniform_words, &indices, &mut self.arena[*dst as usize].0);
                     continue;
                 }
-                BoundStep::Texture(read) => {
+                BoundStep::Texture(index) => {
                     self.counts.texture_reads += 1;
-                    self.read_texture(&bound.texture_reads[*read as usize], textures);
+                    self.read_texture(&bound.texture_reads[*index as usize], textures);
                     continue;
                 }
                 BoundStep::TextureSize { dst, texture, axis, level } => {

@@ -38,7 +38,7 @@ impl UniformElements {
     }
 
     /// The part of the block from the first element's word to the last element's word, and the number of words from one element to the next. `None` if the
-    /// block ends before the last element's word, or if offset or stride are not whole words.
+    /// block ends before the last element's word, if offset or stride are not whole words, or if a word index needs more than 31 bits.
     fn span(self, words: &[u32]) -> Option<(&[u32], u32)> {
         let (first, word_stride) = (self.offset as usize / 4, self.stride / 4);
         let last = (self.last_index() as usize).checked_mul(word_stride as usize)?;
@@ -110,6 +110,7 @@ mod tests {
 
     #[test]
     fn gather_returns_in_each_lane_what_a_single_read_returns() {
+        // A block of 160 bytes.
         let words: Vec<u32> = (0..40).map(|k| (1.5 * k as f32).to_bits()).collect();
         let elements = |kind, offset, stride, count| UniformElements { kind, offset, stride, count };
         let inside = [

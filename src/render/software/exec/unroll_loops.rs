@@ -122,6 +122,7 @@ fn append_doubled(
         };
         doubled.push((instr, target));
     }
+    // `Target::New` replaces the 0.
     doubled.push((Instr::Jump { target: 0 }, Target::New(first_body)));
     for exit in exits {
         doubled.extend(pairs.iter().map(|p| (copy_instr(p.variable, p.next), Target::Original)));

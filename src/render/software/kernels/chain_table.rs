@@ -3,8 +3,9 @@
 //! The chains are those that occur most often in the atmosphere, eclipse, ring, map and tone-map code (docs/measurements.md: chosen by how often their
 //! operations follow each other). The order does not matter.
 
-/// Each entry: the kinds of the operands, the first operation, then each further operation with the position of the previous result among its
-/// operands. In `Mul`, `Add`, `Fma`, `Fms`, `Fnma`, `And` and `Or` this position is never 0: the lowering swaps the first two operands if necessary.
+/// Each entry: the kinds of the operands (L: one value per lane; R: one value for all lanes, a register), the first operation, then each further operation
+/// with the position of the previous result among its operands, counted from 0. In `Mul`, `Add`, `Fma`, `Fms`, `Fnma`, `And` and `Or` this position is never 0:
+/// the lowering swaps the first two operands if necessary.
 macro_rules! with_chains {
     ($m:ident) => {
         $m! {

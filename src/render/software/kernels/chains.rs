@@ -99,7 +99,7 @@ impl<P: FusedKernel, B: Eval, const CHAINED: usize> FusedKernel for Then<P, B, C
     }
 }
 
-/// Runs a chain over `N` lanes. `KINDS`: as [`kind_bits`].
+/// Runs a chain over `N` lanes. `KINDS`: as [`kind_bits`]. `FMA`: whether multiply-adds round once.
 /// # Safety
 /// `offsets` has the offset of every operand from `base`, in elements. Each operand is valid for `N` reads, or for one if its bit in `KINDS`
 /// is not set. No operand overlaps `dst`.

@@ -1,8 +1,9 @@
 //! SIMD kernels: one generic source, compiled once per instruction set and chosen at run time.
 //!
-//! In: operands, each of one of two kinds: an array of lanes, or one value for all lanes. Out: [`LANES`] lanes written. Frequent operations have one
-//! specialised kernel per combination of operand kinds with an array (a copy also for one value). Every operation has one generic kernel, which accepts only
-//! arrays of lanes and, except for derivatives, processes [`CHUNK`] lanes at a time. [`chains`] computes several operations in one kernel.
+//! In: operands, each of one of two kinds: an array of lanes, or one value for all lanes. Out: [`LANES`] lanes written. A frequent operation has one
+//! specialised kernel per combination of operand kinds in which at least one operand is an array; copies also have one that broadcasts one value. Every
+//! operation has one generic kernel, which accepts only arrays of lanes and, except for derivatives, processes [`CHUNK`] lanes at a time. [`chains`] computes
+//! several operations in one kernel.
 
 mod chain_table;
 pub mod chains;
@@ -35,7 +36,7 @@ pub fn eval<R: Real>(op: Op, has_fma: bool, a: R, b: R, c: R) -> R {
     R::scalar(op, has_fma)(a, b, c)
 }
 
-/// Computes one operation for `N` lanes. `A`, `B`, `C`: whether the operand has one value per lane.
+/// Computes one operation for `N` lanes. `A`, `B`, `C`: whether the operand has one value per lane. `FMA`: whether multiply-adds round once.
 /// # Safety
 /// Each operand is valid for `N` reads, or for one if its flag is false, and does not overlap `dst`.
 #[inline(always)]
@@ -126,9 +127,9 @@ macro_rules! class {
                 // SAFETY: the caller guarantees it.
                 let (a, b, c) = unsafe { (operand_at(base, offsets, 0), operand_at(base, offsets, 1), operand_at(base, offsets, 2)) };
                 for (k, chunk) in dst.as_chunks_mut::<CHUNK>().0.iter_mut().enumerate() {
-                    let k = k * CHUNK;
+                    let first = k * CHUNK;
                     // SAFETY: each chunk lies inside the lanes of the operands.
-                    unsafe { run_lanes::<O, R, CHUNK, true, true, true, $has_fma>(chunk, a.add(k), b.add(k), c.add(k)) }
+                    unsafe { run_lanes::<O, R, CHUNK, true, true, true, $has_fma>(chunk, a.add(first), b.add(first), c.add(first)) }
                 }
             }
 

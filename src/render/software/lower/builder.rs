@@ -38,9 +38,9 @@ pub(crate) struct SsaBuilder {
     /// The operands of each `select` between lanes, by its result.
     selects: HashMap<SsaValue, [SsaValue; 3]>,
     /// The operand of each `BNot`, by its result.
-    negated: HashMap<SsaValue, SsaValue>,
-    /// Values computed on the lane tape: those outside all regions, then those of each open region, innermost last. A region is a part of the tape that may
-    /// be skipped, so its values must not be used after it.
+    operand_of_not: HashMap<SsaValue, SsaValue>,
+    /// Values computed on the lane tape: those outside all reuse scopes, then those of each open scope, innermost last. A reuse scope is a part of the tape
+    /// that may be skipped, so its values must not be used after it.
     available: Vec<HashMap<Computation, SsaValue>>,
 }
 
@@ -107,25 +107,25 @@ impl SsaBuilder {
         self.last_label
     }
 
-    /// Starts a region, a part of the tape that may be skipped: values computed in it are not reused after it.
-    pub(crate) fn open_region(&mut self) {
+    /// Starts a reuse scope, a part of the tape that may be skipped: values computed in it are not reused after it.
+    pub(crate) fn open_reuse_scope(&mut self) {
         self.available.push(HashMap::default());
     }
-    pub(crate) fn close_region(&mut self) {
+    pub(crate) fn close_reuse_scope(&mut self) {
         self.available.pop();
     }
-    /// Ends a region that is not skipped after all: its values may be reused after it.
-    pub(crate) fn keep_region(&mut self) {
-        if let Some(region) = self.available.pop()
+    /// Ends a reuse scope whose instructions are never skipped after all: its values may be reused after it.
+    pub(crate) fn merge_reuse_scope(&mut self) {
+        if let Some(scope) = self.available.pop()
             && let Some(outer) = self.available.last_mut()
         {
-            outer.extend(region);
+            outer.extend(scope);
         }
     }
 
     /// The earlier value of an equal computation, if it is available here.
     fn find_computed(&self, key: &Computation) -> Option<SsaValue> {
-        self.draw_available.get(key).or_else(|| self.available.iter().rev().find_map(|region| region.get(key))).copied()
+        self.draw_available.get(key).or_else(|| self.available.iter().rev().find_map(|scope| scope.get(key))).copied()
     }
 
     /// A new value, with the highest rate among the operands from which it is computed.
@@ -179,7 +179,7 @@ impl SsaBuilder {
                 self.selects.insert(dst, [cond, yes, no]);
             }
             (Op::BNot, &[a]) => {
-                self.negated.insert(dst, a);
+                self.operand_of_not.insert(dst, a);
             }
             _ => {}
         }
@@ -273,12 +273,13 @@ impl SsaBuilder {
                 if a == b {
                     return Some(a);
                 }
-                if let Some(&opposite) = self.negated.get(&c) {
+                if let Some(&opposite) = self.operand_of_not.get(&c) {
                     return Some(self.select(opposite, b, a));
                 }
                 // An inner select with the same condition takes the same side as the outer one. Such selects arise where one side of a branch returns early.
-                let side = |v, k: usize| self.selects.get(&v).filter(|inner| inner[0] == c).map(|inner| inner[k]);
-                let (yes, no) = (side(a, 1).unwrap_or(a), side(b, 2).unwrap_or(b));
+                // Operands of a select: 0 the condition, 1 the result where it holds, 2 the result elsewhere.
+                let inner_operand = |v, k: usize| self.selects.get(&v).filter(|inner| inner[0] == c).map(|inner| inner[k]);
+                let (yes, no) = (inner_operand(a, 1).unwrap_or(a), inner_operand(b, 2).unwrap_or(b));
                 if (yes, no) != (a, b) {
                     return Some(self.select(c, yes, no));
                 }
@@ -307,7 +308,7 @@ impl SsaBuilder {
                     _ => None,
                 }
             }
-            (Op::BNot, &[a]) => self.negated.get(&a).copied(),
+            (Op::BNot, &[a]) => self.operand_of_not.get(&a).copied(),
             _ => None,
         }
     }

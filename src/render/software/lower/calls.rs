@@ -22,7 +22,7 @@ impl<'m> Lowerer<'m> {
         let return_flag = self.env.len();
         let no = self.builder.bool(false);
         self.env.push(no);
-        let result = self.env.len();
+        let first_of_result = self.env.len();
         if let Some(r) = &function.result {
             let zeros = self.zeros(&self.module.types[r.ty].inner)?;
             self.env.extend(zeros);
@@ -35,8 +35,8 @@ impl<'m> Lowerer<'m> {
             values: HashMap::default(),
             locals: HashMap::default(),
             return_flag,
-            result,
-            loops: Vec::new(),
+            first_of_result,
+            loop_flags: Vec::new(),
         };
         let mut initialisers = Vec::new();
         for (handle, local) in function.local_variables.iter() {
@@ -53,12 +53,12 @@ impl<'m> Lowerer<'m> {
             let values = self.scalars_of(init)?;
             self.env[first..first + values.len()].copy_from_slice(&values);
         }
-        let was_directly_in_loop = std::mem::replace(&mut self.is_directly_in_loop, false);
+        let caller_may_exit_by_jump = std::mem::replace(&mut self.may_exit_by_jump, false);
         self.block(&function.body)?;
-        self.is_directly_in_loop = was_directly_in_loop;
+        self.may_exit_by_jump = caller_may_exit_by_jump;
         self.capture_variables()?;
         self.frames.pop();
-        let scalars = self.env[result..result_end].to_vec();
+        let scalars = self.env[first_of_result..result_end].to_vec();
         self.env.truncate(return_flag);
         Ok(scalars)
     }

@@ -19,7 +19,7 @@ const NO_CHAINED_OPERAND: u8 = 0;
 struct ChainOp {
     /// Index of its instruction.
     index: usize,
-    op: FusedOp,
+    fused: FusedOp,
     /// All operands, including the previous operation's result.
     args: SsaValues,
 }
@@ -43,8 +43,8 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaInstr>, outputs: &[SsaValue]) {
             SsaInstr::Op { dst: dst @ SsaValue::Lane(_), op, args } => {
                 let candidates = args.iter().enumerate().filter_map(|(position, v)| {
                     let mut chain = open_chains.get(v)?.clone();
-                    let (op, args) = commuted(FusedOp { op: *op, chained_operand: position as u8 }, args);
-                    chain.push(ChainOp { index, op, args });
+                    let (fused, args) = commuted(FusedOp { op: *op, chained_operand: position as u8 }, args);
+                    chain.push(ChainOp { index, fused, args });
                     // Prefer a chain that needs no further kernel for this operation, and among such chains the longest.
                     let adds_no_kernel = kernel_count(&chain) == kernel_count(&chain[..chain.len() - 1]);
                     Some(((adds_no_kernel, chain.len()), *v, chain))
@@ -54,7 +54,7 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaInstr>, outputs: &[SsaValue]) {
                         open_chains.remove(&v);
                         chain
                     }
-                    None => vec![ChainOp { index, op: FusedOp { op: *op, chained_operand: NO_CHAINED_OPERAND }, args: args.clone() }],
+                    None => vec![ChainOp { index, fused: FusedOp { op: *op, chained_operand: NO_CHAINED_OPERAND }, args: args.clone() }],
                 };
                 if uses.get(dst) == Some(&1) {
                     open_chains.insert(*dst, chain);
@@ -85,26 +85,26 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaInstr>, outputs: &[SsaValue]) {
 /// Folds the negation of a factor into the fused multiply-add that reads it, because -a * b + c is exactly c - a * b.
 fn fold_negations(code: &mut Vec<SsaInstr>, outputs: &[SsaValue]) {
     let uses = use_counts(code, outputs);
-    // Index of the negation and its operand, by result.
-    let mut negated: HashMap<SsaValue, (usize, SsaValue)> = HashMap::default();
+    // Index of each negation, and its operand, by its result.
+    let mut negations: HashMap<SsaValue, (usize, SsaValue)> = HashMap::default();
     let mut removed = HashSet::default();
     for (index, instr) in code.iter_mut().enumerate() {
         match instr {
-            SsaInstr::Assign { dst, .. } => negated.retain(|_, (_, a)| *a != *dst),
+            SsaInstr::Assign { dst, .. } => negations.retain(|_, (_, a)| *a != *dst),
             SsaInstr::Op { dst: dst @ SsaValue::Lane(_), op: Op::Neg, args } if uses.get(dst) == Some(&1) => {
-                negated.insert(*dst, (index, args[0]));
+                negations.insert(*dst, (index, args[0]));
             }
             SsaInstr::Op { dst: dst @ SsaValue::Lane(_), op: Op::Fma, args } => {
-                let found = (0..2).find_map(|position| Some((position, *negated.get(&args[position])?)));
+                let found = (0..2).find_map(|position| Some((position, *negations.get(&args[position])?)));
                 let Some((position, (negation, factor))) = found else { continue };
-                // `SsaValue` sorts values common to all lanes before values of one lane each, as does the table of chains.
+                // `SsaValue` sorts values that all lanes share before values with one element per lane, as does the table of chains.
                 let mut factors = [factor, args[1 - position]];
                 factors.sort();
                 removed.insert(negation);
                 *instr = SsaInstr::Op { dst: *dst, op: Op::Fnma, args: smallvec![factors[0], factors[1], args[2]] };
             }
             other if other.is_control_flow() => {
-                negated.clear();
+                negations.clear();
             }
             _ => {}
         }
@@ -123,11 +123,11 @@ fn commuted(op: FusedOp, args: &[SsaValue]) -> (FusedOp, SsaValues) {
 }
 
 /// The operands of a piece of a chain, and their kinds as in `kernels::chains::kind_bits` (a set bit: one value per lane). The operands of the first
-/// operation come first, then those of each further operation that are not the previous result.
+/// operation come first, then those of each further operation that are not the previous result. `None` if there are more than [`MAX_OPERANDS`].
 fn operands(piece: &[ChainOp]) -> Option<(SsaValues, u8)> {
     let mut all = piece.first()?.args.clone();
     for op in &piece[1..] {
-        all.extend(op.args.iter().enumerate().filter(|(k, _)| *k != usize::from(op.op.chained_operand)).map(|(_, v)| *v));
+        all.extend(op.args.iter().enumerate().filter(|(k, _)| *k != usize::from(op.fused.chained_operand)).map(|(_, v)| *v));
     }
     if all.len() > MAX_OPERANDS {
         return None;
@@ -141,7 +141,7 @@ fn fused_ops(piece: &[ChainOp]) -> Vec<FusedOp> {
     piece
         .iter()
         .enumerate()
-        .map(|(k, op)| FusedOp { chained_operand: if k == 0 { NO_CHAINED_OPERAND } else { op.op.chained_operand }, ..op.op })
+        .map(|(k, op)| FusedOp { chained_operand: if k == 0 { NO_CHAINED_OPERAND } else { op.fused.chained_operand }, ..op.fused })
         .collect()
 }
 
@@ -159,6 +159,7 @@ fn split(chain: &[ChainOp]) -> Vec<&[ChainOp]> {
     let mut best = vec![(0, 0)];
     for end in 1..=chain.len() {
         let starts = (end.saturating_sub(MAX_CHAIN_OPS)..end).filter(|start| has_kernel(&chain[*start..end]));
+        // A piece of one operation always has a kernel, so there is a start.
         best.push(starts.map(|start| (best[start].0 + 1, start)).min().unwrap_or((end, end - 1)));
     }
     let mut pieces = Vec::new();

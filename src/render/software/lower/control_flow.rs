@@ -7,19 +7,19 @@
 //! In: a condition, or the parts of a `switch` or loop. Out: SSA instructions, and the environment after them. Not here: exits from blocks (`statements.rs`).
 
 use super::error::{LowerError, Result};
-use super::lowerer::{LoopChanges, LoopFlags, Lowerer, OpenLoop, ScalarChange};
+use super::lowerer::{IterationStart, LoopChanges, LoopFlags, Lowerer, OpenLoop, ScalarChange};
 use super::merge::Sides;
 use super::ssa::{JumpLabel, SsaInstr, SsaValue};
 use crate::render::software::tape::Op;
 use naga::{Block, Expression, Handle, SwitchValue};
 
-/// A region of fewer instructions than this, all of them cheap, runs without a skip, because the test would cost as much as the region.
+/// A conditional body of fewer instructions than this, all of them cheap, runs without a skip, because the test would cost as much as the body.
 const MIN_SKIPPED_INSTRS: usize = 12;
 
 impl<'m> Lowerer<'m> {
     /// Whether the flag of the innermost loop's `continue` may be set in some lane here; false if the flag is known to be clear, or no loop is open.
     pub(super) fn continue_flag_may_be_set(&self) -> bool {
-        self.frame().loops.last().is_some_and(|l| self.builder.known_bool(self.env[l.continue_flag]) != Some(false))
+        self.frame().loop_flags.last().is_some_and(|l| self.builder.known_bool(self.env[l.continue_flag]) != Some(false))
     }
 
     /// Leaves the innermost loop by a jump if the flag `exited`, one value for all lanes, is set. No flag is set in the code after the jump.
@@ -55,15 +55,16 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// The exit of the innermost loop, if a jump to it may replace the rest of this iteration once no lane remains: if the iteration has not yet
-    /// changed any scalar except the flag of `break`: the loop variables then have the right values at the exit, and no further iteration runs.
+    /// The label behind the innermost loop, if the code may jump there instead of running the rest of this iteration when no lane remains; otherwise `None`. It
+    /// may if the iteration has changed no scalar yet except the flag of `break`: the loop variables then have the right values behind the loop, and no further
+    /// iteration runs.
     pub(super) fn exit_if_iteration_is_unchanged(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
-        let break_flag = self.frame().loops.last()?.break_flag;
-        let (start, depth) = &open_loop.iteration_start;
+        let break_flag = self.frame().loop_flags.last()?.break_flag;
+        let start = &open_loop.iteration_start;
         let is_unchanged = |(scalar, (now, before)): (usize, (&SsaValue, &SsaValue))| now == before || scalar == break_flag;
-        let is_at_top = *depth == self.condition_depth && start.len() == self.env.len();
-        (is_at_top && self.env.iter().zip(start).enumerate().all(is_unchanged)).then_some(open_loop.exit)
+        let is_at_top = start.condition_depth == self.condition_depth && start.env.len() == self.env.len();
+        (is_at_top && self.env.iter().zip(&start.env).enumerate().all(is_unchanged)).then_some(open_loop.exit)
     }
 
     /// Lowers `body` for the lanes where `cond` holds, after a jump that skips the body if there are no such lanes, and merges the scalars that the body
@@ -81,7 +82,7 @@ impl<'m> Lowerer<'m> {
         body: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
         let before = self.env.clone();
-        let (outer_mask, was_directly_in_loop) = (self.active_mask, std::mem::replace(&mut self.is_directly_in_loop, false));
+        let (outer_mask, outer_may_exit_by_jump) = (self.active_mask, std::mem::replace(&mut self.may_exit_by_jump, false));
         let label = self.builder.fresh_label();
         if matches!(cond, SsaValue::Lane(_)) {
             self.active_mask = self.builder.binary(Op::And, outer_mask, cond);
@@ -90,21 +91,22 @@ impl<'m> Lowerer<'m> {
             self.builder.lane_instrs.push(SsaInstr::JumpIf { cond, when: false, label });
         }
         let start = self.builder.lane_instrs.len();
-        self.builder.open_region();
+        self.builder.open_reuse_scope();
         self.condition_depth += 1;
         body(self)?;
         self.condition_depth -= 1;
-        self.builder.close_region();
-        let region = &self.builder.lane_instrs[start..];
+        self.builder.close_reuse_scope();
+        let body_instrs = &self.builder.lane_instrs[start..];
         let needs_no_skip =
-            region.len() < MIN_SKIPPED_INSTRS && region.iter().all(|s| matches!(s, SsaInstr::Op { op, .. } if is_cheap(*op)));
+            body_instrs.len() < MIN_SKIPPED_INSTRS && body_instrs.iter().all(|s| matches!(s, SsaInstr::Op { op, .. } if is_cheap(*op)));
         if needs_no_skip && matches!(cond, SsaValue::Lane(_)) {
+            // The skip.
             self.builder.lane_instrs.remove(start - 1);
         } else {
             self.builder.lane_instrs.push(SsaInstr::Label(label));
         }
         self.active_mask = outer_mask;
-        self.is_directly_in_loop = was_directly_in_loop;
+        self.may_exit_by_jump = outer_may_exit_by_jump;
         for (scalar, old) in before.into_iter().enumerate() {
             if self.env[scalar] != old {
                 self.env[scalar] = self.builder.select(cond, self.env[scalar], old);
@@ -128,6 +130,7 @@ impl<'m> Lowerer<'m> {
         let before = self.env.clone();
         let start = self.builder.lane_instrs.len();
         let mut accepted_env = before.clone();
+        // Each side restores the environment at its end, so that `conditional` merges nothing; both sides are merged below.
         self.conditional(cond, |this| {
             accept(this)?;
             accepted_env.clone_from(&this.env);
@@ -174,17 +177,17 @@ impl<'m> Lowerer<'m> {
             matches.push(is_match);
         }
         let is_default = self.builder.not(any_match);
-        let was_directly_in_loop = std::mem::replace(&mut self.is_directly_in_loop, false);
+        let outer_may_exit_by_jump = std::mem::replace(&mut self.may_exit_by_jump, false);
         // In a switch, `break` leaves the switch, and `continue` the loop around it.
         let break_flag = self.env.len();
         self.env.push(no);
-        let outer_loop = self.frame().loops.last().copied();
+        let outer_loop = self.frame().loop_flags.last().copied();
         if outer_loop.is_none() {
             // A `continue` flag that nothing sets.
             self.env.push(no);
         }
         let continue_flag = outer_loop.map_or(break_flag + 1, |l| l.continue_flag);
-        self.frame_mut().loops.push(LoopFlags { break_flag, continue_flag });
+        self.frame_mut().loop_flags.push(LoopFlags { break_flag, continue_flag });
         // The lanes that enter a case because the case before it falls through.
         let mut fall_through_mask = no;
         for (case, is_match) in cases.iter().zip(matches) {
@@ -203,9 +206,9 @@ impl<'m> Lowerer<'m> {
             )?;
             fall_through_mask = if case.fall_through { case_mask } else { no };
         }
-        self.frame_mut().loops.pop();
+        self.frame_mut().loop_flags.pop();
         self.env.truncate(break_flag);
-        self.is_directly_in_loop = was_directly_in_loop;
+        self.may_exit_by_jump = outer_may_exit_by_jump;
         Ok(())
     }
 
@@ -224,7 +227,7 @@ impl<'m> Lowerer<'m> {
         }
         let start_env = self.env.clone();
         let first_instr = self.builder.lane_instrs.len();
-        let (outer_mask, was_directly_in_loop) = (self.active_mask, self.is_directly_in_loop);
+        let (outer_mask, outer_may_exit_by_jump) = (self.active_mask, self.may_exit_by_jump);
         // The scalars that are assumed to change. A loop in a loop is lowered again whenever the outer loop is, and then changes at least what it changed the
         // last time. Without this start, loops nested n deep would be lowered some 3^n times.
         let path = self.path_of_loop(body);
@@ -237,9 +240,9 @@ impl<'m> Lowerer<'m> {
             self.builder.lane_instrs.truncate(first_instr);
             self.active_mask = outer_mask;
             self.span = loop_span;
-            self.frame_mut().loops.push(flags);
+            self.frame_mut().loop_flags.push(flags);
             let changes = self.lower_loop_assuming(body, continuing, break_if, &changing);
-            self.frame_mut().loops.pop();
+            self.frame_mut().loop_flags.pop();
             let changes = changes?;
             let mut is_fixed_point = true;
             for (scalar, new) in changes {
@@ -259,7 +262,7 @@ impl<'m> Lowerer<'m> {
         }
         self.known_changes.insert(path, changing);
         self.active_mask = outer_mask;
-        self.is_directly_in_loop = was_directly_in_loop;
+        self.may_exit_by_jump = outer_may_exit_by_jump;
         self.env.truncate(first_flag);
         Ok(())
     }
@@ -295,16 +298,16 @@ impl<'m> Lowerer<'m> {
         let (head, exit) = (self.builder.fresh_label(), self.builder.fresh_label());
         self.builder.lane_instrs.push(SsaInstr::LoopStart);
         self.builder.lane_instrs.push(SsaInstr::Label(head));
-        self.builder.open_region();
+        self.builder.open_reuse_scope();
         let start_env = self.env.clone();
-        // Set in `iteration` below.
-        let iteration_start = (Vec::new(), usize::MAX);
+        // `iteration` below sets the state.
+        let iteration_start = IterationStart::of_no_statement();
         self.open_loops.push(OpenLoop { exit, variables: variables.clone(), exit_envs: Vec::new(), iteration_start });
-        let LoopFlags { break_flag, continue_flag } = self.frame().loops.last().copied().unwrap_or_default();
+        let LoopFlags { break_flag, continue_flag } = self.frame().loop_flags.last().copied().unwrap_or_default();
         let no = self.builder.bool(false);
         let exited_before = self.exited_mask();
         let iteration = |this: &mut Self| {
-            let iteration_start = (this.env.clone(), this.condition_depth);
+            let iteration_start = IterationStart { env: this.env.clone(), condition_depth: this.condition_depth };
             if let Some(open_loop) = this.open_loops.last_mut() {
                 open_loop.iteration_start = iteration_start;
             }
@@ -330,17 +333,17 @@ impl<'m> Lowerer<'m> {
         };
         // Lanes that left the loop in an earlier iteration are inactive in this one.
         if self.builder.known_bool(exited_before) == Some(false) {
-            self.is_directly_in_loop = true;
+            self.may_exit_by_jump = true;
             iteration(self)?;
         } else {
             let remaining = self.builder.not(exited_before);
-            self.is_directly_in_loop = false;
+            self.may_exit_by_jump = false;
             self.conditional(remaining, |this| {
                 this.clear_flags();
                 iteration(this)
             })?;
         }
-        self.is_directly_in_loop = false;
+        self.may_exit_by_jump = false;
         self.env[continue_flag] = no;
         let exited = self.exited_mask();
         let end_env = self.env.clone();
@@ -357,7 +360,7 @@ impl<'m> Lowerer<'m> {
             }
             (None, _) => self.builder.lane_instrs.push(SsaInstr::JumpIf { cond: repeat_condition, when: true, label: head }),
         }
-        self.builder.close_region();
+        self.builder.close_reuse_scope();
         self.builder.lane_instrs.push(SsaInstr::LoopEnd);
         self.builder.lane_instrs.push(SsaInstr::Label(exit));
         let exit_envs = self.open_loops.pop().map(|o| o.exit_envs).unwrap_or_default();
@@ -372,6 +375,7 @@ impl<'m> Lowerer<'m> {
                 }
             }
         }
+        // If a scalar changed that was assumed not to, the loop is lowered again, and may then turn out to end.
         if is_endless && changes.iter().all(|(scalar, _)| changing.contains_key(scalar)) {
             return Err(LowerError::new("this loop never ends".into(), loop_span));
         }

@@ -2,7 +2,7 @@
 //!
 //! In: the statements of a block after the `discard`. Out: whether they may be lowered for the remaining lanes only, so that no texture is read for discarded
 //! lanes, and a batch without remaining lanes skips the statements. They must run for all lanes if they compute a derivative, which needs the values of
-//! discarded lanes (as helper invocations on a GPU), or if a loop is open.
+//! discarded lanes (as helper invocations on a GPU), or inside a loop or `switch`.
 
 use super::lowerer::{DISCARDED, Lowerer};
 use super::ssa::SsaValue;
@@ -10,13 +10,13 @@ use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
 
 impl<'m> Lowerer<'m> {
-    /// Whether `rest`, the statements after a `discard`, may run for the remaining lanes only. Never inside loops, because discarded lanes would not leave
-    /// them.
+    /// Whether `rest`, the statements after a `discard`, may run for the remaining lanes only. Never inside a loop or `switch`, because
+    /// discarded lanes would not leave a loop.
     pub(crate) fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
         // Only a mask that can differ between lanes is worth a condition.
         matches!(self.env[DISCARDED], SsaValue::Lane(_))
             && !rest.is_empty()
-            && self.frames.iter().all(|f| f.loops.is_empty())
+            && self.frames.iter().all(|f| f.loop_flags.is_empty())
             && !rest.iter().any(|(s, _)| self.uses_derivatives(s))
     }
 

@@ -131,7 +131,7 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
 }
 
 /// Live range of every value: the indices of the first and the last instruction that write or read it. If a loop uses a value from before the loop, the last
-/// index is that of the loop's end or later.
+/// index is that of the loop's end or later; the last index of an output is the number of instructions.
 fn live_ranges(code: &[SsaInstr], inputs: &[SsaValue], outputs: &[SsaValue]) -> HashMap<SsaValue, (usize, usize)> {
     // Inputs are live from the start of the program.
     let mut ranges: HashMap<SsaValue, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
@@ -164,7 +164,7 @@ fn live_ranges(code: &[SsaInstr], inputs: &[SsaValue], outputs: &[SsaValue]) -> 
 /// Gives numbers to slots, or to registers. Only slots are ever freed.
 struct NumberAllocator {
     free: Vec<u16>,
-    /// How many numbers exist.
+    /// The numbers below this one exist, in use or free.
     count: u32,
 }
 
@@ -304,6 +304,7 @@ pub(crate) fn finish(
     }
     for instr in &mut lane_tape {
         if let Instr::SkipIfNoLane { target, .. } | Instr::JumpIf { target, .. } | Instr::Jump { target } = instr {
+            // A label that is nowhere would become a target that `Program::check` refuses.
             *target = target_of.get(target).copied().unwrap_or(u32::MAX);
         }
     }
@@ -372,7 +373,7 @@ mod tests {
         remove_jumps_to_next(&mut code);
         assert!(code.len() == 100_000 && code.iter().all(|instr| matches!(instr, SsaInstr::Label(_))), "{} steps are left", code.len());
         assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
-        // A jump past another instruction stays.
+        // A jump past another instruction stays, even if that is only a label.
         let mut code = vec![skip(1), SsaInstr::LoopStart, SsaInstr::Label(1), skip(2), SsaInstr::Label(1), SsaInstr::Label(2)];
         let before = code.clone();
         remove_jumps_to_next(&mut code);

@@ -8,6 +8,11 @@ use super::ssa::SsaValue;
 use crate::render::software::tape::Op;
 use naga::{Expression, Handle, MathFunction, ScalarKind, TypeInner};
 
+/// `is_signed` of [`Lowerer::pack`] and [`Lowerer::unpack`]: components from -1 to 1 ...
+const SNORM: bool = true;
+/// ... or from 0 to 1.
+const UNORM: bool = false;
+
 impl Lowerer<'_> {
     /// Applies `op` to each pair of components; a scalar is paired with every component.
     fn map_pairs(&mut self, op: Op, a: &[SsaValue], b: &[SsaValue]) -> Vec<SsaValue> {
@@ -60,8 +65,6 @@ impl Lowerer<'_> {
                 unsigned
             }
         };
-        // Whether `pack` and `unpack` convert signed components.
-        let (signed, unsigned) = (true, false);
         Ok(match fun {
             M::Abs if is_float => map_each(self, Op::Abs),
             M::Abs if is_signed => map_each(self, Op::IAbs),
@@ -199,20 +202,20 @@ impl Lowerer<'_> {
             M::FirstLeadingBit => map_each(self, if is_signed { Op::FirstLeadingBitI } else { Op::FirstLeadingBitU }),
             M::ExtractBits => a.iter().map(|x| self.extract_bits(*x, b[0], c[0], is_signed)).collect(),
             M::InsertBits => a.iter().zip(&b).map(|(x, y)| self.insert_bits(*x, *y, c[0], d[0])).collect(),
-            M::Pack4x8snorm => vec![self.pack(&a, 8, 127.0, signed)],
-            M::Pack4x8unorm => vec![self.pack(&a, 8, 255.0, unsigned)],
-            M::Pack2x16snorm => vec![self.pack(&a, 16, 32767.0, signed)],
-            M::Pack2x16unorm => vec![self.pack(&a, 16, 65535.0, unsigned)],
+            M::Pack4x8snorm => vec![self.pack(&a, 8, 127.0, SNORM)],
+            M::Pack4x8unorm => vec![self.pack(&a, 8, 255.0, UNORM)],
+            M::Pack2x16snorm => vec![self.pack(&a, 16, 32767.0, SNORM)],
+            M::Pack2x16unorm => vec![self.pack(&a, 16, 65535.0, UNORM)],
             M::Pack2x16float => {
                 let halves = map_each(self, Op::F16FromF);
                 let shift = self.builder.int(16);
                 let high = self.builder.binary(Op::Shl, halves[1], shift);
                 vec![self.builder.binary(Op::Or, halves[0], high)]
             }
-            M::Unpack4x8snorm => self.unpack(a[0], 8, 127.0, signed),
-            M::Unpack4x8unorm => self.unpack(a[0], 8, 255.0, unsigned),
-            M::Unpack2x16snorm => self.unpack(a[0], 16, 32767.0, signed),
-            M::Unpack2x16unorm => self.unpack(a[0], 16, 65535.0, unsigned),
+            M::Unpack4x8snorm => self.unpack(a[0], 8, 127.0, SNORM),
+            M::Unpack4x8unorm => self.unpack(a[0], 8, 255.0, UNORM),
+            M::Unpack2x16snorm => self.unpack(a[0], 16, 32767.0, SNORM),
+            M::Unpack2x16unorm => self.unpack(a[0], 16, 65535.0, UNORM),
             M::Unpack2x16float => {
                 let (shift, low) = (self.builder.int(16), self.builder.int(0xffff));
                 let halves = [self.builder.binary(Op::And, a[0], low), self.builder.binary(Op::ShrU, a[0], shift)];
@@ -260,7 +263,7 @@ impl Lowerer<'_> {
             .collect()
     }
 
-    /// Determinant of a column-major matrix, by cofactor expansion along the first column.
+    /// Determinant of a column-major matrix of `n` columns and `n` rows, by cofactor expansion along the first column.
     fn determinant(&mut self, m: &[SsaValue], n: usize) -> SsaValue {
         if n == 1 {
             return m[0];
@@ -313,7 +316,7 @@ impl Lowerer<'_> {
         self.builder.select(is_empty, x, y)
     }
 
-    /// Packs components into one word of fields of `bits` bits each, the first in the lowest bits. A component of 1 becomes `scale`.
+    /// Packs components into one word of fields of `bits` bits each, the first in the lowest bits. A component of 1 becomes the integer `scale`.
     fn pack(&mut self, v: &[SsaValue], bits: u32, scale: f64, is_signed: bool) -> SsaValue {
         let minimum = self.builder.float(if is_signed { -1.0 } else { 0.0 });
         let (one, half, scale) = (self.builder.float(1.0), self.builder.float(0.5), self.builder.float(scale));

@@ -24,9 +24,9 @@ pub(crate) struct CallFrame<'m> {
     /// Index in `env` of the flag that is set by `return`.
     pub return_flag: usize,
     /// Index in `env` of the first scalar of the result.
-    pub result: usize,
-    /// The loops and switches of this function whose bodies are being lowered, innermost last.
-    pub loops: Vec<LoopFlags>,
+    pub first_of_result: usize,
+    /// The flags of the loops and switches of this function whose bodies are being lowered, innermost last.
+    pub loop_flags: Vec<LoopFlags>,
 }
 
 /// Indices in `env` of the flags that `break` and `continue` set.
@@ -48,15 +48,28 @@ pub(crate) struct ScalarChange {
 /// The scalars that change in a loop, by their index in `env`.
 pub(crate) type LoopChanges = HashMap<usize, ScalarChange>;
 
-/// A loop whose body is being lowered. An exit that all lanes take together is a jump.
+/// A loop whose body is being lowered.
 pub(crate) struct OpenLoop {
+    /// The label behind the loop. An exit that all lanes take together may be a jump to it ([`Lowerer::may_exit_by_jump`]).
     pub exit: JumpLabel,
     /// For each scalar that changes in the loop: its index in `env`, and the loop variable that carries it from one iteration to the next.
     pub variables: Vec<(usize, SsaValue)>,
     /// The environment (`Lowerer::env`) at each exit by jump.
     pub exit_envs: Vec<Vec<SsaValue>>,
-    /// `env` and [`Lowerer::condition_depth`] at the start of an iteration.
-    pub iteration_start: (Vec<SsaValue>, usize),
+    pub iteration_start: IterationStart,
+}
+
+/// The state of the lowering at the start of an iteration.
+pub(crate) struct IterationStart {
+    pub env: Vec<SsaValue>,
+    pub condition_depth: usize,
+}
+
+impl IterationStart {
+    /// No statement is that deep, so every iteration counts as changed ([`Lowerer::exit_if_iteration_is_unchanged`]).
+    pub(crate) fn of_no_statement() -> Self {
+        Self { env: Vec::new(), condition_depth: usize::MAX }
+    }
 }
 
 /// The lowering of one entry point.
@@ -80,12 +93,13 @@ pub(crate) struct Lowerer<'m> {
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
     /// The loops whose bodies are being lowered, in all functions being inlined; innermost last.
     pub open_loops: Vec<OpenLoop>,
-    /// Addresses of the calls that are being inlined, outermost first.
+    /// Addresses of the call statements that are being inlined, outermost first.
     pub call_path: Vec<usize>,
     /// How scalars change in the inner loops of the outermost open loop, as far as these were lowered, by [`Lowerer::path_of_loop`].
     pub known_changes: HashMap<Vec<usize>, LoopChanges>,
-    /// Whether the current statement is at the top level of the innermost loop's body, where an exit that all lanes take together may be a jump.
-    pub is_directly_in_loop: bool,
+    /// Whether an exit from the innermost loop that all lanes take together may become a jump: only at the top level of the loop's body, and not in a loop that
+    /// is being unrolled. Otherwise the exit only sets its flag.
+    pub may_exit_by_jump: bool,
     /// Number of conditions under which the current statement runs; see [`Lowerer::conditional`].
     pub condition_depth: usize,
     /// Named values to be output, if they were requested.
@@ -161,7 +175,7 @@ impl<'m> Lowerer<'m> {
             open_loops: Vec::new(),
             call_path: Vec::new(),
             known_changes: HashMap::default(),
-            is_directly_in_loop: false,
+            may_exit_by_jump: false,
             condition_depth: 0,
             named_values: None,
             statement_count: 0,

@@ -1,7 +1,7 @@
 //! Merges the two sides of a branch whose condition is one value for all lanes.
 //!
 //! In: the SSA instructions of both sides, of which a batch runs one, and the environments after them. Out: for each lane value that differs, a variable that
-//! the side writes at its end. A side that leaves the scalar as it was writes nothing: the variable starts as a copy of that value, before the branch. So the
+//! each side writes at its end. A side that leaves the scalar as it was writes nothing: the variable starts as a copy of that value, before the branch. So the
 //! side that runs pays for its own values only; a `select` would run after either side. Always: a variable is read only after its last write, or, within the
 //! sides, in place of the value of which it is a copy. [`write_variables_directly`] then removes most copies at the ends, and `finish.rs` those at the start.
 //! Not here: branches whose condition differs between lanes, which need a `select` for each scalar.
@@ -25,7 +25,7 @@ impl Lowerer<'_> {
     pub(super) fn merge_sides(&mut self, cond: SsaValue, Sides { start, ends, envs: [accepted_env, rejected_env] }: Sides) {
         // Copies before the branch, and at the end of each side.
         let (mut at_start, mut at_ends) = (Vec::new(), [Vec::new(), Vec::new()]);
-        // The variable that is a copy of a value from before the branch.
+        // By value from before the branch: the variable that is a copy of it.
         let mut copy_of: HashMap<SsaValue, SsaValue> = HashMap::default();
         for (scalar, (accepted, rejected)) in accepted_env.into_iter().zip(rejected_env).enumerate() {
             let before = self.env[scalar];
@@ -56,14 +56,14 @@ impl Lowerer<'_> {
         }
         let [accepted_copies, rejected_copies] = at_ends;
         // From the last place to the first, so that the indices of the others stay right. A side's last instruction is its label.
-        for (place, copies) in [(ends[1] - 1, rejected_copies), (ends[0] - 1, accepted_copies), (start, at_start)] {
-            self.builder.lane_instrs.splice(place..place, copies);
+        for (position, copies) in [(ends[1] - 1, rejected_copies), (ends[0] - 1, accepted_copies), (start, at_start)] {
+            self.builder.lane_instrs.splice(position..position, copies);
         }
     }
 }
 
 /// Lets an operation write a variable directly, if nothing but the copy into that variable reads its result, and nothing reads or writes the variable between
-/// the two. `outputs`: the program's outputs, which count as reads.
+/// the operation and the copy. `outputs`: the program's outputs, which count as reads.
 pub(super) fn write_variables_directly(code: &mut Vec<SsaInstr>, outputs: &[SsaValue]) {
     let uses = use_counts(code, outputs);
     // In the instructions since the last jump or label: where each value was computed by an operation, and where each was last read or written.
@@ -73,12 +73,12 @@ pub(super) fn write_variables_directly(code: &mut Vec<SsaInstr>, outputs: &[SsaV
     for index in 0..code.len() {
         match &code[index] {
             SsaInstr::Assign { dst: dst @ SsaValue::Lane(_), from } if uses.get(from) == Some(&1) => {
-                if let Some(&operation) = computed_at.get(from)
-                    && accessed_at.get(dst).is_none_or(|access| *access < operation)
-                    && let (SsaInstr::Op { dst: result, .. } | SsaInstr::FusedKernel { dst: result, .. }, dst) = (&code[operation], *dst)
+                if let Some(&op_index) = computed_at.get(from)
+                    && accessed_at.get(dst).is_none_or(|access| *access < op_index)
+                    && let (SsaInstr::Op { dst: result, .. } | SsaInstr::FusedKernel { dst: result, .. }, dst) = (&code[op_index], *dst)
                     && result == from
                 {
-                    if let SsaInstr::Op { dst: result, .. } | SsaInstr::FusedKernel { dst: result, .. } = &mut code[operation] {
+                    if let SsaInstr::Op { dst: result, .. } | SsaInstr::FusedKernel { dst: result, .. } = &mut code[op_index] {
                         *result = dst;
                     }
                     accessed_at.insert(dst, index);

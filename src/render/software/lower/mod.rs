@@ -131,6 +131,7 @@ fn lower_entry_point(
     }
     let constants = builder.constants.clone();
     let mut finished = finish::finish(builder, &interface.input_values, &outputs, fuse_chains)?;
+    // The last entry is for the mask of active lanes, which is no input of the entry point.
     finished.inputs_read.truncate(interface.inputs.len());
     let mut output_operands = finished.outputs;
     let discarded = if discarded_mask.is_some() { output_operands.pop() } else { None };

@@ -61,8 +61,8 @@ impl Lowerer<'_> {
             }
             TypeInner::Array { base, stride, .. } => {
                 let child = self.module.types[*base].inner.clone();
-                let scalars = self.scalar_count(&child)?;
-                (child, k * scalars, index * stride)
+                let child_scalars = self.scalar_count(&child)?;
+                (child, k * child_scalars, index * stride)
             }
             TypeInner::Struct { members, .. } => {
                 let mut scalars_before = 0;
@@ -88,11 +88,11 @@ impl Lowerer<'_> {
 
     /// The place of child `index` of a place.
     pub(crate) fn place_at_constant_index(&mut self, place: &Place, index: u32) -> Result<Place> {
-        let (child, scalars, bytes) = self.child_type_and_offsets(place.inner(), index)?;
+        let (child, offset_in_scalars, offset_in_bytes) = self.child_type_and_offsets(place.inner(), index)?;
         Ok(match place.clone() {
-            Place::Local { base, indices, .. } => Place::Local { base: base + scalars, indices, inner: child },
+            Place::Local { base, indices, .. } => Place::Local { base: base + offset_in_scalars, indices, inner: child },
             Place::Uniform { byte_offset, word_offset, .. } => {
-                Place::Uniform { byte_offset: byte_offset + bytes, word_offset, inner: child }
+                Place::Uniform { byte_offset: byte_offset + offset_in_bytes, word_offset, inner: child }
             }
         })
     }
@@ -104,17 +104,17 @@ impl Lowerer<'_> {
             return self.place_at_constant_index(place, k.min(count - 1));
         }
         // All children have the same type, so the offset of child 1 is the stride.
-        let (child, scalars, bytes) = self.child_type_and_offsets(place.inner(), 1)?;
+        let (child, stride_in_scalars, stride_in_bytes) = self.child_type_and_offsets(place.inner(), 1)?;
         Ok(match place.clone() {
             Place::Local { base, mut indices, .. } => {
-                indices.push(VariableIndex { value: index, stride: scalars, count });
+                indices.push(VariableIndex { value: index, stride: stride_in_scalars, count });
                 Place::Local { base, indices, inner: child }
             }
             Place::Uniform { byte_offset, word_offset, .. } => {
                 let last = self.builder.int(count - 1);
-                let stride = self.builder.int(bytes / 4);
+                let stride_in_words = self.builder.int(stride_in_bytes / 4);
                 let clamped = self.builder.binary(Op::UMin, index, last);
-                let words = self.builder.binary(Op::IMul, clamped, stride);
+                let words = self.builder.binary(Op::IMul, clamped, stride_in_words);
                 let word_offset = Some(match word_offset {
                     Some(outer) => self.builder.binary(Op::IAdd, outer, words),
                     None => words,
@@ -132,15 +132,15 @@ impl Lowerer<'_> {
                 self.load_local(*base, indices, n)
             }
             Place::Uniform { byte_offset, word_offset, inner } => {
-                let mut scalars = Vec::new();
-                self.uniform_scalars(inner, 0, &mut scalars)?;
+                let (start, mut offsets_and_kinds) = (0, Vec::new());
+                self.uniform_scalars(inner, start, &mut offsets_and_kinds)?;
                 // The load clamps the word offset to the end of the uniform block.
                 let words_to_end = self.uniform_size.saturating_sub(*byte_offset) / 4;
                 let mut all = Vec::new();
-                for (scalar_offset, kind) in scalars {
-                    let index = word_offset.map(|words| (words, words_to_end.saturating_sub(scalar_offset / 4)));
+                for (offset_in_bytes, kind) in offsets_and_kinds {
+                    let index_and_count = word_offset.map(|words| (words, words_to_end.saturating_sub(offset_in_bytes / 4)));
                     let word_kind = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
-                    all.push(self.builder.load_uniform(word_kind, byte_offset + scalar_offset, index));
+                    all.push(self.builder.load_uniform(word_kind, byte_offset + offset_in_bytes, index_and_count));
                 }
                 Ok(all)
             }
@@ -201,8 +201,8 @@ impl Lowerer<'_> {
             return Ok(());
         }
         for k in 0..self.child_count(inner)? {
-            let (child, _, bytes) = self.child_type_and_offsets(inner, k)?;
-            self.uniform_scalars(&child, start + bytes, out)?;
+            let (child, _, offset_in_bytes) = self.child_type_and_offsets(inner, k)?;
+            self.uniform_scalars(&child, start + offset_in_bytes, out)?;
         }
         Ok(())
     }

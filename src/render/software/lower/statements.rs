@@ -14,7 +14,7 @@ impl<'m> Lowerer<'m> {
     /// The mask of the lanes that `return`, `break` or `continue` took out of the block that is being lowered.
     pub(super) fn exited_mask(&mut self) -> SsaValue {
         let frame = self.frame();
-        let (return_flag, innermost_loop) = (frame.return_flag, frame.loops.last().copied());
+        let (return_flag, innermost_loop) = (frame.return_flag, frame.loop_flags.last().copied());
         let mut exited = self.env[return_flag];
         if let Some(flags) = innermost_loop {
             exited = self.builder.binary(Op::Or, exited, self.env[flags.break_flag]);
@@ -27,7 +27,7 @@ impl<'m> Lowerer<'m> {
     pub(super) fn clear_flags(&mut self) {
         let no = self.builder.bool(false);
         let frame = self.frame();
-        let innermost_loop = frame.loops.last();
+        let innermost_loop = frame.loop_flags.last();
         let flags = [Some(frame.return_flag), innermost_loop.map(|l| l.break_flag), innermost_loop.map(|l| l.continue_flag)];
         for flag in flags.into_iter().flatten() {
             self.env[flag] = no;
@@ -74,7 +74,7 @@ impl<'m> Lowerer<'m> {
                 return Ok(());
             }
             // All lanes take this exit together, so it becomes a jump; but not if it may be a `continue`, after which the `continuing` block still runs.
-            if self.is_directly_in_loop && !matches!(exited, SsaValue::Lane(_)) && !self.continue_flag_may_be_set() {
+            if self.may_exit_by_jump && !matches!(exited, SsaValue::Lane(_)) && !self.continue_flag_may_be_set() {
                 self.leave_loop_if(exited);
                 continue;
             }
@@ -108,7 +108,7 @@ impl<'m> Lowerer<'m> {
             Statement::Loop { body, continuing, break_if } => self.lower_loop(body, continuing, *break_if),
             Statement::Break | Statement::Continue => {
                 let yes = self.builder.bool(true);
-                let flags = self.frame().loops.last().copied();
+                let flags = self.frame().loop_flags.last().copied();
                 let flags = flags.ok_or_else(|| self.unsupported("break or continue outside of a loop".into()))?;
                 self.env[if matches!(statement, Statement::Break) { flags.break_flag } else { flags.continue_flag }] = yes;
                 Ok(())
@@ -116,7 +116,7 @@ impl<'m> Lowerer<'m> {
             Statement::Return { value } => {
                 if let Some(v) = value {
                     let scalars = self.scalars_of(*v)?;
-                    let first = self.frame().result;
+                    let first = self.frame().first_of_result;
                     self.env[first..first + scalars.len()].copy_from_slice(&scalars);
                 }
                 let yes = self.builder.bool(true);

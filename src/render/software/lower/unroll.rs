@@ -5,7 +5,7 @@
 //! `control_flow.rs`). Not here: the doubling of loops when a program is bound to kernels (`exec/unroll_loops.rs`).
 
 use super::error::Result;
-use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
+use super::lowerer::{IterationStart, LoopFlags, Lowerer, OpenLoop};
 use super::ssa::SsaInstr;
 use naga::{Block, Expression, Handle, Statement};
 
@@ -16,7 +16,7 @@ const MAX_UNROLLED_INSTRS: usize = 2048;
 
 impl<'m> Lowerer<'m> {
     /// Lowers a loop as its iterations one after the other, if that is possible; otherwise returns false and leaves instructions and environment as they were.
-    /// `flags`: where `break` and `continue` mark the lanes that execute them; none yet.
+    /// `flags`: the scalars of the environment in which `break` and `continue` set the lanes that execute them; clear in all lanes when the loop begins.
     pub(super) fn unroll(
         &mut self,
         body: &'m Block,
@@ -24,39 +24,40 @@ impl<'m> Lowerer<'m> {
         break_if: Option<Handle<Expression>>,
         flags: LoopFlags,
     ) -> Result<bool> {
-        // The probe of a pixel shows one value per name, so it needs a loop with one iteration in the tape. Loops in loops would multiply the time of lowering.
+        // While named values are captured for the probe of a pixel, which shows one value per name, a loop remains a loop, with one iteration on the tape. A
+        // loop inside a loop also remains one, because unrolling both would multiply the time of lowering.
         if self.named_values.is_some() || !self.open_loops.is_empty() {
             return Ok(false);
         }
         let start_env = self.env.clone();
         let first_instr = self.builder.lane_instrs.len();
-        let was_directly_in_loop = std::mem::replace(&mut self.is_directly_in_loop, false);
-        self.builder.open_region();
+        let outer_may_exit_by_jump = std::mem::replace(&mut self.may_exit_by_jump, false);
+        // The instructions of `iteration_count` are removed below, so what they compute must not be found as earlier computations.
+        self.builder.open_reuse_scope();
         let count = self.iteration_count(body, continuing)?;
         self.env.clone_from(&start_env);
-        // The removed instructions must not be found as earlier computations.
         self.builder.lane_instrs.truncate(first_instr);
-        self.builder.close_region();
-        self.builder.open_region();
+        self.builder.close_reuse_scope();
+        self.builder.open_reuse_scope();
         let is_unrolled = if let Some(count) = count {
-            self.frame_mut().loops.push(flags);
-            // No exit from this loop is a jump: no statement has the condition depth of this start.
-            let iteration_start = (Vec::new(), usize::MAX);
+            self.frame_mut().loop_flags.push(flags);
+            // With this start, and with `may_exit_by_jump` false, no exit from this loop becomes a jump: exits only set flags.
+            let iteration_start = IterationStart::of_no_statement();
             let exit = self.builder.fresh_label();
             self.open_loops.push(OpenLoop { exit, variables: Vec::new(), exit_envs: Vec::new(), iteration_start });
             let is_unrolled = self.iterations(body, continuing, break_if, flags, MAX_UNROLLED_INSTRS / count.max(1));
             self.open_loops.pop();
-            self.frame_mut().loops.pop();
+            self.frame_mut().loop_flags.pop();
             is_unrolled?
         } else {
             false
         };
-        self.is_directly_in_loop = was_directly_in_loop;
+        self.may_exit_by_jump = outer_may_exit_by_jump;
         if is_unrolled {
-            self.builder.keep_region();
+            self.builder.merge_reuse_scope();
             return Ok(true);
         }
-        self.builder.close_region();
+        self.builder.close_reuse_scope();
         self.builder.lane_instrs.truncate(first_instr);
         self.env = start_env;
         Ok(false)
@@ -66,19 +67,20 @@ impl<'m> Lowerer<'m> {
     /// and the `continuing` block. It is an estimate, because the rest of the body may change the counter, too. Changes instructions and environment.
     fn iteration_count(&mut self, body: &'m Block, continuing: &'m Block) -> Result<Option<usize>> {
         for count in 0..=MAX_ITERATIONS {
-            let mut side = None;
+            // The side of the `if` at the start of the body that all lanes take, if that is known.
+            let mut taken_side = None;
             for statement in body.iter() {
                 match statement {
                     Statement::Emit(_) => self.statement(statement)?,
                     Statement::If { condition, accept, reject } => {
                         let cond = self.scalar_of(*condition)?;
-                        side = self.builder.known_bool(cond).map(|cond| if cond { accept } else { reject });
+                        taken_side = self.builder.known_bool(cond).map(|cond| if cond { accept } else { reject });
                         break;
                     }
                     _ => break,
                 }
             }
-            match side.map(|side| side.first()) {
+            match taken_side.map(|side| side.first()) {
                 None => return Ok(None),
                 Some(Some(Statement::Break)) => return Ok(Some(count)),
                 Some(_) => self.block(continuing)?,
@@ -101,7 +103,7 @@ impl<'m> Lowerer<'m> {
         // The last turn of this Rust loop only finds that the condition fails.
         for _ in 0..=MAX_ITERATIONS {
             let first_instr = self.builder.lane_instrs.len();
-            // The loops in one iteration may change less than those in another.
+            // `known_changes` caches which scalars each inner loop changes. These may differ between iterations of this loop.
             self.known_changes.clear();
             self.block(body)?;
             self.env[continue_flag] = no;

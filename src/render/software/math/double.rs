@@ -86,6 +86,7 @@ fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
     // Scaling makes a subnormal x normal. It also affects x <= 0, for which the callers replace the result.
     let is_scaled = x < f64::MIN_POSITIVE;
     let scaled = if is_scaled { x * TWO_POW_54 } else { x };
+    /// The bits of sqrt(1/2). Subtracted from the bits of a number, they make the exponent field change at sqrt(2) instead of 2.
     const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     let bits = scaled.to_bits().wrapping_sub(SQRT_HALF_BITS);
     // Converts the exponent, a signed number of 12 bits, to a float: adds a bias of 2048 by inverting the highest bit, ORs the sum into the bits of 2^52, and

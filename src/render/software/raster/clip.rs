@@ -1,8 +1,8 @@
 //! Clips triangles in homogeneous coordinates.
 //!
-//! In: three clip-space vertices with x and y in pixels times w. Out: the triangle is entirely visible, or a convex polygon of at most ten corners whose w is
-//! positive, whose depth is in 0..=1 and whose pixel coordinates stay within the guard band. Varyings are not clipped: their planes are computed
-//! from the unclipped triangle, so new corners need no interpolated values.
+//! In: three clip-space vertices with x and y in pixels times w. Out: nothing; or that the triangle is entirely visible; or a convex polygon of at most ten
+//! corners whose w is positive, whose depth is in 0..=1 and whose pixel coordinates stay within the guard band. Varyings are not clipped: their planes are
+//! computed from the unclipped triangle, so new corners need no interpolated values.
 
 /// Triangles are clipped to this distance from the target's top-left corner along each axis. The largest target is 16384 pixels wide; edge functions of
 /// positions inside the band fit into i64.

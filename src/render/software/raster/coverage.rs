@@ -54,8 +54,8 @@ pub(crate) fn block_position(block: usize) -> [u32; 2] {
 
 /// The block whose top-left pixel is at `x`, `y` inside its tile; `None` if there is none.
 pub(crate) fn block_at([x, y]: [u32; 2]) -> Option<usize> {
-    let is_corner = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE_SIDE_PX && y < TILE_SIDE_PX;
-    is_corner.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
+    let is_block_corner = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE_SIDE_PX && y < TILE_SIDE_PX;
+    is_block_corner.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
 }
 
 /// Whether the triangle covers every sample of a target. The target's right and bottom edges contain no sample and need not be covered.

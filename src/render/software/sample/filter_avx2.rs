@@ -93,7 +93,7 @@ impl AxisSize {
 #[derive(Clone, Copy)]
 pub(super) struct SizedLevel<'a> {
     pub texels: TexelLevel<'a>,
-    pub size: [AxisSize; 2],
+    pub axes: [AxisSize; 2],
     /// The number of texels in a row.
     pub width: __m256i,
 }
@@ -106,8 +106,8 @@ impl<'a> SizedLevel<'a> {
         let repeats = address_modes.map(|mode| mode == AddressMode::Repeat);
         // SAFETY: the caller guarantees AVX2.
         unsafe {
-            let size = [AxisSize::new(texels.width, repeats[0]), AxisSize::new(texels.height, repeats[1])];
-            Self { texels, size, width: broadcast(texels.width) }
+            let axes = [AxisSize::new(texels.width, repeats[0]), AxisSize::new(texels.height, repeats[1])];
+            Self { texels, axes, width: broadcast(texels.width) }
         }
     }
 }
@@ -190,7 +190,7 @@ unsafe fn texel_pair(c: __m256, axis: &AxisSize) -> TexelsBeside {
 unsafe fn bilinear<D: Decode>(decode: D, level: &SizedLevel<'_>, [u, v]: [__m256; 2], needed: [bool; 4]) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2; `texel_pair` clamps columns and rows to the level.
     unsafe {
-        let corners = Corners::new(level.width, texel_pair(u, &level.size[0]), texel_pair(v, &level.size[1]));
+        let corners = Corners::new(level.width, texel_pair(u, &level.axes[0]), texel_pair(v, &level.axes[1]));
         decode.interpolate_eight(&level.texels, &corners, needed)
     }
 }

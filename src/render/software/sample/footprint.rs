@@ -44,6 +44,8 @@ pub(super) fn taps<R: Real, const N: usize>(index: usize, length: &[R; N]) -> ([
         let excess = count - length[i];
         let offset = R::from_u32(index as u32) - half * (count - R::ONE);
         let distance = offset.abs();
+        // Side by side, the taps would be longer than the axis by `excess`, so each moves towards the middle by half of it. The taps in the middle then overlap
+        // by `excess` in all, which is taken from their weights.
         let to_middle = half * excess;
         let moved = if distance < to_middle { R::ZERO } else { distance - to_middle };
         let overlap = if distance < R::ONE { R::ONE - distance } else { R::ZERO };

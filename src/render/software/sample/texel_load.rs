@@ -29,7 +29,7 @@ pub(super) fn load<R: Real, D: Decode>(
     mut out: [&mut [R]; 4],
 ) {
     let count = x.len().min(BATCH);
-    let (Some(row), Some(first_level)) = (y.first(), level.first().map(|l| l.lane_bits())) else { return };
+    let (Some(first_row), Some(first_level)) = (y.first(), level.first().map(|l| l.lane_bits())) else { return };
     if level.iter().fold(0, |differing_bits, l| differing_bits | (l.lane_bits() ^ first_level)) != 0 {
         return load_lane_by_lane(decode, levels, [x, y, level], active, out);
     }
@@ -50,7 +50,7 @@ pub(super) fn load<R: Real, D: Decode>(
         }
     }
     let all_lanes_have_texels = if y.len() == 1 {
-        let row = row.lane_bits();
+        let row = first_row.lane_bits();
         find_texels(level, x, |_| row, &mut index, &mut mask)
     } else {
         let y = full_batch(y, &mut row_buffer);

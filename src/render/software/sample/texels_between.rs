@@ -43,8 +43,8 @@ pub(super) fn interpolate<R: Real, D: Decode>(
             unsafe {
                 let corners = Corners::new(
                     level.width,
-                    filter_avx2::texels_beside(filter_avx2::group_of(x, group), &level.size[0]),
-                    filter_avx2::texels_beside(filter_avx2::group_of(y, group), &level.size[1]),
+                    filter_avx2::texels_beside(filter_avx2::group_of(x, group), &level.axes[0]),
+                    filter_avx2::texels_beside(filter_avx2::group_of(y, group), &level.axes[1]),
                 );
                 let value = decode.interpolate_eight(&level.texels, &corners, needed);
                 filter_avx2::write_group(&mut out, group, value, active);

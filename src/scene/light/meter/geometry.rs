@@ -76,7 +76,7 @@ pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_
 /// Number of decades by which the weight of the sum over an entire disc falls while the disc leaves the frame, or the field of view becomes narrower. The
 /// weight falls by decades because a crescent outside the frame may be a million times as bright as the night side inside.
 const CLIPPED_DECADES: f64 = 9.0;
-/// Diameters of a disc between which this sets in: the light of a smaller disc is spread over a sprite.
+/// Diameters of a disc between which this fall of the weight sets in: the light of a smaller disc is spread over a sprite.
 const CLIPPED_FROM_PX: (f64, f64) = (4.0, 8.0);
 
 /// Weight of the sum over a body's entire disc: 1 if the disc is in the frame, nearly 0 if only the part of its ground that is in the frame may be metered, as
@@ -325,7 +325,8 @@ mod tests {
     fn the_visible_fraction_changes_continuously() {
         let jump = largest_jump(|separation, body| visible_fraction_behind_circle(separation, body, 1.0));
         assert!(jump < 1.001, "{jump}");
-        // Negative control: a linear ramp for smaller bodies beside a straight edge for larger ones jumps at equal radii.
+        // Negative control: a linear ramp for smaller bodies beside a straight edge for larger ones jumps at equal radii, by more than ten times what the
+        // overlap allows.
         let in_two_parts = |separation: f64, body: f64| {
             if body < 1.0 {
                 return 1.0 - ((body + 1.0 - separation) / (2.0 * body)).clamp(0.0, 1.0) * body * body;

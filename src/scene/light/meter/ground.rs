@@ -108,15 +108,15 @@ pub(crate) struct Ground<'g> {
     pub sun_irradiance: f64,
     /// Lights from other bodies: unit vector towards each, body axes, and irradiance.
     pub secondary_lights: Vec<(DVec3, f64)>,
-    /// Radiance of the sky above the ground, if the camera is in the body's air; else 0.
-    pub sky_radiance: f64,
+    /// Radiance for which images under the sky above the ground are exposed, if the camera is in the body's air; else 0.
+    pub sky_exposure_radiance: f64,
     /// Ring-shine, and the ground's radiance per unit of ring-shine, which includes the Sun's irradiance as a factor; `None` if ring-shine does not count.
     pub ring_shine: Option<(Arc<RingShine>, f64)>,
 }
 
 impl Ground<'_> {
-    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes. `ring_transmittance`:
-    /// the fraction of sunlight that the body's rings leave.
+    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes. `shadow`: of other
+    /// bodies, if any. `ring_transmittance`: the fraction of sunlight that the body's rings leave.
     pub(crate) fn radiance(
         &self,
         point: DVec3,
@@ -142,7 +142,7 @@ impl Ground<'_> {
         let night_lights = self.night_lights.map_or(0.0, |l| if night_weight > 0.0 { night_weight * l.radiance_at(point) } else { 0.0 });
         let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
         self.albedo.of_lights * (reflected(self.sun, self.sun_irradiance * sunlight_fraction * ring_transmittance) + secondary)
-            + self.albedo.of_sky * self.sky_radiance
+            + self.albedo.of_sky * self.sky_exposure_radiance
             + night_lights
             + ring_shine
     }

@@ -125,12 +125,12 @@ fn far_weight(placed: &PlacedBody<'_>) -> f64 {
 /// Inputs that all parts of a reading share.
 struct MeteredFrame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
-    /// The Sun's glare as it would be without air.
+    /// The Sun's glare as it would be without air; `None` if the Sun is not in the frame or the user switched the glare off.
     glare: Option<VeilingGlare>,
     /// Transmittance of the air in front of the Sun and its glare.
     sun_transmittance: f64,
     /// The radiance for which images under the sky around the camera are exposed; 0 without such a sky.
-    sky_radiance: f64,
+    sky_exposure_radiance: f64,
     /// Bodies of more than a pixel, which may hide others along rays. [`Self::visible_fraction`] lets smaller ones hide the Sun, too.
     resolved_bodies: Vec<&'f PlacedBody<'a>>,
 }
@@ -146,11 +146,12 @@ impl Meter<'_, '_> {
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
         let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
         let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
-        let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_radiance: 0.0, resolved_bodies };
-        // The method reads the other fields only.
-        let frame = MeteredFrame { sky_radiance: frame.sky_exposure_radiance(), ..frame };
+        let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_exposure_radiance: 0.0, resolved_bodies };
+        // `sky_exposure_radiance()` reads the other fields only.
+        let frame = MeteredFrame { sky_exposure_radiance: frame.sky_exposure_radiance(), ..frame };
         let mut subjects = Vec::new();
         let (mut mean_of_target, mut mean_of_others) = (LogMean::default(), LogMean::default());
+        // `dominant`: of the bodies other than the target, the one with the greatest weight, which gives their common subject its name.
         let (mut target_name, mut dominant, mut max_weight) = ("", None, 0.0);
         let mut share_of_bodies_in_sky = 0.0;
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
@@ -199,7 +200,7 @@ impl<'a> MeteredFrame<'_, 'a> {
     fn foreground_radiance(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| self.sun_transmittance * v.radiance(direction.normalize()));
         let is_behind_sky = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
-        glare + if is_behind_sky { self.sky_radiance } else { 0.0 }
+        glare + if is_behind_sky { self.sky_exposure_radiance } else { 0.0 }
     }
 
     /// Fraction of a body's disc that nearer bodies leave visible.
@@ -231,7 +232,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         all
     }
 
-    /// How much a body counts as a point. The target counts as a disc at any size, but a body with a bright ring of air counts as it is drawn.
+    /// How much a body counts as a point, 0 to 1. The target counts as a disc at any size, other bodies from two pixels on. But of a body with a bright ring of
+    /// air, the fraction that is drawn as a point counts as a point.
     fn point_weight(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
         let point_light_fraction = 1.0 - self.disc_fraction(p, diameter_px);
         if point_light_fraction <= 0.0 {
@@ -285,7 +287,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             sun: to_body_frame(p.body_to_sun_km),
             sun_irradiance: lights::sunlight(p.body_to_sun_km).irradiance.x,
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
-            sky_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.sky_radiance),
+            sky_exposure_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.sky_exposure_radiance),
         };
         let mut sum = |shadow: Option<&ApproximateShadow<'_>>| {
             let mut ground_share = 0.0;
@@ -354,8 +356,8 @@ impl<'a> MeteredFrame<'_, 'a> {
     }
 
     /// The weight of a direction's position in the frame for a thin part of a body whose parts outside the frame must not count: 0 outside, with a softened
-    /// edge. `outline_weight`: the weight of the position of the body's outline; `disc_weight`: how much this counts ([`entire_disc_weight`]), and not the
-    /// part's own position.
+    /// edge. `outline_weight`: the weight of the position of the body's outline. `disc_weight`: 1 if `outline_weight` counts, 0 if the part's own position
+    /// counts ([`entire_disc_weight`]).
     fn part_position_weight(&self, direction: DVec3, outline_weight: f64, disc_weight: f64) -> f64 {
         let Some(clip) = self.meter.camera.clip(direction) else { return 0.0 };
         // The edge is softened over a hundredth of the image.
@@ -389,7 +391,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         mean.add(
             share * share / (share + SUN_HALF_WEIGHT_SHARES[usize::from(!is_target)]),
             photometry::sun_disc_radiance() * dilution * self.sun_transmittance,
-            self.sky_radiance,
+            self.sky_exposure_radiance,
         );
         let weight = if is_target { SUN_WEIGHT } else { 1.0 };
         let metered = mean.metered(&*sun.body.name, Some(NaifId::SUN), AUTO_EXPOSED_SUN)?;

@@ -128,9 +128,9 @@ impl MeteredFrame<'_, '_> {
         let user_choice = request.effects.override_of_body(p.body, Effect::Atmosphere);
         let Some(air) = p.body.atmosphere.as_ref().filter(|_| user_choice != Some(false)) else { return 0.0 };
         // As in `air::is_significant`: a low rim of air that removes no visible light is not drawn unless the user demands it.
-        let is_thin = user_choice != Some(true) && air::max_removed_fraction(air) <= request.purpose.min_change();
+        let is_left_out_if_low = user_choice != Some(true) && air::max_removed_fraction(air) <= request.purpose.min_change();
         let height_px = rim::height_px(p.body, air, diameter_px);
-        let of_height = if is_thin { smoothstep(height_px / rim::ALWAYS_DRAWN_RIM_PX - 1.0) } else { 1.0 };
+        let of_height = if is_left_out_if_low { smoothstep(height_px / rim::ALWAYS_DRAWN_RIM_PX - 1.0) } else { 1.0 };
         of_height * smooth_rise(COUNTED_FROM_PHASE_RAD, p.phase_angle_rad)
     }
 

@@ -71,7 +71,7 @@ impl RingShadowOnGround {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The shadow of a body's rings on its ground, unless the camera is far or the user has switched the shadow off.
+    /// The shadow of a body's rings on its ground; `None` without rings, for a far camera, or if the user has switched the shadow off.
     pub(super) fn ring_shadow_on(&self, p: &PlacedBody<'_>) -> Option<RingShadowOnGround> {
         let unit_km = p.body.radii_km.x;
         let weight = 1.0 - smooth_rise(FADE_RADII, p.distance_km / unit_km);

@@ -62,9 +62,9 @@ impl MeteredFrame<'_, '_> {
     /// Meters a body's rings with rays over their rectangle.
     pub(super) fn rings_of(&self, p: &PlacedBody<'_>) -> LogMean {
         let (camera, mut mean) = (self.meter.camera, LogMean::default());
-        let no_rings = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
+        let has_no_rings = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::Rings);
-        if no_rings || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
+        if has_no_rings || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
             return mean;
         }
         let unit_km = p.body.radii_km.x;

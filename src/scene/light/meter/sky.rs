@@ -1,9 +1,10 @@
 //! Meters the sky of the body whose air surrounds the camera.
 //!
-//! In: the metered frame. Out: the sky as a subject; the radiance for which images under it are exposed, which weighs the sky, reduces the contrast of what is
-//! behind it and lights the ground; and how much darker surroundings are shown in dusk. That radiance is greater than the drawn one, the more so the darker
-//! the sky is (`SurroundingAir::exposure_radiance`): the level at which the sky is shown falls with its light. The subject has the drawn radiance, with this
-//! level. Always: continuous in time and height; no sky is shown at a higher level because its light is less (tests/atmosphere/dusk.rs).
+//! In: the metered frame. Out: the sky as a subject; its exposure radiance, for which images under it are exposed; and how much darker surroundings are shown
+//! in dusk. The exposure radiance weighs the sky, reduces the contrast of what is behind the sky, and lights the ground. It is greater than the radiance that
+//! is drawn, the more so the darker the sky is (`SurroundingAir::exposure_radiance`), so the level at which the sky is shown falls with its light. The subject
+//! states the drawn radiance and this level. Always: continuous in time and height; no sky is shown at a higher level because its light is less
+//! (tests/atmosphere/dusk.rs).
 
 use super::geometry::{ray_and_limb, visible_fraction_behind_body};
 use super::{FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject};
@@ -67,15 +68,15 @@ impl MeteredFrame<'_, '_> {
         above_horizon.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 
-    /// Meters the sky around the camera, without the part of the frame that bodies in it cover (`share_of_bodies`). It has the weight and the exposure of the
-    /// radiance for which it is exposed, and the radiance that is drawn.
+    /// Meters the sky around the camera, without the part of the frame that bodies in it cover (`share_of_bodies`). The subject's weight and the white that it
+    /// requires follow from the exposure radiance; its `radiance` is that which is drawn.
     pub(super) fn sky(&self, share_of_bodies: f64) -> Option<MeteredSubject> {
         let air = self.meter.air?;
         let mut mean = LogMean::default();
         let no_foreground = 0.0;
-        mean.add((self.sky_fraction() - share_of_bodies).max(0.0), self.sky_radiance, no_foreground);
+        mean.add((self.sky_fraction() - share_of_bodies).max(0.0), self.sky_exposure_radiance, no_foreground);
         // Darker in dusk, less so near the top of the air.
-        let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_radiance).powf(air.sky_weight());
+        let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_exposure_radiance).powf(air.sky_weight());
         let exposed = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
         let scattered = self.sum_over_lights_of_sky(|air, towards, irradiance| air.scattered_radiance(towards, irradiance));
         let radiance = scattered + air.night_radiance();

@@ -50,7 +50,7 @@ impl FrameGlare {
 
 impl MeteredFrame<'_, '_> {
     /// The Sun's glare over the frame, dimmed by the air around the camera. Veil and sprite belong to different effects, and each counts if it is drawn.
-    /// Sprites that are limited to a small part of the image (`Camera::has_small_sprites`) do not count, because they do not change the median.
+    /// Sprites that are limited to a small part of the image (`Camera::limits_sprite_size`) do not count, because they do not change the median.
     pub(super) fn frame_glare(&self) -> FrameGlare {
         let camera = self.meter.camera;
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0);
@@ -59,7 +59,7 @@ impl MeteredFrame<'_, '_> {
             return FrameGlare::default();
         };
         let drawn_part_of_glare = glare::entered_fraction(camera, sun);
-        let flux = if drawn_part_of_glare > 0.0 && !camera.has_small_sprites {
+        let flux = if drawn_part_of_glare > 0.0 && !camera.limits_sprite_size {
             let point_light_fraction = 1.0 - self.disc_fraction(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
             let visible_fraction = glare::visible_fraction(self.meter.placed, sun);
             point::flux(camera, sun).max_element() * point_light_fraction * visible_fraction * self.sun_transmittance

@@ -47,6 +47,7 @@ pub(super) struct TwilightAir {
 }
 
 impl TwilightAir {
+    /// `None` for a body without air, or with clear air that the body's colours include: such air is not drawn over the disc.
     fn of(body: &Body) -> Option<Self> {
         let air = body.atmosphere.as_ref().filter(|air| colours_exclude_air(body) || is_visible_over_disc(air))?;
         let [reflectance, radius_scale_heights] = reflectance_and_radius(body, air);
@@ -76,7 +77,8 @@ impl TwilightAir {
 /// tests/scene/metered_subjects.rs, which compares it with drawn images.
 #[doc(hidden)]
 pub fn metered_twilight(body: &Body, sun_altitude_deg: f64) -> Option<f64> {
-    TwilightAir::of(body).map(|air| air.radiance(sun_altitude_deg.to_radians().sin(), 1.0))
+    let cos_emission = 1.0;
+    TwilightAir::of(body).map(|air| air.radiance(sun_altitude_deg.to_radians().sin(), cos_emission))
 }
 
 impl MeteredFrame<'_, '_> {
@@ -100,6 +102,7 @@ mod tests {
     #[test]
     fn twilight_fades_without_a_jump_and_adds_nothing_by_day() {
         let catalog = Catalog::embedded();
+        // The Earth, Mars and Titan.
         for id in [399, 499, 606] {
             let air = TwilightAir::of(catalog.body(NaifId(id)).expect("a body")).expect("air over the ground");
             assert_eq!(air.radiance(f64::to_radians(5.1).sin(), 0.1), 0.0);

@@ -173,7 +173,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
         let start = Settings { bookmarks: vec![bookmark("a"), bookmark("b")], ..Settings::default() };
-        start.save(&path, None).expect("a file");
+        let no_base = None;
+        start.save(&path, no_base).expect("a file");
         let first = Settings { labels_bodies: false, bookmarks: vec![bookmark("a"), bookmark("b"), bookmark("first")], ..start.clone() };
         first.save(&path, Some(&start)).expect("a file");
         // The second has deleted a bookmark, added one, and changed another field of the panels.

@@ -148,7 +148,8 @@ mod tests {
         assert!(notice.expect("a line").contains("1 bookmark of another version"));
         assert!(!folder.path().join("settings.json.broken").exists(), "nothing is lost");
         // This version saves a change; nothing of the newer one is lost. In the file, `labels_bodies` is called `names`.
-        Settings { labels_bodies: false, ..settings }.save(&path, None).expect("a file");
+        let no_base = None;
+        Settings { labels_bodies: false, ..settings }.save(&path, no_base).expect("a file");
         let saved: Value = serde_json::from_str(&std::fs::read_to_string(&path).expect("text")).expect("JSON");
         assert_eq!((&saved["telescope"], &saved["names"]), (&newer["telescope"], &json!(false)));
         assert_eq!((saved["bookmarks"].as_array().map(Vec::len), &saved["bookmarks"][2]), (Some(3), &unknown));

@@ -125,6 +125,7 @@ impl Viewer {
                 let orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
                 let (axes_from_icrf, pole) =
                     if *is_body_fixed { (body_from_icrf, DVec3::Z) } else { (DMat3::IDENTITY, body_from_icrf.row(2)) };
+                // Only the direction of the offset is used, which does not depend on the radius.
                 let inward = -orbit.offset_km(1.0, pole).normalize();
                 let (forward, up) = (axes_from_icrf * pose.forward, axes_from_icrf * pose.up);
                 [*yaw_deg, *pitch_deg, self.view.roll_deg] = orbit_angles_deg(inward, pole, forward, up);

@@ -176,6 +176,7 @@ fn look_at_faces_the_body() {
 /// In the middle of a camera path of a tour the pose is free. The first motion changes it to an orbit with the same image.
 #[test]
 fn motions_continue_from_a_free_pose() {
+    // Each motion is paired with whether it keeps the image.
     let zero_motions =
         [Action::Turn(0.0, 0.0), Action::LookAround(0.0, 0.0), Action::Roll(0.0), Action::Zoom(0.0)].map(|action| (action, true));
     let motions = [
@@ -197,6 +198,7 @@ fn motions_continue_from_a_free_pose() {
         apply(&mut viewer, action.clone());
         assert!(matches!(viewer.view.camera_pose, CameraPose::Orbit { body: NaifId::EARTH, .. }), "{action:?}");
         let pose = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
+        // The offset is about 2e4 km long, so that the first term is relative, like the other two.
         let change = pose.offset_km.distance(offset_km) / 2e4 + pose.forward.distance(forward) + pose.up.distance(up);
         assert!((change < 1e-9) == keeps_image, "{action:?}: {change} {pose:?}");
     }
@@ -301,6 +303,7 @@ fn time_can_be_stepped_run_set_to_now_and_paused() {
     let mut viewer = viewer();
     apply(&mut viewer, Action::Step(-60.0));
     assert_eq!(viewer.view.tdb_s, -60.0);
+    // The second of the preset speeds is 10 scene seconds per real second.
     apply(&mut viewer, Action::Faster);
     viewer.advance(0.1);
     assert!((viewer.view.tdb_s + 59.0).abs() < 1e-9);

@@ -267,7 +267,7 @@ mod tests {
         let (saturn, earth) = (body("Saturn", 60_268.0, 54_364.0), body("Earth", 6378.137, 6356.752));
         let description = size_text(&saturn, &earth);
         assert_eq!(description, "Saturn is 9.449 times as wide as Earth and has 764 times its volume.");
-        assert_eq!(size_text(&earth, &saturn), description, "the sentence is always about the larger body");
+        assert_eq!(size_text(&earth, &saturn), description, "the sentence is always about the wider body");
         assert!((82_713.0 / 108.321_f64 - 764.0).abs() < 1.0);
         assert!(distance_text("Earth", KM_PER_AU).contains("8.3 min"));
     }
