@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 /// [`sidereal_period_s`] measures over 1, 2, 4, ... revolutions, doubled this many times.
 const DOUBLINGS: u32 = 10;
 
-/// The state of a body relative to its parent, km and km/s, and the GM of both if the catalog has the parent's. `None` for a body without a parent in the
+/// The state of a body relative to its parent, km and km/s, and the sum of their GMs if the catalog has the parent's. `None` for a body without a parent in the
 /// catalog or one that the ephemeris cannot place.
 fn orbit_at(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body, time: Instant) -> Option<(ConicState, Option<f64>)> {
     let parent = catalog.body(body.parent?)?;

@@ -190,7 +190,8 @@ pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     for body in bodies_named(setup, names) {
         let Ok(body_from_icrf) = setup.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
         let sun = body_from_icrf * sunward(setup, body.id, eclipse_instant());
-        // The planetographic latitude at which the Sun is in the zenith is its declination; that of the sub-solar point differs on an oblate body.
+        // The planetographic latitude at which the Sun is in the zenith is the Sun's declination. The sub-solar point, where the line from the body's centre to
+        // the Sun meets the surface, has another one on an oblate body.
         let (zenith_latitude_deg, zenith_longitude_deg) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
         let spots = [
             ("north pole", 90.0, 0.0),
