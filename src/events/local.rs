@@ -260,10 +260,10 @@ impl<'a> Station<'a> {
     /// When the discs are nearest to each other, searched around `near_s`.
     fn instant_of_maximum(&self, near_s: f64) -> f64 {
         let steps = (2.0 * SEARCH_S / SEARCH_STEP_S) as i32;
-        let at = |i: i32| near_s - SEARCH_S + f64::from(i) * SEARCH_STEP_S;
+        let sample_s = |i: i32| near_s - SEARCH_S + f64::from(i) * SEARCH_STEP_S;
         let separation = |s: f64| self.discs(s).separation_rad;
-        let nearest = (0..=steps).min_by(|a, b| separation(at(*a)).total_cmp(&separation(at(*b)))).unwrap_or(0);
-        time_of_minimum(at(nearest) - SEARCH_STEP_S, at(nearest) + SEARCH_STEP_S, separation)
+        let nearest = (0..=steps).min_by(|a, b| separation(sample_s(*a)).total_cmp(&separation(sample_s(*b)))).unwrap_or(0);
+        time_of_minimum(sample_s(nearest) - SEARCH_STEP_S, sample_s(nearest) + SEARCH_STEP_S, separation)
     }
 
     /// Second and third contact around the least separation; `None` if neither disc comes to lie within the other.
