@@ -160,7 +160,8 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
         for height_km in [2e-3, 0.1, 10.0, 400.0, radius_km, 10.0 * radius_km] {
             let dip_rad = (radius_km / (radius_km + height_km)).acos();
             for k in 0..azimuth_count {
-                let [east, north, up] = local_axes(23.0, 77.0);
+                let (latitude_deg, longitude_deg) = (23.0, 77.0);
+                let [east, north, up] = local_axes(latitude_deg, longitude_deg);
                 let place_deg = place_of_normal_deg(body.radii_km, up);
                 // From north towards east.
                 let azimuth_rad = 0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuth_count);
