@@ -141,8 +141,8 @@ impl AerosolPhase {
     /// Samples of each function, with which tests compare all implementations.
     #[doc(hidden)]
     pub fn samples() -> Vec<Self> {
-        let of = |function| [[-0.3, 0.0, 0.76], [0.95, 0.5, -0.3]].map(|asymmetry| Self { asymmetry, ..Self::of(function) });
-        AerosolFunction::ALL.into_iter().flat_map(of).collect()
+        let samples_of = |function| [[-0.3, 0.0, 0.76], [0.95, 0.5, -0.3]].map(|asymmetry| Self { asymmetry, ..Self::of(function) });
+        AerosolFunction::ALL.into_iter().flat_map(samples_of).collect()
     }
 
     /// The four components of the uniform `air_mie_phase_parameters`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads: the numbers, then w, which

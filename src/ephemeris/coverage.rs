@@ -137,13 +137,15 @@ impl Ephemeris {
     /// The fields of a catalog's bodies that no theory supports at any time.
     pub fn unsupported_fields(&self, catalog: &Catalog) -> Vec<UnsupportedField> {
         let mut fields = Vec::new();
+        // The PCK has the rotation of a body at every time or at none.
+        let any_time_s = 0.0;
         for body in catalog.bodies() {
             let mut add = |field, why: String| fields.push(UnsupportedField { body: body.id, field, why });
             if let Some((field, why)) = self.unsupported_motion(body.id, &body.motion, body.parent) {
                 add(field, why);
             }
             match body.rotation {
-                Rotation::Pck if self.pck.pole_and_meridian(body.id, 0.0).is_none() => add(
+                Rotation::Pck if self.pck.pole_and_meridian(body.id, any_time_s).is_none() => add(
                     "rotation",
                     format!(
                         "model = \"pck\", and the PCK has no rotation of body {}: write model = \"fixed\" with pole_ra_deg, pole_dec_deg, w0_deg and \

@@ -13,7 +13,7 @@ use std::f64::consts::TAU;
 /// [`sidereal_period_s`] measures over 1, 2, 4, ... revolutions, doubled this many times.
 const DOUBLINGS: u32 = 10;
 
-/// The state of a body relative to its parent, km and km/s, and the GM of both if the catalog has the parent's. `None` for a body without a parent in the
+/// The state of a body relative to its parent, km and km/s, and the sum of their GMs if the catalog has the parent's. `None` for a body without a parent in the
 /// catalog or one that the ephemeris cannot place.
 fn orbit_at(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body, time: Instant) -> Option<(ConicState, Option<f64>)> {
     let parent = catalog.body(body.parent?)?;
@@ -50,13 +50,13 @@ pub fn sidereal_period_s(catalog: &Catalog, ephemeris: &Ephemeris, moon: &Body) 
     if let Motion::MeanElements(elements) = &moon.motion {
         return Some(360.0 / elements.mean_motion_deg_day * SECONDS_PER_DAY);
     }
-    let at = |tdb_s: f64| Some(orbit_at(catalog, ephemeris, moon, Instant::from_tdb_seconds_past_j2000(tdb_s))?.0);
-    let start = at(0.0)?;
+    let state_at = |tdb_s: f64| Some(orbit_at(catalog, ephemeris, moon, Instant::from_tdb_seconds_past_j2000(tdb_s))?.0);
+    let start = state_at(0.0)?;
     let pole = start.position.cross(start.velocity).try_normalize()?;
     let mut period_s = osculating_period_s(catalog, ephemeris, moon, Instant::from_tdb_seconds_past_j2000(0.0))?;
     for doubling in 0..=DOUBLINGS {
         let revolutions = f64::from(1_u32 << doubling);
-        let end = at(revolutions * period_s)?.position;
+        let end = state_at(revolutions * period_s)?.position;
         // Revolutions beyond whole ones, -0.5 to 0.5. Unambiguous, because each doubling starts from a period good enough for the next: the largest
         // value of a shipped moon is 0.1 (Hyperion).
         let excess = pole.dot(start.position.cross(end)).atan2(start.position.dot(end)) / TAU;

@@ -18,9 +18,9 @@ const HORIZON_REFRACTION_RAD: f64 = HORIZON_REFRACTION_DEG * PI / 180.0;
 const SEARCH_S: f64 = 4.5 * 3600.0;
 /// Step in the search for the maximum, and for rising and setting.
 const SEARCH_STEP_S: f64 = 120.0;
-/// Half of the span in which the least separation at a place beside the path is searched; its middle is the instant of the closest place on the centre
-/// line. The separation has only one minimum in that span. At a place 20 degrees from the path of 1529-11-11, an extreme, the two instants differ by 52
-/// minutes.
+/// Half of the span in which the least separation at a place beside the path is searched. In its middle the shadow's axis is at the closest place on the centre
+/// line. The separation has only one minimum in the span. At a place 20 degrees from the path of 1529-11-11, an extreme, the minimum is 52 minutes from the
+/// middle.
 const NEAR_PATH_SEARCH_S: f64 = 5400.0;
 
 /// A place on the Earth, in geodetic coordinates.
@@ -261,10 +261,10 @@ impl<'a> Station<'a> {
     /// When the discs are nearest to each other, searched around `near_s`.
     fn instant_of_maximum(&self, near_s: f64) -> f64 {
         let steps = (2.0 * SEARCH_S / SEARCH_STEP_S) as i32;
-        let at = |i: i32| near_s - SEARCH_S + f64::from(i) * SEARCH_STEP_S;
+        let sample_s = |i: i32| near_s - SEARCH_S + f64::from(i) * SEARCH_STEP_S;
         let separation = |s: f64| self.discs(s).separation_rad;
-        let nearest = (0..=steps).min_by(|a, b| separation(at(*a)).total_cmp(&separation(at(*b)))).unwrap_or(0);
-        time_of_minimum(at(nearest) - SEARCH_STEP_S, at(nearest) + SEARCH_STEP_S, separation)
+        let nearest = (0..=steps).min_by(|a, b| separation(sample_s(*a)).total_cmp(&separation(sample_s(*b)))).unwrap_or(0);
+        time_of_minimum(sample_s(nearest) - SEARCH_STEP_S, sample_s(nearest) + SEARCH_STEP_S, separation)
     }
 
     /// Second and third contact around the least separation; `None` if neither disc comes to lie within the other.
@@ -307,8 +307,8 @@ impl<'a> Station<'a> {
         }
         let above_horizon = self.spans_above_horizon(first, last, sun);
         let magnitude = |s: f64| self.discs(s).magnitude();
-        // The separation increases monotonically before and after the maximum. So if the maximum is below the horizon, the largest visible magnitude is at a
-        // rising or a setting.
+        // The separation increases monotonically with the time from the maximum, both before and after it. So if the maximum is below the horizon, the largest
+        // visible magnitude is at a rising or a setting.
         let visible_maximum_s = above_horizon.instant_of_largest_magnitude(maximum_s, magnitude);
         Some(LocalCircumstances {
             is_visible: visible_maximum_s.is_some(),

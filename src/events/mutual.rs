@@ -213,10 +213,10 @@ impl<'a> MutualConjunction<'a> {
         }
         // Between the first and the last contact the moons may pass twice: the nearer passage is the greatest phase.
         let (begin_s, end_s) = (self.exit_s(conjunction_s, BACKWARD, outermost), self.exit_s(conjunction_s, FORWARD, outermost));
-        let at = |k: i32| begin_s + f64::from(k) * CONTACT_STEP_S;
-        let samples = ((end_s - begin_s) / CONTACT_STEP_S).ceil() as i32;
-        let nearest = (0..=samples).min_by(|a, b| offset_km(at(*a)).total_cmp(&offset_km(at(*b)))).unwrap_or(0);
-        let greatest_s = time_of_minimum(at(nearest) - CONTACT_STEP_S, at(nearest) + CONTACT_STEP_S, offset_km);
+        let sample_s = |k: i32| begin_s + f64::from(k) * CONTACT_STEP_S;
+        let steps = ((end_s - begin_s) / CONTACT_STEP_S).ceil() as i32;
+        let nearest = (0..=steps).min_by(|a, b| offset_km(sample_s(*a)).total_cmp(&offset_km(sample_s(*b)))).unwrap_or(0);
+        let greatest_s = time_of_minimum(sample_s(nearest) - CONTACT_STEP_S, sample_s(nearest) + CONTACT_STEP_S, offset_km);
         let mut contacts = Vec::new();
         for &(first, last, region) in limits {
             if self.distance_outside_km(greatest_s, region) < 0.0 {

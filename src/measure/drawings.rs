@@ -218,7 +218,7 @@ fn atmosphere_views(renderers: &PrecisionRenderers<'_>, effort: Effort) -> Resul
             ..globe.clone()
         }
     };
-    // From 400 km the horizon is 20 degrees below the horizontal.
+    // Latitude, height and altitude: from 400 km the horizon is 20 degrees below the horizontal.
     let (limb, sky) = (northwards(20.0, 400.0, -20.0), northwards(5.0, 0.1, 10.0));
     Ok([renderers.with_metered_exposure(globe.clone())?, renderers.with_metered_exposure(limb)?, renderers.with_metered_exposure(sky)?])
 }

@@ -2,8 +2,8 @@
 //!
 //! In: `view`, `time` and `size` as in the query `pixel`; a body, a star or a direction. A star is named by its number in the Hipparcos catalog; its proper
 //! motion, parallax and aberration are included. Right ascension and declination give an ICRF direction, to which aberration is applied, but no parallax. From
-//! a camera above or beside a body, bodies have no aberration, as in the image ([`crate::scene::viewpoint::Viewer`]): the answers differ by v/c.
-//! Out: the pixel, counted from the upper left corner of the image, whether it is in the frame, and whether a body hides it. In a perspective image,
+//! a camera above or beside a body, bodies have no aberration, as in the image ([`crate::scene::viewpoint::Viewer`]): the answers differ from apparent places
+//! by v/c. Out: the pixel, counted from the upper left corner of the image, whether it is in the frame, and whether a body hides it. In a perspective image,
 //! positions behind the camera are not in the frame; the pixel returned for them is that of the opposite direction. In the other projections, positions
 //! outside the image have no pixel.
 

@@ -160,7 +160,8 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
         for height_km in [2e-3, 0.1, 10.0, 400.0, radius_km, 10.0 * radius_km] {
             let dip_rad = (radius_km / (radius_km + height_km)).acos();
             for k in 0..azimuth_count {
-                let [east, north, up] = local_axes(23.0, 77.0);
+                let (latitude_deg, longitude_deg) = (23.0, 77.0);
+                let [east, north, up] = local_axes(latitude_deg, longitude_deg);
                 let place_deg = place_of_normal_deg(body.radii_km, up);
                 // From north towards east.
                 let azimuth_rad = 0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuth_count);
@@ -190,7 +191,8 @@ pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     for body in bodies_named(setup, names) {
         let Ok(body_from_icrf) = setup.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
         let sun = body_from_icrf * sunward(setup, body.id, eclipse_instant());
-        // The planetographic latitude at which the Sun is in the zenith is its declination; that of the sub-solar point differs on an oblate body.
+        // The planetographic latitude at which the Sun is in the zenith is the Sun's declination. The sub-solar point, where the line from the body's centre to
+        // the Sun meets the surface, has another one on an oblate body.
         let (zenith_latitude_deg, zenith_longitude_deg) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
         let spots = [
             ("north pole", 90.0, 0.0),

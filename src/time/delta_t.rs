@@ -90,8 +90,8 @@ pub fn delta_t_error_s(tt_s: f64) -> f64 {
         y => {
             let next = ERRORS_BEFORE_TABLE_S.iter().position(|(listed_year, _)| y < *listed_year);
             let Some(next) = next else { return ERRORS_BEFORE_TABLE_S[ERRORS_BEFORE_TABLE_S.len() - 1].1 };
-            let ((y0, s0), (y1, s1)) = (ERRORS_BEFORE_TABLE_S[next - 1], ERRORS_BEFORE_TABLE_S[next]);
-            s0 + (s1 - s0) * (y - y0) / (y1 - y0)
+            let ((year0, error0_s), (year1, error1_s)) = (ERRORS_BEFORE_TABLE_S[next - 1], ERRORS_BEFORE_TABLE_S[next]);
+            error0_s + (error1_s - error0_s) * (y - year0) / (year1 - year0)
         }
     }
 }

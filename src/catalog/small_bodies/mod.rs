@@ -185,8 +185,8 @@ mod tests {
         assert!(all.comets.len() > 20 && all.comets.iter().all(SmallBody::is_comet));
         for body in all.minor_planets.iter().chain(&all.comets) {
             let orbit = &body.orbit;
-            let right_angle = orbit.to_perihelion.dot(orbit.motion_at_perihelion).abs() < 1e-12;
-            assert!(right_angle && (orbit.to_perihelion.length() - 1.0).abs() < 1e-12, "{}", body.full_name());
+            let is_right_angle = orbit.to_perihelion.dot(orbit.motion_at_perihelion).abs() < 1e-12;
+            assert!(is_right_angle && (orbit.to_perihelion.length() - 1.0).abs() < 1e-12, "{}", body.full_name());
         }
         // Ceres: a (1 - e) of its osculating elements, and its perihelion of 7 December 2022 (JPL Horizons gives the day).
         let ceres = all.minor_planets.iter().find(|b| b.name == "Ceres").expect("Ceres").orbit;

@@ -156,6 +156,7 @@ impl Tass17 {
     pub(super) fn state_without_grid(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
         let sums = self.sums(index, moon, tt_days_past(t, EPOCH_JD_TT));
-        Some(Self::elements(moon, t, &sums, 0.0).state(&self.icrf_from_frame))
+        let days_from_node = 0.0;
+        Some(Self::elements(moon, t, &sums, days_from_node).state(&self.icrf_from_frame))
     }
 }
