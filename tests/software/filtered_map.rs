@@ -215,6 +215,42 @@ fn the_operation_gives_the_values_of_the_fragment_where_every_lane_is_magnified(
     assert!(sorted[sorted.len() / 2] > 1e-3, "other weights are not detected");
 }
 
+/// A quasi-random footprint far longer than the map, as of a planet of which thousands of radii fit into a pixel: 2^29 to 2^40 texels.
+fn vast(index: usize) -> Footprint {
+    let Footprint { uv, major, minor, rotation, phase } = random(index);
+    let scale = 32.0_f64.exp2();
+    Footprint { uv, major: scale * major, minor: scale * minor, rotation, phase }
+}
+
+/// The greatest difference from the only texel of the coarsest level at vast footprints; NaN if a value is NaN.
+fn error_of_vast<R: Real>(filter: &Program, class: KernelClass, max_taps: f32) -> f64 {
+    let texture = noise();
+    let coarsest = texture.levels.last().expect("levels");
+    let texel = |channel| by_definition(coarsest, [0.0, 0.0], channel, linear_weight);
+    let values = batch::<R>(filter, &bound(filter, &texture, class), class, max_taps, vast);
+    greatest(values.into_iter().flat_map(|value| [0, 1, 2, 3].map(|k: usize| (value[k] - texel(k)).abs())))
+}
+
+/// The squares of such footprints are within f32, those of the squares are not. 1e-5 is for the rounding of up to 16 taps and their weights.
+#[test]
+fn a_footprint_far_longer_than_the_map_has_the_value_of_the_coarsest_level() {
+    let (native, interpreted) = (native_program(), program(&renamed()));
+    for filter in [&native, &interpreted] {
+        for class in KernelClass::available() {
+            for max_taps in [1.0, 8.0, 16.0] {
+                let errors = [error_of_vast::<f64>(filter, class, max_taps), error_of_vast::<f32>(filter, class, max_taps)];
+                assert!(errors.iter().all(|error| *error < 1e-5), "{} at {max_taps} taps, f64 and f32: {errors:?}", class.name());
+            }
+        }
+    }
+    // The comparison must be able to fail: gradients without a limit.
+    let limits = ", vec2f(-LONGEST_GRADIENT), vec2f(LONGEST_GRADIENT))";
+    assert_eq!(renamed().matches(limits).count(), 2);
+    let unlimited = program(&renamed().replace(limits, ", vec2f(-1.0e38), vec2f(1.0e38))"));
+    let error = error_of_vast::<f32>(&unlimited, KernelClass::detect(), 8.0);
+    assert!(!error.is_finite(), "an overflow is not detected: {error}");
+}
+
 /// The greatest change of the value from one footprint to the next, in 16 000 equal steps of the parameter from 0 to 1.
 pub(super) fn greatest_step<R: Real>(program: &Program, class: KernelClass, footprint_at: impl Fn(f64) -> Footprint) -> f64 {
     let texture = noise();

@@ -16,7 +16,8 @@ fn luminance(c: Color32) -> f64 {
     0.2126 * linear(c.r()) + 0.7152 * linear(c.g()) + 0.0722 * linear(c.b())
 }
 
-fn contrast(a: Color32, b: Color32) -> f64 {
+/// Contrast ratio by WCAG 2.2.
+pub(super) fn contrast(a: Color32, b: Color32) -> f64 {
     let (a, b) = (luminance(a), luminance(b));
     (a.max(b) + 0.05) / (a.min(b) + 0.05)
 }

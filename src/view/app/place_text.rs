@@ -4,7 +4,7 @@
 //! positions of bodies as vectors (`body_positions`).
 
 use crate::events::GeodeticPosition;
-use crate::view::language::numbers::typed_number;
+use crate::view::language::numbers::typed_degrees;
 use crate::view::language::{decimal, translated_name};
 
 /// A place with one decimal, such as `25.5° N, 33.2° E`.
@@ -31,24 +31,33 @@ pub(crate) fn parse_place(text: &str) -> Option<(f64, f64)> {
 pub(crate) fn parse_place_without_limits(text: &str) -> Option<(f64, f64)> {
     // The separators are tried in this order, because a comma without a space may be a decimal mark.
     let (latitude, longitude) = text.split_once(';').or_else(|| text.split_once(", ")).or_else(|| text.split_once(','))?;
-    Some((typed_degrees(latitude, "north", "south")?, typed_degrees(longitude, "east", "west")?))
+    Some((typed_latitude_deg(latitude)?, typed_longitude_deg(longitude)?))
+}
+
+/// Reads a latitude in degrees, without limits, such as `31.3° S` or `-31.3`.
+pub(crate) fn typed_latitude_deg(text: &str) -> Option<f64> {
+    typed_with_direction(text, "north", "south")
+}
+
+/// Reads an east longitude in degrees, without limits, such as `48.5° W` or `-48.5`.
+pub(crate) fn typed_longitude_deg(text: &str) -> Option<f64> {
+    typed_with_direction(text, "east", "west")
 }
 
 /// Reads an angle in degrees: with a sign, or with the first letter of a direction in English or in the language of the window. `positive`, `negative`:
 /// the English names of the directions of positive and of negative angles.
-fn typed_degrees(text: &str, positive: &str, negative: &str) -> Option<f64> {
+fn typed_with_direction(text: &str, positive: &str, negative: &str) -> Option<f64> {
     let text = text.trim().to_lowercase();
     let without_direction = |direction: &str| {
         let translated = translated_name("direction", direction).to_lowercase();
         text.strip_suffix(translated.as_str()).or_else(|| text.strip_suffix(direction.get(..1)?))
     };
-    let number = |text: &str| typed_number(text.trim().trim_end_matches('°'));
     // With a direction, a number has no sign.
-    let unsigned = |text: &str| number(text).filter(|degrees| degrees.is_sign_positive());
+    let unsigned = |text: &str| typed_degrees(text).filter(|degrees| degrees.is_sign_positive());
     match (without_direction(positive), without_direction(negative)) {
         (Some(text), _) => unsigned(text),
         (None, Some(text)) => unsigned(text).map(|degrees| -degrees),
-        (None, None) => number(&text),
+        (None, None) => typed_degrees(&text),
     }
 }
 

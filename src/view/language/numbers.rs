@@ -4,6 +4,7 @@
 //! the language's own decimal mark, or a decimal point. Not for files, links or the command line.
 
 use super::text;
+use crate::units::SECONDS_PER_DAY;
 use std::fmt::Display;
 
 /// Largest exponent of ten, positive or negative, that [`number_text`] replaces by digits.
@@ -72,6 +73,20 @@ pub(crate) fn typed_number(text: &str) -> Option<f64> {
         _ => compact.parse().ok(),
     };
     number.filter(|number| number.is_finite())
+}
+
+/// A typed angle in degrees, whose sign of degrees may be left out.
+pub(crate) fn typed_degrees(text: &str) -> Option<f64> {
+    typed_number(text.trim().trim_end_matches('°'))
+}
+
+/// A typed length of time, seconds: a number of seconds, or of another unit (`min`, `h`, `d`).
+pub(crate) fn typed_seconds(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let units = [("min", 60.0), ("s", 1.0), ("h", 3600.0), ("d", SECONDS_PER_DAY)];
+    let with_unit = units.into_iter().find_map(|(unit, unit_s)| text.strip_suffix(unit).map(|number| (number, unit_s)));
+    let (number, unit_s) = with_unit.unwrap_or((text, 1.0));
+    typed_number(number).map(|number| number * unit_s)
 }
 
 #[cfg(test)]

@@ -1,17 +1,11 @@
-//! Controls with accessible names: number fields, lists of pixel views, spinners.
+//! Controls with accessible names: lists of pixel views, spinners.
 //!
-//! In: what a control edits, and its name. Out: the control on the screen, with the name for screen readers. Always: the tooltip of a number field
-//! or list is its accessible name.
+//! In: what a control edits, and its name. Out: the control on the screen, with the name for screen readers. Always: the tooltip of a list is its
+//! accessible name. Not here: number fields (`number_field`).
 
 use crate::scene::draw::PixelView;
-use crate::view::language::numbers::typed_number;
 use crate::view::language::translated_name;
-use egui::{ComboBox, DragValue, Response, Ui};
-
-/// Shows a number field. Without its accessible name a screen reader would read only the unit.
-pub(crate) fn number_field(ui: &mut Ui, field: DragValue<'_>, name: &str) -> Response {
-    ui.add(field.custom_parser(typed_number)).on_hover_text(name).accessible_name(name)
-}
+use egui::{ComboBox, Response, Ui};
 
 /// The translated name of a pixel view.
 pub(crate) fn pixel_view_name(view: PixelView) -> &'static str {

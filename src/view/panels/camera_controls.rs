@@ -2,15 +2,15 @@
 //!
 //! In: the selected body, the view, clicks. Out: actions; the field of view and the typed place, which the controls set directly.
 
+use super::Interface;
 use super::icons::{self, Icon};
-use super::{Interface, accessible};
+use super::number_field::{self, NumberKind};
 use crate::catalog::NaifId;
 use crate::scene::request::Projection;
 use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MAX_TYPED_LONGITUDE_DEG, MIN_FOV_DEG, wrapped_longitude_deg};
 use crate::view::app::viewer::Action;
-use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, text};
-use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
+use egui::{Checkbox, ComboBox, DragValue, Grid};
 
 /// The place typed into the fields for *Stand on surface*: planetographic latitude, east longitude. If the Earth is selected, the fields edit the
 /// observer's place instead (`InformationPanel::observer_place`), for which events and the times of rise and set are also computed.
@@ -47,13 +47,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         (&mut typed_place.latitude_deg, &mut typed_place.longitude_deg)
     };
     Grid::new("place").num_columns(2).spacing([6.0, 3.0]).show(ui, |ui| {
-        for (label, value_deg, limit_deg) in [
-            (text!("camera-latitude"), &mut *latitude_deg, 90.0),
-            (text!("camera-longitude"), &mut *longitude_deg, MAX_TYPED_LONGITUDE_DEG),
+        for (label, value_deg, kind, limit_deg) in [
+            (text!("camera-latitude"), &mut *latitude_deg, NumberKind::Latitude, 90.0),
+            (text!("camera-longitude"), &mut *longitude_deg, NumberKind::Longitude, MAX_TYPED_LONGITUDE_DEG),
         ] {
             ui.label(label);
-            let field = DragValue::new(value_deg).range(-limit_deg..=limit_deg).speed(0.2).max_decimals(4).suffix("°");
-            accessible::number_field(ui, field, &text!("camera-degrees", label = label));
+            let field = DragValue::new(value_deg).speed(0.2).max_decimals(4);
+            number_field::show(ui, field, kind, -limit_deg..=limit_deg, &text!("camera-degrees", label = label));
             ui.end_row();
         }
     });
@@ -77,7 +77,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     let view = &mut interface.viewer.view;
     // The angle of a fisheye is set in the Effects panel; an equirectangular image has no field of view.
     let is_perspective = view.composition.projection == Projection::Perspective;
-    let fov = Slider::new(&mut view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG).custom_parser(typed_number).logarithmic(true).suffix("°");
+    let fov = number_field::slider(&mut view.fov_deg, NumberKind::Degrees, MIN_FOV_DEG..=MAX_FOV_DEG, |slider| slider.logarithmic(true));
     ui.add_enabled(is_perspective, fov).on_hover_text(text!("camera-fov-hint")).on_disabled_hover_text(text!("camera-fov-disabled"));
 }
 

@@ -4,12 +4,12 @@
 //! one switches the other off.
 
 use super::Interface;
+use super::number_field::{self, NumberKind};
 use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_RANGE_DEG};
 use crate::scene::request::{Projection, StereoLayout};
 use crate::view::app::composition_state::CompositionState;
-use crate::view::language::numbers::typed_number;
 use crate::view::language::{text, text_by_id};
-use egui::{ComboBox, Slider, Ui};
+use egui::{ComboBox, Ui};
 
 /// Each projection, with the message ids of its name and its tooltip.
 const PROJECTIONS: [(Projection, &str, &str); 3] = [
@@ -37,23 +37,17 @@ pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
         }
         let is_fisheye = composition.projection == Projection::Fisheye;
         if is_fisheye {
-            ui.add(
-                Slider::new(&mut composition.fisheye_deg, FISHEYE_RANGE_DEG)
-                    .custom_parser(typed_number)
-                    .suffix("°")
-                    .text(text!("projection-dome-angle")),
-            )
-            .on_hover_text(text!("projection-dome-angle-hint"));
+            let angle = number_field::slider(&mut composition.fisheye_deg, NumberKind::Degrees, FISHEYE_RANGE_DEG, |slider| {
+                slider.text(text!("projection-dome-angle"))
+            });
+            ui.add(angle).on_hover_text(text!("projection-dome-angle-hint"));
             ui.checkbox(&mut composition.is_zenith_centred, text!("projection-zenith")).on_hover_text(text!("projection-zenith-hint"));
         }
         if composition.projection != Projection::Perspective {
-            ui.add(
-                Slider::new(&mut composition.dome_tilt_deg, DOME_TILT_RANGE_DEG)
-                    .custom_parser(typed_number)
-                    .suffix("°")
-                    .text(text!("projection-tilt")),
-            )
-            .on_hover_text(text!("projection-tilt-hint"));
+            let tilt = number_field::slider(&mut composition.dome_tilt_deg, NumberKind::Degrees, DOME_TILT_RANGE_DEG, |slider| {
+                slider.text(text!("projection-tilt"))
+            });
+            ui.add(tilt).on_hover_text(text!("projection-tilt-hint"));
         }
         let stereo = choice(ui, text!("stereo"), composition.stereo, &STEREO);
         if stereo != composition.stereo {

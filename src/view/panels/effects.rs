@@ -3,12 +3,12 @@
 //!
 //! In: the decisions of the last scene, measured costs, clicks. Out: the view with other effects and settings; queries that measure costs.
 
+use super::number_field::{self, NumberKind};
 use super::{Interface, accessible};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
 use crate::scene::request::{Quality, ToneMap, ViewRequest};
 use crate::session::{DisplayPreference, EffectCost, RendererPreference, Session};
 use crate::view::error_texts::error_text;
-use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, decimal, reason_text, signed, text, translated_name};
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
@@ -36,8 +36,10 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         }
         if let Some(stops) = &mut view.exposure_stops {
             // A view from a link or a file may have a value outside the slider's range, which must not be clamped merely because the panel is open.
-            let slider = egui::Slider::new(stops, -20.0..=30.0).clamping(SliderClamping::Edits);
-            ui.add(slider.custom_parser(typed_number).text(text!("effects-stops"))).on_hover_text(text!("effects-exposure-hint"));
+            let slider = number_field::slider(stops, NumberKind::Plain, -20.0..=30.0, |slider| {
+                slider.clamping(SliderClamping::Edits).text(text!("effects-stops"))
+            });
+            ui.add(slider).on_hover_text(text!("effects-exposure-hint"));
         } else {
             ui.label(text!("effects-drawn-stops", drawn_stops = signed(drawn_stops, 2)));
         }

@@ -5,9 +5,10 @@
 mod sizes_and_distances;
 
 use self::sizes_and_distances::SizeComparison;
+use super::Interface;
 use super::fact;
+use super::number_field::{self, NumberKind};
 use super::theme::MIN_LIST_HEIGHT;
-use super::{Interface, accessible};
 use crate::catalog::cities::{self, City};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Source;
@@ -290,13 +291,18 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     });
     let observer_place = &mut panel.observer_place;
     ui.horizontal_wrapped(|ui| {
-        let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
-        for (value_deg, limit_deg, label, accessible_name) in [
-            (&mut observer_place.latitude_deg, 90.0, text!("place-latitude"), text!("place-latitude-hint")),
-            (&mut observer_place.longitude_deg, MAX_TYPED_LONGITUDE_DEG, text!("place-longitude"), text!("place-longitude-hint")),
+        for (value_deg, (kind, limit_deg), label, accessible_name) in [
+            (&mut observer_place.latitude_deg, (NumberKind::Latitude, 90.0), text!("place-latitude"), text!("place-latitude-hint")),
+            (
+                &mut observer_place.longitude_deg,
+                (NumberKind::Longitude, MAX_TYPED_LONGITUDE_DEG),
+                text!("place-longitude"),
+                text!("place-longitude-hint"),
+            ),
         ] {
             ui.label(label);
-            accessible::number_field(ui, drag(value_deg, -limit_deg..=limit_deg), accessible_name);
+            let field = egui::DragValue::new(value_deg).speed(0.1).fixed_decimals(4);
+            number_field::show(ui, field, kind, -limit_deg..=limit_deg, accessible_name);
         }
     });
     observer_place.longitude_deg = wrapped_longitude_deg(observer_place.longitude_deg);

@@ -4,10 +4,10 @@
 //! draws the layer, and why.
 
 use super::Interface;
+use super::number_field::{self, NumberKind};
 use crate::scene::request::Layers;
-use crate::view::language::numbers::typed_number;
 use crate::view::language::{reason_text, text, text_by_id};
-use egui::{Slider, SliderClamping};
+use egui::SliderClamping;
 
 /// Name of each layer, and the message ids of its label and its tooltip.
 const SWITCHES: [(&str, &str, &str); 17] = [
@@ -42,8 +42,10 @@ pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.checkbox(is_on, text_by_id(label)).on_hover_text(format!("{}{why}", text_by_id(tooltip)));
         }
         // A view from a link or a file may have another valid value, which must not change because the panel opens.
-        let slider = Slider::new(&mut view.stars_boost, 0.0..=20.0).clamping(SliderClamping::Edits);
-        ui.add(slider.custom_parser(typed_number).text(text!("sky-faint-light"))).on_hover_text(text!("sky-faint-light-hint"));
+        let slider = number_field::slider(&mut view.stars_boost, NumberKind::Plain, 0.0..=20.0, |slider| {
+            slider.clamping(SliderClamping::Edits).text(text!("sky-faint-light"))
+        });
+        ui.add(slider).on_hover_text(text!("sky-faint-light-hint"));
         if ui.button(text!("sky-reset")).on_hover_text(text!("sky-reset-hint")).clicked() {
             (view.layers, view.stars_boost) = (Layers::default(), 0.0);
         }

@@ -19,6 +19,7 @@ mod information;
 mod input_order;
 mod layers;
 mod moments;
+mod number_field;
 mod performance;
 mod render_loop;
 mod search;
@@ -248,6 +249,9 @@ impl Interface {
         egui::Panel::top("top").show(ui, |ui| top_bar::bar(self, ui, worker, &mut actions));
         egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, worker, &mut actions));
         side_panels::show(self, ui, worker, &mut actions);
+        if let Some(reply) = number_field::take_reply(ui.ctx()) {
+            self.show_reply(reply);
+        }
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
         if self.help_shown {
             shortcuts::help(self, ui.ctx());

@@ -38,6 +38,14 @@ pub(crate) fn apply(ctx: &Context) {
     }
 }
 
+/// The style of menus: egui's own, except that the entry with the keyboard focus keeps its ring. Without it a chosen entry would look the same with the
+/// focus as without.
+pub(crate) fn menu_style(style: &mut Style) {
+    let ring = style.visuals.widgets.active.bg_stroke;
+    egui::containers::menu::menu_style(style);
+    style.visuals.widgets.active.bg_stroke = ring;
+}
+
 fn style(theme: Theme) -> Style {
     let mut style = Style { visuals: visuals(theme), ..Style::default() };
     let proportional = |size| FontId::new(size, FontFamily::Proportional);

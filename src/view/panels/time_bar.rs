@@ -4,9 +4,10 @@
 //! In: the displayed time, typed dates, clicks. Out: actions that set the time or its rate, or show an event.
 
 use super::icons::{self, Icon};
+use super::number_field::{self, NumberKind};
 use super::search::MAX_ECHO_CHARS;
 use super::top_bar::caption;
-use super::{Interface, accessible, events, timeline};
+use super::{Interface, accessible, events, theme, timeline};
 use crate::ephemeris::EphemerisError;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
@@ -168,7 +169,7 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     let time_zone = interface.settings.time_zone;
     let displayed = interface.viewer.view.time();
     let Some(civil) = time_zone.civil_time(displayed) else { return };
-    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside).style(theme::menu_style);
     let button = icons::button(ui, Icon::Calendar, text!("calendar"));
     let (button, content) = MenuButton::from_button(button).config(config).ui(ui, |ui| calendar(&mut interface.time_bar, ui, civil));
     button.on_hover_text(text!("calendar-hint"));
@@ -193,8 +194,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
         let earlier = month_button(ui, Icon::Previous, text!("calendar-previous"), month.checked_sub_months(Months::new(1)));
         ui.strong(month_name(month));
         let mut year = month.year();
-        let field = DragValue::new(&mut year).range(-9999..=9999).speed(0.2).custom_formatter(|year, _| format!("{year:.0}"));
-        accessible::number_field(ui, field, text!("calendar-year"));
+        number_field::show(ui, DragValue::new(&mut year).speed(0.2), NumberKind::Year, -9999..=9999, text!("calendar-year"));
         let later = month_button(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
@@ -242,7 +242,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
             if let Some(mark) = mark {
                 ui.label(mark);
             }
-            accessible::number_field(ui, DragValue::new(value).range(0..=max).custom_formatter(|v, _| format!("{v:02.0}")), name);
+            number_field::show(ui, DragValue::new(value), NumberKind::Clock, 0..=max, name);
         }
         let time =
             NaiveTime::from_hms_opt(hour, minute, second).filter(|time| *time != civil.time().with_nanosecond(0).unwrap_or_default());

@@ -4,7 +4,7 @@
 
 use super::icons::{self, Icon};
 use super::tab::Group;
-use super::{Interface, Tab, search};
+use super::{Interface, Tab, search, theme};
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
@@ -58,7 +58,7 @@ fn tab_buttons(interface: &mut Interface, ui: &mut Ui, group: Group) {
 
 /// Shows the Layers menu, which stays open when a switch in it is pressed.
 fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
-    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside).style(theme::menu_style);
     let button = icons::button(ui, Icon::Layers, text!("bar-layers"));
     let (button, _) = MenuButton::from_button(button).config(config).ui(ui, |ui| layers(interface, ui));
     button.on_hover_text(text!("bar-layers-hint"));

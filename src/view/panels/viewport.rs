@@ -13,10 +13,10 @@ use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::view::app::orbit_camera::LOG_HEIGHT_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
-use crate::view::panels::theme::{BODY_TEXT_POINTS, HEADING_TEXT_POINTS, HIGHLIGHT_COLOUR, opaque};
+use crate::view::panels::theme::{BODY_TEXT_POINTS, HEADING_TEXT_POINTS, HIGHLIGHT_COLOUR, menu_style, opaque};
 use crate::view::window::primitives::SCENE_IMAGE;
 use crate::view::worker::render_worker::RenderWorker;
-use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
+use egui::{Align2, Color32, FontId, PointerButton, Popup, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::{DVec2, DVec3};
 
 /// Text size of the names of bodies, points.
@@ -228,7 +228,7 @@ fn context_menu(interface: &mut Interface, response: &egui::Response, placement:
         interface.viewport.menu_body = body;
         actions.extend(body.map(Action::Select));
     }
-    response.context_menu(|ui| {
+    Popup::context_menu(response).style(menu_style).show(|ui| {
         if let Some(body) = interface.viewport.menu_body {
             ui.strong(interface.viewer.name(body));
             for (name, hover, action) in [

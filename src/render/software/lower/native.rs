@@ -38,7 +38,7 @@ const NATIVE_FUNCTIONS: [NativeFunction; 2] = [
     NativeFunction {
         name: "filtered_map",
         shipped_source: include_str!("../../../../shaders/lib/filtered_map.wesl"),
-        reimplemented_sha256: "a2921f76f4eb44fa6a39f96ef85b37af9d844b3d8dac13e97ab9c38fe9ffc624",
+        reimplemented_sha256: "06e9d78b3979c5764f7340f0cc3f542663642ee3accd054d305cb41cc4d5b381",
         op: TextureOp::Filtered,
         has_sampler: true,
     },

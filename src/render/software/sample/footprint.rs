@@ -6,14 +6,17 @@
 //! singular values of the gradient matrix. As in shaders/lib/filtered_map.wesl, up to `max_taps` trilinear taps fill the major axis from both ends. The mip
 //! level is log2 of the minor axis, or of the major axis / `max_taps` if that is greater. Where the major axis is not a whole number of taps
 //! long, the taps in the middle overlap, and the overlap is taken from their weight, so that the filtered value is continuous in the gradients. The
-//! level of isotropic filtering is log2 of the longer gradient. No level is finer than level 0. Loops over lanes are branch-free, so that they are
-//! vectorised. Gradients that are not finite give an unspecified valid level and length.
+//! level of isotropic filtering is log2 of the longer gradient. No level is finer than level 0. Gradients are limited, so that no footprint exceeds the range
+//! of f32. Loops over lanes are branch-free, so that they are vectorised. Gradients that are NaN give an unspecified valid level and length.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
 use super::lane_order::{BATCH, MAX_TAPS};
 use crate::render::software::math::Real;
+
+/// Longer gradients, in texels, count as this long along each axis of the map: `LONGEST_GRADIENT` of shaders/lib/filtered_map.wesl.
+const LONGEST_GRADIENT: f64 = 1e9;
 
 /// The taps of one lane.
 #[derive(Clone, Copy, Debug)]
@@ -68,16 +71,15 @@ pub(super) fn floor<R: Real>(x: R) -> R {
 
 impl<R: Real> Footprint<R> {
     /// Anisotropic filtering: up to `max_taps` taps along the major axis, as in `filtered_map` of shaders/lib/filtered_map.wesl. The other arguments are
-    /// those of [`longest_sq`].
+    /// those of [`texel_gradients`].
     #[inline(always)]
     pub(crate) fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
         let half = R::from_f64(0.5);
-        // The gradients in texels per pixel.
-        let (ux, vx, uy, vy) = (dx[0] * size[0], dx[1] * size[1], dy[0] * size[0], dy[1] * size[1]);
+        let [ux, vx, uy, vy] = texel_gradients(size, dx, dy);
         // For the gradient matrix J, J Jᵀ = [a b; b c]; its eigenvalues are the squares of the axes.
         let (a, c, b) = (ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy);
         let (mean, difference) = (half * (a + c), half * (a - c));
-        let major_sq = if max_taps > R::ONE { mean + (difference * difference + b * b).sqrt() } else { longest_sq(size, dx, dy) };
+        let major_sq = if max_taps > R::ONE { mean + (difference * difference + b * b).sqrt() } else { longest_sq([ux, vx, uy, vy]) };
         let det = ux * vy - uy * vx;
         let minor_sq = det * det / major_sq;
         let min_width_sq = major_sq / (max_taps * max_taps);
@@ -99,10 +101,24 @@ impl<R: Real> Footprint<R> {
     }
 }
 
-/// The square of the longer gradient, in texels. `dx`, `dy`: gradients `[du, dv]` per pixel in x and in y; `size`: of the texture, in texels.
+/// A gradient in texels, limited to [`LONGEST_GRADIENT`]. Written so that it is vectorised.
 #[inline(always)]
-fn longest_sq<R: Real>(size: [R; 2], dx: [R; 2], dy: [R; 2]) -> R {
-    let (ux, vx, uy, vy) = (dx[0] * size[0], dx[1] * size[1], dy[0] * size[0], dy[1] * size[1]);
+fn limited<R: Real>(gradient: R) -> R {
+    let longest = R::from_f64(LONGEST_GRADIENT);
+    let raised = if gradient > -longest { gradient } else { -longest };
+    if raised < longest { raised } else { longest }
+}
+
+/// The gradients in texels per pixel: du/dx, dv/dx, du/dy, dv/dy, limited. `dx`, `dy`: gradients `[du, dv]` per pixel in x and in y; `size`: of the texture,
+/// in texels.
+#[inline(always)]
+fn texel_gradients<R: Real>(size: [R; 2], dx: [R; 2], dy: [R; 2]) -> [R; 4] {
+    [limited(dx[0] * size[0]), limited(dx[1] * size[1]), limited(dy[0] * size[0]), limited(dy[1] * size[1])]
+}
+
+/// The square of the longer of the two gradients from [`texel_gradients`].
+#[inline(always)]
+fn longest_sq<R: Real>([ux, vx, uy, vy]: [R; 4]) -> R {
     let (dx_sq, dy_sq) = (ux * ux + vx * vx, uy * uy + vy * vy);
     if dx_sq > dy_sq { dx_sq } else { dy_sq }
 }
@@ -155,7 +171,7 @@ impl<'a, R: Real> FilterRequest<'a, R> {
         let Some(max_taps) = max_taps else {
             let mut widths_sq = [R::ZERO; BATCH];
             for i in 0..BATCH {
-                widths_sq[i] = longest_sq(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]]);
+                widths_sq[i] = longest_sq(texel_gradients(size, [g[0][i], g[1][i]], [g[2][i], g[3][i]]));
             }
             if !are_at_most_one(&widths_sq) {
                 self.level = Some(widths_sq.map(|square| level_of(at_least_one(square))));

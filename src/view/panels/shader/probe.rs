@@ -13,6 +13,7 @@ use crate::session::Session;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::instant_text;
 use crate::view::language::{body_name, signed, text, translated_name};
+use crate::view::panels::number_field::{self, NumberKind};
 use crate::view::panels::theme::{MIN_LIST_HEIGHT, SMALL_TEXT_POINTS};
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::render_worker::{Pending, ask};
@@ -68,8 +69,10 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     ui.horizontal(|ui| {
         ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
-        let x_field = accessible::number_field(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=width - 1), text!("probe-x"));
-        let y_field = accessible::number_field(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=height - 1), text!("probe-y"));
+        let x_field = egui::DragValue::new(&mut x).prefix("x ");
+        let x_field = number_field::show(ui, x_field, NumberKind::Whole, 0..=width - 1, text!("probe-x"));
+        let y_field = egui::DragValue::new(&mut y).prefix("y ");
+        let y_field = number_field::show(ui, y_field, NumberKind::Whole, 0..=height - 1, text!("probe-y"));
         if x_field.changed() || y_field.changed() {
             page.newly_picked_px = Some([x, y]);
         }

@@ -9,21 +9,21 @@ use super::{ExportKind, Interface};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::view::app::file_names::absolute_path;
 use crate::view::language::{decimal, text};
-use crate::view::panels::accessible;
 use crate::view::panels::icons::{self, Icon};
+use crate::view::panels::number_field::{self, NumberKind};
 use egui::{Checkbox, DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
 use std::path::Path;
 
-/// A field for a width or height, pixels.
-fn side_field(side_px: &mut u32) -> DragValue<'_> {
-    DragValue::new(side_px).range(1..=MAX_IMAGE_PX)
+/// Shows a field for a width or height, pixels.
+fn side_field(ui: &mut Ui, side_px: &mut u32, name: &str) {
+    number_field::show(ui, DragValue::new(side_px), NumberKind::Whole, 1..=MAX_IMAGE_PX, name);
 }
 
 /// Shows the fields for width, height and labels. The array contains their accessible names, in this order.
 fn option_fields(ui: &mut Ui, options: &mut ImageOptions, [width, height, labels]: [&str; 3]) {
-    accessible::number_field(ui, side_field(&mut options.size_px[0]), width);
+    side_field(ui, &mut options.size_px[0], width);
     ui.label("×");
-    accessible::number_field(ui, side_field(&mut options.size_px[1]), height);
+    side_field(ui, &mut options.size_px[1], height);
     let checkbox = ui.checkbox(&mut options.has_labels, text!("image-labels")).accessible_name(labels);
     checkbox.on_hover_text(text!("image-labels-hint"));
 }
@@ -81,14 +81,13 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     let event_frames = chosen_frames_of_event(interface);
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
-        accessible::number_field(ui, DragValue::new(&mut panel.frame_count).range(1..=100_000), text!("frames-count"));
+        number_field::show(ui, DragValue::new(&mut panel.frame_count), NumberKind::Whole, 1..=100_000, text!("frames-count"));
         ui.label(text!("frames-unit"));
         if let Some(FrameTimes { step_s, .. }) = event_frames {
             ui.label(format!("{} s", decimal(step_s, 1))).on_hover_text(text!("frames-step"));
         } else {
             // At most about a century between frames.
-            let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
-            accessible::number_field(ui, step, text!("frames-step"));
+            number_field::show(ui, DragValue::new(&mut panel.step_s), NumberKind::Seconds, -3.2e9..=3.2e9, text!("frames-step"));
         }
         ui.label(text!("frames-apart"));
     });
@@ -118,7 +117,7 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
         option_fields(ui, &mut animation.options, [text!("animation-width"), text!("animation-height"), text!("animation-labels")]);
     });
     ui.horizontal_wrapped(|ui| {
-        accessible::number_field(ui, DragValue::new(&mut animation.frames_per_s).range(1..=100), text!("animation-rate"));
+        number_field::show(ui, DragValue::new(&mut animation.frames_per_s), NumberKind::Whole, 1..=100, text!("animation-rate"));
         ui.label(text!("animation-rate-unit"));
         let centred = Checkbox::new(&mut animation.is_centred_on_displayed_time, text!("animation-centred"));
         ui.add_enabled(!frames_span_event, centred).on_hover_text(text!("animation-centred-hint"));

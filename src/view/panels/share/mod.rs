@@ -12,6 +12,7 @@ use self::export::{Export, FrameViews, ImageOptions};
 use self::images::FrameTimes;
 use super::Interface;
 use super::icons::{self, Icon};
+use super::number_field::{self, NumberKind};
 use crate::files::{FileAccess, read_text, write_new};
 use crate::session::Session;
 use crate::view::app::file_names::{absolute_path, candidate_names};
@@ -19,7 +20,6 @@ use crate::view::app::settings::{Bookmark, UI_SCALE_RANGE};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
-use crate::view::language::numbers::typed_number;
 use crate::view::language::{Language, text};
 use crate::view::link::{MAX_BYTES, SCHEME, view_from_text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -321,10 +321,10 @@ fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
             }
         }
     });
-    ui.add(
-        egui::Slider::new(&mut interface.settings.ui_scale, UI_SCALE_RANGE).custom_parser(typed_number).text(text!("appearance-text-size")),
-    )
-    .on_hover_text(text!("appearance-text-size-hint"));
+    let text_size = number_field::slider(&mut interface.settings.ui_scale, NumberKind::Plain, UI_SCALE_RANGE, |slider| {
+        slider.text(text!("appearance-text-size"))
+    });
+    ui.add(text_size).on_hover_text(text!("appearance-text-size-hint"));
     ui.horizontal(|ui| {
         ui.label(text!("appearance-panels"));
         for (name, on_left) in [(text!("appearance-left"), true), (text!("appearance-right"), false)] {

@@ -1,0 +1,235 @@
+//! Number fields, and sliders with a number beside them: what may be typed into them, and the reply to any other text.
+//!
+//! In: a value, its kind and range, typed text. Out: a new value once the text is complete, by Enter, Tab or a click elsewhere; or a reply that says why
+//! there is none, which the interface takes by [`take_reply`]. Always: a text that cannot be read, or whose number is outside the range, changes nothing,
+//! nor does Escape. egui by itself would read the text after each key, so that the beginning of `33.9 X` counted, and would clamp the number to the range.
+
+use crate::view::app::place_text::{typed_latitude_deg, typed_longitude_deg};
+use crate::view::app::view_state::wrapped_longitude_deg;
+use crate::view::language::numbers::{field_text, typed_degrees, typed_number, typed_seconds};
+use crate::view::language::{FluentArgument, text, text_with_arguments};
+use crate::wording::echo_within;
+use egui::emath::Numeric;
+use egui::{Context, DragValue, Event, Id, Key, Response, Slider, Ui, Widget};
+use std::cell::RefCell;
+use std::ops::RangeInclusive;
+use std::rc::Rc;
+
+/// Maximum number of characters of a typed text that a reply quotes.
+const MAX_ECHO_CHARS: usize = 30;
+/// Maximum number of decimals of a range in a reply.
+const MAX_RANGE_DECIMALS: usize = 6;
+/// Names under which egui stores the reply to the last text, and the pass in which Escape was last pressed.
+const REPLY: &str = "reply to a typed number";
+const ESCAPE_PASS: &str = "pass of the last Escape";
+
+/// What the number of a field is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum NumberKind {
+    Plain,
+    Whole,
+    /// A whole number that is shown without separators.
+    Year,
+    /// A whole number of hours, minutes or seconds that is shown with two digits.
+    Clock,
+    Degrees,
+    /// Degrees north; a compass direction may be typed.
+    Latitude,
+    /// Degrees east; a compass direction may be typed, and any angle, which is wrapped.
+    Longitude,
+    /// A length of time in seconds; another unit may be typed.
+    Seconds,
+}
+
+impl NumberKind {
+    /// The number that a text gives; `None` if it gives none of this kind.
+    fn read(self, text: &str) -> Option<f64> {
+        match self {
+            Self::Plain => typed_number(text),
+            Self::Whole | Self::Year | Self::Clock => typed_number(text).filter(|number| number.fract() == 0.0),
+            Self::Degrees => typed_degrees(text),
+            Self::Latitude => typed_latitude_deg(text),
+            Self::Longitude => typed_longitude_deg(text).map(wrapped_longitude_deg),
+            Self::Seconds => typed_seconds(text),
+        }
+    }
+
+    /// The text of a number, without its unit.
+    fn write(self, number: f64, decimals: RangeInclusive<usize>) -> String {
+        match self {
+            Self::Year => format!("{number:.0}"),
+            Self::Clock => format!("{number:02.0}"),
+            _ => field_text(number, decimals),
+        }
+    }
+
+    fn unit(self) -> &'static str {
+        match self {
+            Self::Plain | Self::Whole | Self::Year | Self::Clock => "",
+            Self::Degrees | Self::Latitude | Self::Longitude => "°",
+            Self::Seconds => " s",
+        }
+    }
+
+    /// The id of the message for a text that cannot be read.
+    fn refusal(self) -> &'static str {
+        match self {
+            Self::Plain | Self::Degrees => "number-unreadable",
+            Self::Whole | Self::Year | Self::Clock => "number-not-whole",
+            Self::Latitude => "number-no-latitude",
+            Self::Longitude => "number-no-longitude",
+            Self::Seconds => "number-no-seconds",
+        }
+    }
+
+    /// The reply to a text, which is empty if the number counts, and the number if it does.
+    fn answer(self, text: &str, range: &RangeInclusive<f64>) -> (String, Option<f64>) {
+        let typed = echo_within(text.trim(), MAX_ECHO_CHARS);
+        let Some(number) = self.read(text) else {
+            return (text_with_arguments(self.refusal(), &[("typed", typed.value())]), None);
+        };
+        // The bounds of an f32 are those of the typed decimals but for its rounding.
+        let is_within = |bound: f64, excess: f64| excess <= f64::from(f32::EPSILON) * bound.abs();
+        if is_within(*range.start(), range.start() - number) && is_within(*range.end(), number - range.end()) {
+            return (String::new(), Some(number));
+        }
+        let bound = |number: &f64| format!("{}{}", self.write(*number, 0..=MAX_RANGE_DECIMALS), self.unit());
+        (text!("number-outside", typed = typed, smallest = bound(range.start()), largest = bound(range.end())), None)
+    }
+}
+
+/// The text of one field in one pass.
+struct FieldText {
+    kind: NumberKind,
+    range: RangeInclusive<f64>,
+    /// Whether the user left the field by Escape.
+    is_cancelled: bool,
+    /// The text of the value. A field that the user leaves with this text keeps its value, which may have more decimals or be outside the range.
+    shown: RefCell<String>,
+    /// The reply to a typed text.
+    reply: RefCell<Option<String>>,
+}
+
+impl FieldText {
+    fn new<N: Numeric>(ui: &Ui, kind: NumberKind, range: &RangeInclusive<N>) -> Rc<Self> {
+        let range = range.start().to_f64()..=range.end().to_f64();
+        Rc::new(Self { kind, range, is_cancelled: is_cancelled(ui), shown: RefCell::default(), reply: RefCell::default() })
+    }
+
+    /// The text of the value, which egui asks for before it reads a typed text.
+    fn write(&self, number: f64, decimals: RangeInclusive<usize>) -> String {
+        let text = self.kind.write(number, decimals);
+        self.shown.borrow_mut().clone_from(&text);
+        text
+    }
+
+    fn read(&self, text: &str) -> Option<f64> {
+        if self.is_cancelled || text == self.shown.borrow().as_str() {
+            return None;
+        }
+        let (reply, number) = self.kind.answer(text, &self.range);
+        *self.reply.borrow_mut() = Some(reply);
+        number
+    }
+
+    /// Leaves the reply to a text, if one was typed, for [`take_reply`].
+    fn store_reply(&self, ui: &Ui) {
+        if let Some(reply) = self.reply.take() {
+            ui.ctx().data_mut(|data| data.insert_temp(Id::unique(REPLY), reply));
+        }
+    }
+}
+
+/// Whether Escape was pressed in this pass or in the one before. egui takes the focus from a field at once, and lets it read its text in both.
+fn is_cancelled(ui: &Ui) -> bool {
+    let pass = ui.ctx().cumulative_pass_nr();
+    // A shortcut may have consumed the key, but not the raw event.
+    let is_escape = |event: &Event| matches!(event, Event::Key { key: Key::Escape, pressed: true, .. });
+    if ui.input(|input| input.raw.events.iter().any(is_escape)) {
+        ui.ctx().data_mut(|data| data.insert_temp(Id::unique(ESCAPE_PASS), pass));
+    }
+    ui.ctx().data(|data| data.get_temp::<u64>(Id::unique(ESCAPE_PASS))).is_some_and(|escape_pass| pass <= escape_pass + 1)
+}
+
+/// The reply to the text that was typed into a field in this pass, if any. It is empty if the text counts, and so removes the reply to an earlier attempt.
+pub(crate) fn take_reply(ctx: &Context) -> Option<String> {
+    ctx.data_mut(|data| data.remove_temp(Id::unique(REPLY)))
+}
+
+/// Shows a number field. Without its accessible name a screen reader would read only the unit. `range`: of the value; drags end there.
+pub(crate) fn show<N: Numeric>(ui: &mut Ui, field: DragValue<'_>, kind: NumberKind, range: RangeInclusive<N>, name: &str) -> Response {
+    let text = FieldText::new(ui, kind, &range);
+    let (writer, reader) = (Rc::clone(&text), Rc::clone(&text));
+    let field = if kind.unit().is_empty() { field } else { field.suffix(kind.unit()) };
+    let field = field
+        .range(range)
+        .update_while_editing(false)
+        .custom_formatter(move |number, decimals| writer.write(number, decimals))
+        .custom_parser(move |typed| reader.read(typed));
+    let response = ui.add(field).on_hover_text(name).accessible_name(name);
+    text.store_reply(ui);
+    response
+}
+
+/// A slider with a number beside it, as a widget. `adapt` sets what is particular to the slider, such as its label.
+pub(crate) fn slider<'v, N: Numeric>(
+    value: &'v mut N,
+    kind: NumberKind,
+    range: RangeInclusive<N>,
+    adapt: impl FnOnce(Slider<'v>) -> Slider<'v>,
+) -> impl Widget {
+    move |ui: &mut Ui| {
+        let text = FieldText::new(ui, kind, &range);
+        let (writer, reader) = (Rc::clone(&text), Rc::clone(&text));
+        let slider = adapt(Slider::new(value, range));
+        let slider = if kind.unit().is_empty() { slider } else { slider.suffix(kind.unit()) };
+        let slider = slider
+            .update_while_editing(false)
+            .custom_formatter(move |number, decimals| writer.write(number, decimals))
+            .custom_parser(move |typed| reader.read(typed));
+        let response = ui.add(slider);
+        text.store_reply(ui);
+        response
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::language::{Language, set};
+
+    #[test]
+    fn each_kind_reads_its_texts_and_says_why_it_reads_no_other() {
+        let latitudes = -90.0..=90.0;
+        for (language, kind, range, text, number, reply) in [
+            (Language::English, NumberKind::Latitude, latitudes.clone(), "33.9 S", Some(-33.9), ""),
+            (Language::English, NumberKind::Latitude, latitudes.clone(), "33.9° n", Some(33.9), ""),
+            (Language::German, NumberKind::Latitude, latitudes.clone(), "33,9 S", Some(-33.9), ""),
+            (Language::English, NumberKind::Latitude, latitudes.clone(), "95", None, "“95” is not between -90° and 90°"),
+            (Language::German, NumberKind::Latitude, latitudes.clone(), "95", None, "„95“ liegt nicht zwischen -90° und 90°"),
+            (Language::English, NumberKind::Latitude, latitudes, "33.9 W", None, "“33.9 W” is not a latitude: write 33.9 S or -33.9"),
+            (Language::English, NumberKind::Longitude, -360.0..=360.0, "20 W", Some(-20.0), ""),
+            (Language::German, NumberKind::Longitude, -360.0..=360.0, "20 O", Some(20.0), ""),
+            (Language::English, NumberKind::Longitude, -360.0..=360.0, "400", Some(40.0), ""),
+            (Language::English, NumberKind::Longitude, -360.0..=360.0, "200 W", Some(160.0), ""),
+            (Language::English, NumberKind::Degrees, 1.0..=360.0, "60°", Some(60.0), ""),
+            (Language::English, NumberKind::Degrees, 1.0..=360.0, "60 x", None, "“60 x” is not a number"),
+            (Language::German, NumberKind::Degrees, 1.0..=360.0, "60 x", None, "„60 x“ ist keine Zahl"),
+            (Language::English, NumberKind::Seconds, -3.2e9..=3.2e9, "1 d", Some(86_400.0), ""),
+            (Language::English, NumberKind::Seconds, -3.2e9..=3.2e9, "-2h", Some(-7200.0), ""),
+            (Language::English, NumberKind::Seconds, -3.2e9..=3.2e9, "2 min", Some(120.0), ""),
+            (Language::English, NumberKind::Seconds, -3.2e9..=3.2e9, "90 s", Some(90.0), ""),
+            (Language::English, NumberKind::Whole, 1.0..=100.0, "12", Some(12.0), ""),
+            (Language::English, NumberKind::Whole, 1.0..=100.0, "12.5", None, "“12.5” is not a whole number"),
+            (Language::English, NumberKind::Clock, 0.0..=23.0, "24", None, "“24” is not between 00 and 23"),
+            (Language::English, NumberKind::Plain, f64::from(0.6_f32)..=3.0, "0.6", Some(0.6), ""),
+            (Language::English, NumberKind::Plain, f64::from(0.6_f32)..=3.0, "0.59", None, "“0.59” is not between 0.6 and 3"),
+            (Language::English, NumberKind::Plain, 0.0..=20.0, "-0.001", None, "“-0.001” is not between 0 and 20"),
+        ] {
+            set(language);
+            let answer = kind.answer(text, &range);
+            assert_eq!((answer.0.as_str(), answer.1), (reply, number), "{text}");
+        }
+        set(Language::English);
+    }
+}

@@ -1,0 +1,166 @@
+//! Number fields, and the numbers beside sliders, under the keyboard: a typed text counts as a whole or not at all, however fast it is typed; what leaves a
+//! value as it is.
+
+use crate::view::input::{Window, type_text, window_without_images};
+use crate::view::interface::CpuTestRenderer;
+use egui::accesskit::Role;
+use egui::{Event, Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::NaifId;
+use orrery::view::language::Language;
+use orrery::view::panels::Tab;
+use orrery::view::window::cpu_painter::Painter;
+
+const MARS: NaifId = NaifId(499);
+const LATITUDE: &str = "Latitude, degrees";
+const LONGITUDE: &str = "Longitude (E), degrees";
+const STEP: &str = "Simulated seconds between frames";
+const FRAMES: &str = "Number of frames";
+
+fn value(window: &Window, field: &str) -> f64 {
+    window.get_by_role_and_label(Role::SpinButton, field).accesskit_node().numeric_value().expect("a number")
+}
+
+/// The values of all fields, in order.
+fn values(window: &Window) -> Vec<f64> {
+    window.query_all_by_role(Role::SpinButton).map(|field| field.accesskit_node().numeric_value().expect("a number")).collect()
+}
+
+fn type_letters(window: &mut Window, text: &str) {
+    for letter in text.chars() {
+        type_text(window, &letter.to_string());
+    }
+}
+
+/// Gives a field the focus, with its text selected.
+fn enter_field(window: &mut Window, field: &str) {
+    window.get_by_role_and_label(Role::SpinButton, field).focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(2);
+}
+
+fn leave_by(window: &mut Window, key: Key) {
+    window.key_press(key);
+    window.run_steps(4);
+}
+
+#[test]
+fn a_typed_text_counts_as_a_whole_or_not_at_all() {
+    const NO_LATITUDE: &str = "“10.5x” is not a latitude: write 33.9 S or -33.9";
+    const NO_LENGTH: &str = "“5 x” is not a length of time: write 90, 90 s, 5 min, 2 h or 1 d";
+    let mut window = window_without_images(MARS);
+    window.state_mut().tab = Some(Tab::Share);
+    window.run_steps(3);
+    for is_at_once in [false, true] {
+        for (field, text, expected, reply) in [
+            (LATITUDE, "33.9 S", -33.9, ""),
+            (LATITUDE, "10.5x", -33.9, NO_LATITUDE),
+            (LATITUDE, "95", -33.9, "“95” is not between -90° and 90°"),
+            (LATITUDE, "12", 12.0, ""),
+            (LONGITUDE, "20 W", -20.0, ""),
+            (LONGITUDE, "400", 40.0, ""),
+            (STEP, "1 d", 86_400.0, ""),
+            (STEP, "5 x", 86_400.0, NO_LENGTH),
+            (FRAMES, "12", 12.0, ""),
+            (FRAMES, "7.5", 12.0, "“7.5” is not a whole number"),
+        ] {
+            enter_field(&mut window, field);
+            if is_at_once {
+                type_text(&mut window, text);
+            } else {
+                type_letters(&mut window, text);
+            }
+            leave_by(&mut window, Key::Enter);
+            assert_eq!((value(&window, field), window.state().reply_text()), (expected, reply), "{field}: {text}, at once: {is_at_once}");
+        }
+    }
+}
+
+#[test]
+fn a_refusal_is_in_the_language_of_the_window() {
+    let mut window = window_without_images(MARS);
+    window.state_mut().language = Language::German;
+    window.run_steps(3);
+    enter_field(&mut window, "Breite, Grad");
+    type_letters(&mut window, "95");
+    leave_by(&mut window, Key::Enter);
+    assert_eq!(window.state().reply_text(), "„95“ liegt nicht zwischen -90° und 90°");
+}
+
+/// A value may have more decimals than its text, and Escape drops what was typed.
+#[test]
+fn escape_or_an_unchanged_text_leaves_the_value() {
+    let mut window = window_without_images(MARS);
+    enter_field(&mut window, LATITUDE);
+    type_letters(&mut window, "12.34567891");
+    leave_by(&mut window, Key::Tab);
+    assert_eq!(value(&window, LATITUDE), 12.345_678_91);
+    for key in [Key::Tab, Key::Enter, Key::Escape] {
+        enter_field(&mut window, LATITUDE);
+        leave_by(&mut window, key);
+        assert_eq!((value(&window, LATITUDE), window.state().reply_text()), (12.345_678_91, ""), "{key:?}");
+    }
+    for text in ["45", "95"] {
+        enter_field(&mut window, LATITUDE);
+        type_letters(&mut window, text);
+        leave_by(&mut window, Key::Escape);
+        assert_eq!((value(&window, LATITUDE), window.state().reply_text()), (12.345_678_91, ""), "{text}");
+    }
+}
+
+/// Types a text into each field that is shown, and returns how many there are. Each must keep its value and say why.
+fn refuse_in_each_field(window: &mut Window, place: &str) -> usize {
+    let count = values(window).len();
+    for index in 0..count {
+        let before = values(window);
+        window.state_mut().show_reply("");
+        let field = window.query_all_by_role(Role::SpinButton).nth(index).expect("a field");
+        assert!(!field.accesskit_node().is_disabled(), "{place}, field {index}");
+        field.focus();
+        window.run_steps(2);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.run_steps(2);
+        type_letters(window, "1 zz");
+        leave_by(window, Key::Enter);
+        assert_eq!(values(window), before, "{place}, field {index}");
+        assert!(window.state().reply_text().contains("1 zz"), "{place}, field {index}: {}", window.state().reply_text());
+    }
+    count
+}
+
+#[test]
+fn no_field_takes_the_readable_beginning_of_a_text() {
+    let mut window = window_without_images(MARS);
+    // So that the slider of the exposure is shown.
+    window.state_mut().viewer.view.exposure_stops = Some(7.0);
+    let mut count = 0;
+    for tab in Tab::ALL {
+        window.state_mut().tab = Some(tab);
+        window.run_steps(3);
+        count += refuse_in_each_field(&mut window, &format!("{tab:?}"));
+    }
+    window.get_by_role_and_label(Role::Button, "Calendar").click();
+    window.run_steps(3);
+    count += refuse_in_each_field(&mut window, "the calendar");
+    // Three beside the list of bodies in each of the panels; eight of the Share panel, the exposure, four of the calendar.
+    assert!(count > 30, "{count} fields");
+    // The comparison must be able to fail: a field of egui without the program's reading.
+    let mut plain = Harness::builder().renderer(CpuTestRenderer(Painter::default())).build_ui_state(
+        |ui, value: &mut f64| {
+            ui.add(egui::DragValue::new(value));
+        },
+        7.0,
+    );
+    plain.run_steps(2);
+    plain.get_by_role(Role::SpinButton).focus();
+    plain.run_steps(2);
+    for letter in ["1", " ", "z", "z"] {
+        plain.event(Event::Text(letter.into()));
+        plain.run_steps(2);
+    }
+    plain.key_press(Key::Enter);
+    plain.run_steps(3);
+    assert_ne!(*plain.state(), 7.0, "the beginning of a text is not detected");
+}
