@@ -198,7 +198,7 @@ fn after_a_mistake_the_last_pair_keeps_its_names() {
     assert!(numbers.len() == 1 && marks.is_empty() && errors.is_empty(), "{numbers:?} {marks:?} {errors:?}");
     let [images_after, numbers_after, marks, errors] = type_effects(&mut harness, ",+nonsense");
     assert_eq!((images_after, numbers_after), (images, numbers));
-    assert!(marks == ["Images and numbers are still those of draft and reference -rings."] && errors.len() == 1, "{marks:?} {errors:?}");
+    assert!(marks == ["Images and numbers are still those of draft and reference -rings."] && !errors.is_empty(), "{marks:?} {errors:?}");
 }
 
 /// Stored answers are asked for again once the fragments have changed, although the view is the same.

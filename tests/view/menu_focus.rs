@@ -58,6 +58,12 @@ fn visit_entries(window: &mut Window, before: &[(String, Rect)], max_count: usiz
         window.query_all_by_role(Role::Button).find(|button| button.rect() == *place).expect(name).focus();
         window.run_steps(3);
         let contrast = ring_contrast(&window.output().shapes, *place);
+        if contrast < MIN_CONTRAST {
+            let mut found = Vec::new();
+            window.output().shapes.iter().for_each(|shape| rectangles(&shape.shape, &mut found));
+            for r in found.iter().filter(|r| r.rect.intersects(*place)) { println!("DBG {place:?} {:?} {:?} {:?}", r.rect, r.stroke, r.fill); }
+            println!("DBG focused {:?}", window.query_all_by_role(Role::Button).filter(|b| b.is_focused()).map(|b| b.rect()).collect::<Vec<_>>());
+        }
         assert!(contrast >= MIN_CONTRAST, "{menu}: {name} has no ring: {contrast}");
     }
     entries.into_iter().map(|(name, _)| name).collect()
