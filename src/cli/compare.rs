@@ -32,6 +32,7 @@ pub(crate) struct CompareArgs {
     /// Replace an existing file
     #[arg(long, requires = "output")]
     overwrite: bool,
+    // `-1` is read as a value, so that the message says what is allowed, instead of as an unknown option.
     /// Largest allowed difference; the exit status is 1 above it
     #[arg(long, value_name = "LEVELS", allow_negative_numbers = true)]
     tolerance: Option<f64>,
@@ -79,10 +80,12 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     if args.json {
         let mut report = serde_json::json!(difference);
         if let Some(fraction) = fraction_within_bound {
+            // A fraction, 0 to 1; the text output below gives percent.
             report["bound_held"] = fraction.into();
         }
         print_result(&format!("{report}\n"))?;
     } else {
+        // `99.9 %` is the label of the 99.9th percentile.
         print_result(&format!(
             "mean {:.4}\n99.9 % {}\nmaximum {}\nPSNR {psnr_text}\npixels {}\n",
             difference.mean, difference.p999, difference.max, difference.pixels

@@ -75,7 +75,7 @@ fn estimate_notes(catalog: &Catalog, body: &BodyReport) -> Vec<Message> {
 /// A body as JSON: the fields of its report, null where they are undefined, and its shader keys, its estimates, and what of it is invented.
 fn as_json(body: &BodyReport, estimate_notes: &[Message]) -> Value {
     let mut value = json!(body);
-    if !body.is_seen_from_outside() {
+    if !body.has_direction() {
         for undefined in ["angular_diameter_deg", "phase_angle_deg", "sub_viewer"] {
             value[undefined] = Value::Null;
         }
@@ -84,14 +84,14 @@ fn as_json(body: &BodyReport, estimate_notes: &[Message]) -> Value {
     value["key"] = json!(keys.first());
     value["keys"] = json!(keys);
     value["estimates"] = json!(estimate_notes);
-    value["invented"] = body.invented.iter().map(|(file, how)| json!({"file": file, "how": how})).collect();
+    value["invented"] = body.invented.iter().map(|i| json!({"file": i.source, "how": i.how_made})).collect();
     value
 }
 
 /// Distance, size, phase and magnitude of a body, and its sub-observer and sub-solar points: two lines of text after an empty one, fewer where these are not
 /// defined.
 fn seen_by_the_camera(body: &BodyReport) -> String {
-    let heading = if body.is_seen_from_outside() {
+    let heading = if body.has_direction() {
         let magnitude = body.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
         let (distance_km, diameter_px, phase_angle_deg) = (body.distance_km, body.diameter_px, body.phase_angle_deg);
         format!("{distance_km:.6e} km away, {diameter_px:.3} px across, phase angle {phase_angle_deg:.2} deg, magnitude {magnitude}")
@@ -100,7 +100,7 @@ fn seen_by_the_camera(body: &BodyReport) -> String {
     } else {
         "its place is unknown".to_owned()
     };
-    let sub_observer = body.is_seen_from_outside().then_some(("sub-observer", body.sub_observer));
+    let sub_observer = body.has_direction().then_some(("sub-observer", body.sub_observer));
     let points = sub_observer.into_iter().chain(body.sub_solar.map(|point| ("sub-solar", point)));
     let points: Vec<_> = points.map(|(name, p)| format!("{name} {:.3} {:.3}", p.lat_centric_deg, p.lon_east_deg)).collect();
     let mut text = format!("\n{}: {heading}\n", body.name);

@@ -70,7 +70,7 @@ fn digest_with_zeros(bytes: &[u8], digest_offset: usize) -> String {
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Fills in the digest of an EXR.
+/// Fills in the digest of an EXR that has a sealed text; leaves any other EXR as it is.
 pub(super) fn seal_exr(bytes: &mut [u8]) {
     if let Some((digest_offset, _)) = sealed_text(bytes) {
         let digest = digest_with_zeros(bytes, digest_offset);

@@ -41,7 +41,8 @@ fn in_latin_1(text: &str) -> String {
 }
 
 /// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed_text`: a text in
-/// ASCII, stored with the SHA-256 of the file. [`super::exr_head_text`] returns the text; [`super::verify_exr`] can check only a file that has one.
+/// ASCII, stored with the SHA-256 of the file. [`super::exr_head_text`] returns the text. A file without a sealed text has no SHA-256 either, so
+/// [`super::verify_exr`] cannot check it.
 pub fn write_exr(
     mut out: impl Write,
     width: u32,
@@ -64,12 +65,13 @@ pub fn write_exr(
         let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value).filter(|_| text.is_ascii())) else {
             return Err(write_error("the text to seal is not ASCII"));
         };
-        // Only one attribute, because the crate writes attributes in an unspecified order.
+        // At most one entry in the hash map `other`: the crate writes its entries in an unspecified order, but the same input must give the same bytes.
         image.layer_data.attributes.other.insert(name, AttributeValue::Text(value));
     }
     let mut bytes = Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes).map_err(write_error)?;
     let mut bytes = bytes.into_inner();
+    // Changes nothing if there is no sealed text.
     seal_exr(&mut bytes);
     out.write_all(&bytes).map_err(write_error)
 }

@@ -1,7 +1,7 @@
 //! Cost and error of complete images, by quality, with and without stars, and by renderer.
 //!
-//! In: a session and an effort (how long the measurement may take). Out: a [`ChoiceMeasure`] of each of these choices. Terms (choice, option, candidate): see
-//! [`super`].
+//! In: a session and an effort (how long the measurement may take). Out: a [`ChoiceMeasure`] of each of these choices. A choice's candidates
+//! are its options before they are timed; `default_of` lists the qualities that use one in the program.
 
 use super::drawings::standard_request;
 use super::images::{LinearImage, PrecisionRenderers, larger_or_nan, level_differences, p999, precision_of};
@@ -12,29 +12,30 @@ use crate::render::software::Precision;
 use crate::scene::request::{Layers, Quality, ViewRequest};
 use crate::session::{RendererPreference, Session, SessionError, standard_scenes};
 
-/// Names of standard scenes that together contain discs, rings, atmospheres, maps and limbs.
+/// Names of standard scenes that together contain discs, rings, atmospheres, maps and limbs. `earth-3-radii` is at the time of a solar eclipse.
 const SCENES: [&str; 3] = ["earth-3-radii", "saturn", "moon-limb"];
 
-/// The qualities (`--quality`), with everything that a quality sets: models, sampling and precision. Measured in [`SCENES`].
+/// The qualities (`--quality`), with everything that a quality sets: models, sampling and precision. Measured in [`SCENES`], of whose bodies only the target is
+/// drawn.
 pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let renderers = PrecisionRenderers::new(session)?;
-    let mut views = Vec::new();
+    let mut requests_and_references = Vec::new();
     for name in SCENES {
         let request = renderers.with_metered_exposure(standard_request(name, effort)?)?;
         let reference_request = ViewRequest { quality: Quality::Reference, ..request.clone() };
         let reference = renderers
             .draw_linear(&renderers.plan_target_body(&reference_request, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
-        views.push((request, reference));
+        requests_and_references.push((request, reference));
     }
     let mut candidates = Vec::new();
     for quality in Quality::ALL {
         let mut worst = 0.0_f64;
         let mut planned_views = Vec::new();
-        for (request, reference) in &views {
-            let view = renderers.plan_target_body(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
-            let error = p999(level_differences(&renderers.draw_linear(&view, precision_of(quality))?, reference));
+        for (request, reference) in &requests_and_references {
+            let planned_view = renderers.plan_target_body(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
+            let error = p999(level_differences(&renderers.draw_linear(&planned_view, precision_of(quality))?, reference));
             worst = larger_or_nan(worst, error);
-            planned_views.push(view);
+            planned_views.push(planned_view);
         }
         let renderers = &renderers;
         let workload = Box::new(move || planned_views.iter().try_for_each(|view| renderers.draw(view, precision_of(quality))));
@@ -55,14 +56,14 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     };
     let request = renderers.with_metered_exposure(sky)?;
     let sampling = SamplingQuality::of(Quality::Standard);
-    let view =
+    let plan_with =
         |stars: bool| renderers.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
     let green_sum = |image: &LinearImage| image.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
     let with_stars = true;
-    let reference = green_sum(&renderers.draw_linear(&view(with_stars)?, Precision::F64)?);
+    let reference = green_sum(&renderers.draw_linear(&plan_with(with_stars)?, Precision::F64)?);
     let mut candidates = Vec::new();
     for (with_stars, name, default_of) in [(false, "none", vec![]), (true, "catalog", Quality::ALL.to_vec())] {
-        let planned_view = view(with_stars)?;
+        let planned_view = plan_with(with_stars)?;
         let error = 100.0 * (green_sum(&renderers.draw_linear(&planned_view, Precision::F32)?) - reference).abs()
             / reference.max(f64::MIN_POSITIVE);
         let renderers = &renderers;
@@ -93,10 +94,10 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
     if drawn.drawn_by.adapter.is_none() {
         return Ok(None);
     }
-    let view = renderers.plan_view(&request, sampling)?;
-    let reference = renderers.draw_linear(&view, Precision::F64)?;
+    let planned_view = renderers.plan_view(&request, sampling)?;
+    let reference = renderers.draw_linear(&planned_view, Precision::F64)?;
     let gpu_image = LinearImage { light: drawn.frame.hdr, ..reference.clone() };
-    let software_image = renderers.draw_linear(&view, Precision::F32)?;
+    let software_image = renderers.draw_linear(&planned_view, Precision::F32)?;
     let candidates = vec![
         Candidate {
             name: format!("gpu ({})", drawn.drawn_by.adapter.as_deref().unwrap_or("unknown")),
@@ -108,7 +109,7 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
             name: "software".to_owned(),
             error: p999(level_differences(&software_image, &reference)),
             default_of: vec![],
-            workload: Box::new(|| renderers.draw(&view, Precision::F32)),
+            workload: Box::new(|| renderers.draw(&planned_view, Precision::F32)),
         },
     ];
     measure_choice("renderer", "Saturn with its rings; against f64", ErrorUnit::Levels, effort.rounds(), candidates).map(Some)

@@ -21,7 +21,7 @@ const MAX_QUERIES_PER_TARGET: usize = 16_384;
 pub(super) const MAP_TAPS: u8 = 1;
 
 /// A probe module with its uniforms, textures and samplers, which evaluates any number of queries.
-pub struct BoundProbeModule {
+pub struct PreparedProbe {
     /// The module that answers the queries.
     pub module: ModuleId,
     /// Empty if the module has no uniforms.
@@ -43,7 +43,7 @@ fn split(value: f64) -> (f32, f32) {
     (high, if low.is_finite() { low } else { 0.0 })
 }
 
-impl BoundProbeModule {
+impl PreparedProbe {
     /// A module without uniforms, textures and samplers.
     pub fn without_bindings(module: ModuleId, rows: u32) -> Self {
         Self { module, uniform_bytes: Vec::new(), textures: Vec::new(), samplers: Vec::new(), rows }

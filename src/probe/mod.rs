@@ -19,7 +19,7 @@ pub(crate) use error::ProbeError;
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::render::software::SoftwareRenderer;
-use crate::scene::request::camera_file::direction_of_any_length;
+use crate::scene::request::camera_file::normalisable_direction;
 use crate::session::Session;
 use crate::shader::ShaderLibrary;
 use crate::wording::{echo, echo_within, json_error_text, suggestion_or_list};
@@ -197,7 +197,7 @@ fn first_invalid_field<T: DeserializeOwned>(value: &Value, message: &str) -> Opt
 
 /// The unit vector of a field, which may have any length but zero.
 fn unit_vector(field: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
-    direction_of_any_length(v).map(DVec3::normalize).ok_or_else(|| format!("field {field:?} has no direction").into())
+    normalisable_direction(v).map(DVec3::normalize).ok_or_else(|| format!("field {field:?} has no direction").into())
 }
 
 /// The value, with every string in it cut to the length that a message may quote.

@@ -2,7 +2,7 @@
 //!
 //! In: the outline's semi-axes and the distance of the centres in solar radii, the limb darkening and an eclipse model. Out: `blocked`, 0 to 1.
 
-use super::batch::{BoundProbeModule, ProbeInputs};
+use super::batch::{PreparedProbe, ProbeInputs};
 use super::sunlight::{check_limb_darkening, u1_at_550_nm, u2_at_550_nm};
 use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields};
 use crate::scene::draw::{DrawFeatures, Eclipse, EclipseModel};
@@ -34,18 +34,19 @@ struct Fields {
     model: Model,
 }
 
-/// The eclipse models that need only the occluder's outline.
+/// The eclipse models ([`EclipseModel`]) that need only the occluder's outline.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Model {
+    /// The blocked fraction is a linear function of the distance of the centres, between external and internal contact.
     Linear,
     UniformDisc,
     #[default]
     LimbDarkened,
 }
 
-/// Largest semi-axis of an occluder, solar radii. In f32 the limb of a disc of 1e8 is nowhere in front of the Sun, because the squares of radius and distance
-/// cancel.
+/// Largest semi-axis of an occluder, solar radii. In f32, neighbouring numbers near 1e6 differ by 0.06. Those near 1e8 differ by 8, which is more than the
+/// Sun's diameter: the limb of such an occluder would nowhere cross the Sun's disc.
 const MAX_SEMI_AXIS: f64 = 1e6;
 
 impl Fields {
@@ -57,8 +58,8 @@ impl Fields {
         }
     }
 
-    /// Semi-axes and distance of the centres; or the reason why the fields are invalid.
-    fn outline(&self) -> Result<[f64; 3], String> {
+    /// Semi-axes and distance of the centres; or the reason why a field, one of the others included, is invalid.
+    fn checked_outline(&self) -> Result<[f64; 3], String> {
         let missing = |field: &str| format!("missing field `{field}`: give k and d, or semi_major, semi_minor and centre_distance");
         let is_disc = self.k.is_some() || self.d.is_some();
         let is_ellipse = [self.semi_major, self.semi_minor, self.centre_distance].iter().any(Option::is_some);
@@ -117,8 +118,9 @@ pub(super) static KIND: QueryKind = QueryKind {
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     const RESULT_ROWS: u32 = 1;
     let query: Fields = parse_fields(query)?;
-    let [major, minor, distance] = query.outline()?;
-    // The module of a uniform disc uses only the constant term of limb darkening, 1 - u1 - u2. With both coefficients 0 it is 1, and cannot vanish.
+    let [major, minor, distance] = query.checked_outline()?;
+    // Light of a uniform disc is in proportion to the constant term of limb darkening, 1 - u1 - u2, which cancels in the fraction. Coefficients of the query
+    // with the sum 1 would make the fraction 0 / 0; so both are replaced by 0.
     let (model, (u1, u2)) = match query.model {
         Model::Linear => (EclipseModel::Linear, query.limb_darkening()),
         Model::UniformDisc => (EclipseModel::UniformDisc, (0.0, 0.0)),
@@ -129,7 +131,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     // In the order in which shaders/entry/probe_disc_overlap.wesl reads them.
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
-    let probe = BoundProbeModule::without_bindings(ModuleId::Probe("probe_disc_overlap", key), RESULT_ROWS);
+    let probe = PreparedProbe::without_bindings(ModuleId::Probe("probe_disc_overlap", key), RESULT_ROWS);
     let results = probe.results(prober.renderer, prober.library(), &[numbers])?;
     let blocked = results.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
     Ok(json!({ "blocked": blocked }))
@@ -142,7 +144,7 @@ mod tests {
     /// If a query could give both outlines, the fields of one of them would have no effect.
     #[test]
     fn fields_of_both_outlines_are_refused() {
-        let outline = |text: &str| serde_json::from_str::<Fields>(text).expect("fields").outline();
+        let outline = |text: &str| serde_json::from_str::<Fields>(text).expect("fields").checked_outline();
         assert_eq!(outline(r#"{"k":0.9,"d":0.5}"#), Ok([0.9, 0.9, 0.5]));
         assert_eq!(outline(r#"{"semi_major":0.9,"semi_minor":0.8,"centre_distance":0.5}"#), Ok([0.9, 0.8, 0.5]));
         for text in [

@@ -117,7 +117,7 @@ pub(crate) struct PixelDraw {
     /// The body that is drawn.
     pub body: NaifId,
     /// The body's name.
-    pub name: String,
+    pub body_name: String,
     /// The part of the body: globe, air, clouds, or a half of the ring.
     pub part: BodyPart,
     /// The shader module that draws it.
@@ -162,7 +162,7 @@ pub(crate) fn inspect_pixel(
         // A draw with alpha 0 does not count as covering the pixel.
         draws.extend(found.filter(|v| v.colour[3] != 0.0).map(|values| PixelDraw {
             body: scene_draw.body,
-            name: prober.catalog().body(scene_draw.body).map_or_else(|| scene_draw.name.clone(), |b| b.name.clone()),
+            body_name: prober.catalog().body(scene_draw.body).map_or_else(|| scene_draw.name.clone(), |b| b.name.clone()),
             part: scene_draw.part,
             module: plan_draw.module.clone(),
             ground_deg: ground_deg(prober, scene_draw, &values),
@@ -174,7 +174,7 @@ pub(crate) fn inspect_pixel(
 
 /// Planetographic latitude and planetocentric east longitude of the point on the surface at a globe's pixel, degrees.
 fn ground_deg(prober: &Prober<'_>, scene_draw: &Draw, values: &PixelValues) -> Option<[f64; 2]> {
-    let position = values.values.iter().find(|v| v.name == "hit.position" && v.numbers.iter().all(|n| n.is_finite()))?;
+    let position = values.named.iter().find(|v| v.name == "hit.position" && v.numbers.iter().all(|n| n.is_finite()))?;
     let (&[x, y, z], BodyPart::Globe) = (&position.numbers[..], scene_draw.part) else { return None };
     let radii_km = prober.catalog().body(scene_draw.body)?.radii_km;
     // The point on the unit sphere divided by the semi-axes is the direction of the surface normal.
@@ -204,10 +204,10 @@ fn draw_json(draw: &PixelDraw) -> Value {
         [single] => number(single),
         ref all => all.iter().copied().map(number).collect(),
     };
-    let values: Map<String, Value> = draw.values.values.iter().map(|v| (v.name.clone(), named(v))).collect();
+    let values: Map<String, Value> = draw.values.named.iter().map(|v| (v.name.clone(), named(v))).collect();
     let [lat, lon] = draw.ground_deg.map_or([Value::Null, Value::Null], |degrees| degrees.map(number));
     json!({
-        "body": draw.name, "part": draw.part.name(), "lat": lat, "lon": lon, "key": draw.module.to_string(),
+        "body": draw.body_name, "part": draw.part.name(), "lat": lat, "lon": lon, "key": draw.module.to_string(),
         "colour": draw.values.colour.map(number), "values": values,
     })
 }

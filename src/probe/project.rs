@@ -87,7 +87,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         (None, None, Some(ra_deg), Some(dec_deg)) if ra_deg.is_finite() && (-90.0..=90.0).contains(&dec_deg) => {
             let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra_deg.to_radians().sin_cos(), dec_deg.to_radians().sin_cos());
             let geometric = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
-            (aberrated(geometric, viewer.body_velocity_km_s), infinite_km, no_body)
+            (aberrated(geometric, viewer.sky_aberration_velocity_km_s), infinite_km, no_body)
         }
         (None, None, Some(_), Some(_)) => return Err("fields `ra_deg` and `dec_deg`: degrees; declination from -90 to 90".into()),
         _ => return Err("give one of `body`, `star`, or `ra_deg` with `dec_deg`".into()),

@@ -4,7 +4,7 @@
 //! fraction, `transmission` or `blocked`. Lengths are in equatorial radii; axes are the body's, with the pole at +z. The shadow of a planet on its ring, which
 //! `ring-shadow` asks for, is called [`BodyShadow`] in the code; [`RingShadow`] is the shadow of a ring.
 
-use super::batch::{BoundProbeModule, MAP_TAPS, ProbeInputs};
+use super::batch::{MAP_TAPS, PreparedProbe, ProbeInputs};
 use super::sunlight::{check_limb_darkening, u1_at_550_nm, u2_at_550_nm};
 use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields, required, unit_vector};
 use crate::catalog::{Body, Ring};
@@ -124,7 +124,7 @@ fn evaluate(
     let textures = uniforms.ring.table.iter().zip(binding).map(texture).collect();
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..3].copy_from_slice(&point);
-    let probe = BoundProbeModule { uniform_bytes, textures, ..BoundProbeModule::without_bindings(module, RESULT_ROWS) };
+    let probe = PreparedProbe { uniform_bytes, textures, ..PreparedProbe::without_bindings(module, RESULT_ROWS) };
     let results = probe.results(prober.renderer, prober.library(), &[numbers])?;
     // The green channel; all channels are equal here.
     results.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())

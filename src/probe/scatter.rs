@@ -3,7 +3,7 @@
 //! In: an atmosphere, the camera, a direction and the direction of the Sun. Out: `radiance` per unit of solar irradiance, `transmittance`, and whether the ray
 //! ends at the ground. The ray ends at the top of the atmosphere, the columns towards the Sun do not (lib/air/column_density.wesl).
 
-use super::batch::{BoundProbeModule, MAP_TAPS, ProbeInputs};
+use super::batch::{MAP_TAPS, PreparedProbe, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, parse_fields, required, unit_vector};
 use crate::catalog::{self, AerosolFunction, AerosolPhase, PerChannel, PhaseFunction};
 use crate::render::plan::uniform_bytes;
@@ -187,7 +187,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     numbers[7] = along;
     numbers[8..11].copy_from_slice(&sun.to_array());
     numbers[11] = camera_radius_sq_minus_1;
-    let probe = BoundProbeModule { uniform_bytes, ..BoundProbeModule::without_bindings(module, RESULT_ROWS) };
+    let probe = PreparedProbe { uniform_bytes, ..PreparedProbe::without_bindings(module, RESULT_ROWS) };
     let results = probe.results(prober.renderer, prober.library(), &[numbers])?;
     let [radiance, transmittance] = results.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
     if !radiance[..3].iter().chain(&transmittance[..3]).all(|x| x.is_finite()) {

@@ -6,7 +6,7 @@
 //! gives others. With one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the fraction that each
 //! body alone blocks, in green. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
 
-use super::batch::{BoundProbeModule, MAP_TAPS, ProbeInputs};
+use super::batch::{MAP_TAPS, PreparedProbe, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, optional, parse_fields, required};
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -138,10 +138,10 @@ impl<'a> OccludedSun<'a> {
     pub fn seen_from(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
         // Every side and every direction counts, at single points instead of pixels.
-        let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel_radii: 0.0 };
-        let (min_change, min_blocked) = (None, 0.0);
-        let candidates = eclipse::candidates(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, min_blocked);
-        let occluders = eclipse::select_occluders(&candidates, sun, receiver, extent, min_change, min_blocked).occluders;
+        let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera_position: None, frustum: None, pixel_width: 0.0 };
+        let (min_change, min_blocked_fraction) = (None, 0.0);
+        let candidates = eclipse::candidates(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, min_blocked_fraction);
+        let occluders = eclipse::select_occluders(&candidates, sun, receiver, extent, min_change, min_blocked_fraction).occluders;
         Ok(Self { prober, receiver, sun, model_choice, occluders })
     }
 
@@ -183,7 +183,7 @@ pub fn sunlight_from_uniforms(
     let uniform_bytes = uniform_bytes(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, MAP_TAPS)?;
     let inputs_of = |p: &DVec3| -> ProbeInputs { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
     let queries: Vec<_> = points.iter().map(inputs_of).collect();
-    let results = BoundProbeModule { uniform_bytes, ..BoundProbeModule::without_bindings(module, RESULT_ROWS) }.results(
+    let results = PreparedProbe { uniform_bytes, ..PreparedProbe::without_bindings(module, RESULT_ROWS) }.results(
         prober.renderer,
         prober.library(),
         &queries,

@@ -27,7 +27,8 @@ pub enum Appearance {
 /// A sub-observer or sub-solar point, in planetocentric coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SubPoint {
-    /// Planetocentric latitude, north positive: the angle between the equator and the line from the centre. A request gives planetographic latitudes instead.
+    /// Planetocentric latitude, north positive: the angle between the equator and the line from the centre. Latitudes of a
+    /// `ViewRequest` are planetographic instead.
     #[serde(rename = "latitude_deg")]
     pub lat_centric_deg: f64,
     /// Longitude, east positive, from -180 to 180 degrees.
@@ -45,8 +46,8 @@ impl SubPoint {
     }
 }
 
-/// One body of the frame: its appearance to the viewer, and the decisions about it. `explain --json` prints a new field without further code. JSON keeps two
-/// names of earlier versions.
+/// One body of the frame: its appearance to the viewer, and the decisions about it. A field added here appears in `explain --json` without further code.
+/// There, `sub_observer` and `decisions` have the names that they had in earlier versions.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct BodyReport {
     /// Its NAIF code.
@@ -59,13 +60,13 @@ pub struct BodyReport {
     pub distance_km: f64,
     /// Angle under which the camera sees its largest diameter.
     pub angular_diameter_deg: f64,
-    /// Diameter of a circle with the area of the body's outline, pixels. Where this outline is no ellipse, and behind the camera, an estimate from the body's
-    /// radius and distance. 0 with the camera at the centre, and for a body that could not be placed.
+    /// Diameter of a circle with the area of the body's outline, pixels. For a body that is not entirely in front of the camera, and whose outline is therefore
+    /// no ellipse, an estimate from its radius and distance. 0 with the camera at the centre, and for a body that could not be placed.
     pub diameter_px: f64,
     /// Angle at the body between the Sun and the viewer; 0 for the Sun.
     pub phase_angle_deg: f64,
-    /// Visual magnitude of the complete disc with its rings, in the sunlight that eclipses leave; `None` if no sunlight is left, and unless
-    /// [`Self::is_seen_from_outside`].
+    /// Visual magnitude of the complete disc with its rings, in the sunlight that eclipses leave; `None` if no sunlight is left, or if
+    /// the body has no direction ([`Self::has_direction`]).
     pub magnitude: Option<f64>,
     /// Where the line to the camera meets the surface.
     #[serde(rename = "sub_viewer")]
@@ -73,7 +74,7 @@ pub struct BodyReport {
     /// Where the line to the Sun meets the surface; `None` for the Sun itself.
     pub sub_solar: Option<SubPoint>,
     /// Altitude of the Sun's centre at `sub_observer`: the angle above the plane that touches the ellipsoid there, without refraction, when the light that the
-    /// camera sees was emitted. `None` for the Sun itself, for a body that could not be placed, and with the camera at the centre.
+    /// camera sees left the body. `None` for the Sun itself, for a body that could not be placed, and with the camera at the centre.
     pub sun_altitude_deg: Option<f64>,
     /// Its apparent position and orientation.
     #[serde(skip)]
@@ -84,15 +85,24 @@ pub struct BodyReport {
     /// Features of its draws, the globe first.
     #[serde(skip)]
     pub features: Vec<DrawFeatures>,
-    /// Invented data that the image shows of the body: the file of a map or shape, or `detail`; and how it was made.
+    /// What the image shows of the body that is invented, not measured.
     #[serde(skip)]
-    pub invented: Vec<(String, Reason)>,
+    pub invented: Vec<InventedData>,
+}
+
+/// A part of a body's appearance that is invented, not measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InventedData {
+    /// File of a map or shape model, or `detail`.
+    pub source: String,
+    /// How it was made.
+    pub how_made: Reason,
 }
 
 impl BodyReport {
-    /// Whether size, phase, magnitude and sub-observer point are defined. They are not if the camera is at the body's centre, or if the ephemeris could not
-    /// place the body.
-    pub fn is_seen_from_outside(&self) -> bool {
+    /// Whether the line from the camera to the body's centre has a direction, so that size, phase, magnitude and sub-observer point are defined. It has none if
+    /// the camera is at the centre, or if the ephemeris could not place the body.
+    pub fn has_direction(&self) -> bool {
         self.distance_km > 0.0
     }
 }

@@ -58,7 +58,7 @@ pub(crate) use atmosphere::optical_depth_above_ground;
 pub use atmosphere::uniform_rows::uniform_value;
 #[doc(hidden)]
 pub use atmosphere::{multi_scatter_in_shadow, multi_scatter_table, quadrature_nodes};
-pub use body_report::{Appearance, BodyReport, SubPoint};
+pub use body_report::{Appearance, BodyReport, InventedData, SubPoint};
 #[doc(hidden)]
 pub use build::SceneBuilder;
 #[doc(hidden)]

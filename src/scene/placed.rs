@@ -49,7 +49,7 @@ pub(crate) struct PlacedBody<'a> {
     pub shown_irradiance: DVec3,
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.
-    pub sun_occluders: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
+    pub receiver_and_candidates: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
     /// The fraction of the body's light that nearer bodies leave visible, per channel (`visibility::hidden`). Computed once and used for the exposure, the
     /// glare, the corona and the draws.
     pub visible_fraction: OnceCell<DVec3>,
@@ -144,7 +144,7 @@ pub(crate) fn place<'a>(
         outline,
         irradiance,
         shown_irradiance,
-        sun_occluders: OnceCell::new(),
+        receiver_and_candidates: OnceCell::new(),
         visible_fraction: OnceCell::new(),
         limb_profile: None,
     })

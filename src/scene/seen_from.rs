@@ -21,7 +21,7 @@ const IMAGE_PX: u32 = 16;
 /// target. Distances and directions have light time, magnitudes include rings, light curves and eclipses.
 ///
 /// If the viewer is at a body's centre, this body has the distance 0 and no magnitude, and its phase angle, sub-observer point and angular diameter mean
-/// nothing. A body that the ephemeris cannot place has the distance NaN and no magnitude ([`BodyReport::is_seen_from_outside`]).
+/// nothing. A body that the ephemeris cannot place has the distance NaN and no magnitude ([`BodyReport::has_direction`]).
 /// Any other body without a magnitude is one that no sunlight reaches. The fields about an image are of no use: `appearance`, `diameter_px`, `decisions`,
 /// `features` and `invented`.
 ///

@@ -47,7 +47,7 @@ pub enum SessionError {
     Shaders(#[from] FragmentFolderError),
     /// A custom surface is unusable.
     #[error(transparent)]
-    Surface(#[from] SurfaceError),
+    CustomSurface(#[from] SurfaceError),
     /// No renderer can draw the view.
     #[error(transparent)]
     Renderer(#[from] RendererError),

@@ -18,8 +18,8 @@ pub struct LineOrigin {
 pub struct SourceMap {
     /// Paths below shaders/ of the fragments in the module.
     pub fragments: Vec<String>,
-    /// Names of features. Where several features, or features that are off, include a line, one entry lists them, such as `lights.1, not lights.2`. The first
-    /// entry is the module's own name, which stands for lines that depend on no feature.
+    /// Names of features. If a line depends on several features, or on a feature being off, one entry states the whole condition, such as
+    /// `lights.1, not lights.2`. The first entry is the module's own name, which stands for lines that depend on no feature.
     pub features: Vec<String>,
     /// One origin per line of the text.
     pub lines: Vec<LineOrigin>,

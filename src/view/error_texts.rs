@@ -38,7 +38,7 @@ fn error_message(error: &(dyn Error + 'static)) -> Message {
     match error.downcast_ref() {
         Some(ViewTextError::Fields(_)) => return message!("error-request", detail = detail()),
         Some(ViewTextError::View(e)) => return error_message(e),
-        Some(ViewTextError::Scene(e)) => return session_error_message(e),
+        Some(ViewTextError::Session(e)) => return session_error_message(e),
         None => {}
     }
     match error.downcast_ref() {
@@ -60,7 +60,7 @@ fn session_error_message(error: &SessionError) -> Message {
         SessionError::Ephemeris(EphemerisError(why)) => why.clone(),
         SessionError::Scene(e) => scene_error_message(e),
         SessionError::Plan(PlanError::Map { .. }) => message!("error-map", detail = detail),
-        SessionError::Plan(_) | SessionError::Shaders(_) | SessionError::Surface(_) => message!("error-shader", detail = detail),
+        SessionError::Plan(_) | SessionError::Shaders(_) | SessionError::CustomSurface(_) => message!("error-shader", detail = detail),
         SessionError::Renderer(RendererError::Software(_)) => message!("error-drawing", detail = detail),
         SessionError::Renderer(_) => message!("error-gpu", detail = detail),
     }
@@ -102,9 +102,9 @@ mod tests {
                 boxed(SessionError::Plan(PlanError::Map { file: "m.png".into(), why: "cut".into() })),
                 "Eine Karte ist nicht lesbar: map m.png: cut",
             ),
-            // Errors of links and saved views are those of the view that they describe.
+            // An error of the view that a link describes has the same text as without the link.
             (
-                Box::new(ViewTextError::Scene(SessionError::Ephemeris(outside()))),
+                Box::new(ViewTextError::Session(SessionError::Ephemeris(outside()))),
                 "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis ",
             ),
             (Box::new(ViewTextError::Fields(vec!["aim: no such field".into()])), "Diese Ansicht ist nicht möglich: aim: no such field"),

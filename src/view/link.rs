@@ -44,7 +44,7 @@ pub enum ViewTextError {
     View(#[from] ViewStateError),
     /// No scene can be built, for instance because the ephemeris does not cover the time.
     #[error(transparent)]
-    Scene(#[from] SessionError),
+    Session(#[from] SessionError),
 }
 
 /// The errors in one line: their number, and the first of them.

@@ -161,7 +161,7 @@ fn a_star_keeps_its_place_and_light_in_every_projection() {
                 panic!("faces")
             };
             let perspective = ViewRequest { composition: Composition::default(), fov_deg: Some(10.0), ..request.clone() };
-            let velocity = viewer(session.catalog(), session.ephemeris(), &perspective).expect("a viewer").body_velocity_km_s;
+            let velocity = viewer(session.catalog(), session.ephemeris(), &perspective).expect("a viewer").sky_aberration_velocity_km_s;
             let direction = orrery::ephemeris::apparent::aberrated(star.direction, velocity);
             let (in_axes, image) = (faces.image.in_axes(direction), &faces.image);
             let expected = image.pixel(in_axes).expect("in the image");

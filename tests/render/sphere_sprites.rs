@@ -64,7 +64,7 @@ fn measure(session: &Session, latitude_deg: f64, exposure_stops: f64) -> Measure
     let frames = CompositeFrames::of(session.catalog(), session.ephemeris(), &request).expect("frames");
     let Arrangement::Faces(faces) = frames.arrangement else { panic!("faces") };
     let perspective = ViewRequest { composition: Composition::default(), ..request.clone() };
-    let velocity = viewer(session.catalog(), session.ephemeris(), &perspective).expect("a viewer").body_velocity_km_s;
+    let velocity = viewer(session.catalog(), session.ephemeris(), &perspective).expect("a viewer").sky_aberration_velocity_km_s;
     let seen = faces.image.in_axes(aberrated(star.direction, velocity));
     let parallel = DVec3::Y.cross(seen).normalize();
     let meridian = seen.cross(parallel);

@@ -262,7 +262,7 @@ fn a_sky_image_is_aligned_with_the_stars() {
         let viewer = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer");
         let camera = &viewer.camera;
         let pixel_of = |v: DVec3| camera.pixel_from_clip(camera.clip(v).expect("ahead"));
-        let at = pixel_of(aberrated(direction, viewer.body_velocity_km_s));
+        let at = pixel_of(aberrated(direction, viewer.sky_aberration_velocity_km_s));
         let drawn = session.draw(&request, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn");
         let texel_px = 0.005 / fov_deg * 400.0;
         let (mut sum, mut moment) = (0.0, DVec2::ZERO);
@@ -300,7 +300,7 @@ fn a_point_in_the_sky_has_the_aberration_of_a_star() {
         ..view("2024-03-11T03:00:00Z")
     };
     let (scene, dots) = dots(&session, &request);
-    let velocity_km_s = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer").body_velocity_km_s;
+    let velocity_km_s = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer").sky_aberration_velocity_km_s;
     let pixel_of = |v: DVec3| scene.camera.pixel_from_clip(scene.camera.clip(v).expect("ahead"));
     assert_eq!(dots.len(), 1);
     let error_px = dots[0].centre_px.distance(pixel_of(aberrated(direction, velocity_km_s)));

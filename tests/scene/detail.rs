@@ -88,7 +88,7 @@ fn detail_is_visible_where_texels_are_large_and_keeps_the_mean_light() {
     for height_km in [0.1, 1.0, 10.0] {
         let [with, without] = ["", "-detail"].map(|effects| draw(&looking_down(height_km, DVec2::ZERO, effects)));
         let reports_detail =
-            |drawn: &DrawnFrame| drawn.scene.body(NaifId::MOON).expect("drawn").invented.iter().any(|(what, _)| what == "detail");
+            |drawn: &DrawnFrame| drawn.scene.body(NaifId::MOON).expect("drawn").invented.iter().any(|i| i.source == "detail");
         assert!(reports_detail(&with) && !reports_detail(&without), "{height_km} km");
         let [with, without] = [with, without].map(|drawn| light(&drawn));
         let level = mean(&without);

@@ -101,7 +101,7 @@ fn grids_run_through_their_coordinates() {
             for fov_deg in FIELDS_DEG {
                 let request = request_at(fov_deg);
                 let built = scene(&request);
-                let velocity = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer").body_velocity_km_s;
+                let velocity = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer").sky_aberration_velocity_km_s;
                 assert!(!built.sky_lines.is_empty() && built.sky_lines.len() < 40_000, "{layer} {fov_deg}: {}", built.sky_lines.len());
                 let apparent_px = |lon: f64, lat: f64| {
                     let clip = built.camera.clip(aberrated(frame.icrf_from_frame() * unit_vector(lon, lat), velocity));

@@ -107,7 +107,7 @@ fn directions_agree_with_an_independent_reduction() {
         let request = case.request();
         let star = stars.star_of_hip(case.hip()).expect("in the catalog");
         let moving = viewer(&catalog, &ephemeris, &request).expect("a viewer");
-        let at_rest = Viewer { body_velocity_km_s: DVec3::ZERO, ..moving.clone() };
+        let at_rest = Viewer { sky_aberration_velocity_km_s: DVec3::ZERO, ..moving.clone() };
         let error_px = |viewer: &Viewer| pixel_through_centre(&catalog, viewer, &request, star).distance(case.reference_px());
         worst = worst.max(error_px(&moving));
         worst_at_rest = worst_at_rest.max(error_px(&at_rest));

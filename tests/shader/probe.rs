@@ -4,7 +4,7 @@
 use crate::support::session::SESSION;
 use orrery::FrameImages;
 use orrery::catalog::{AerosolFunction, AerosolPhase};
-use orrery::probe::batch::BoundProbeModule;
+use orrery::probe::batch::PreparedProbe;
 use orrery::probe::{Prober, QUERIES, Requirement};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::shader::id::probe_samples;
@@ -17,7 +17,7 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
 fn each_query_gets_its_own_answer() {
     // probe_disc_overlap by the linear model: the semi-axes of an occluding disc and its distance from the Sun's centre, in solar radii.
     let module = probe_samples().into_iter().next().expect("a probe");
-    let probe = BoundProbeModule::without_bindings(module, 1);
+    let probe = PreparedProbe::without_bindings(module, 1);
     // The answer changes from query to query, so exchanged or blended answers are detected.
     let queries: Vec<_> = (0..1000)
         .map(|k| {

@@ -60,7 +60,7 @@ fn each_view_shows_its_event() {
                 with_low_sun += usize::from(height_km > 1.0);
             }
             (SkyEvent::Lunar(_), CameraPose::Centre { body: NaifId::EARTH }) => {
-                let from_earth_km = |id| places.geometric_between_km(NaifId::EARTH, id, view.time()).expect("a place");
+                let from_earth_km = |id| places.geometric_vector_km(NaifId::EARTH, id, view.time()).expect("a place");
                 let separation_deg =
                     180.0 - orrery::ephemeris::angle_rad(from_earth_km(NaifId::SUN), from_earth_km(NaifId::MOON)).to_degrees();
                 // The radius of the penumbra is up to 1.3 degrees, that of the Moon up to 0.28 degrees.
@@ -86,7 +86,7 @@ fn the_view_of_a_moons_eclipse_contains_the_moon() {
         if moons_event.class != MoonEventType::Eclipse {
             continue;
         }
-        let from_earth_km = |id| places.geometric_between_km(NaifId::EARTH, id, view.time()).expect("a place");
+        let from_earth_km = |id| places.geometric_vector_km(NaifId::EARTH, id, view.time()).expect("a place");
         let (planet_km, moon_km) = (from_earth_km(moons_event.planet), from_earth_km(moons_event.moon));
         let apart_deg = orrery::ephemeris::angle_rad(planet_km, moon_km).to_degrees();
         assert!(apart_deg < 0.5 * view.fov_deg, "{}: {apart_deg} degrees of {}", event.title(catalog), view.fov_deg);

@@ -43,7 +43,7 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     let bodies = bodies.into_iter().filter_map(|id| catalog.body(id)).map(SelectableBody::of);
     let positions = SessionPositions(session);
     let radius_km = catalog.body(target).expect("a body").radii_km.x;
-    let sunward = positions.geometric_between_km(target, NaifId::SUN, time).expect("a place").try_normalize().unwrap_or(glam::DVec3::X);
+    let sunward = positions.geometric_vector_km(target, NaifId::SUN, time).expect("a place").try_normalize().unwrap_or(glam::DVec3::X);
     let pole = positions.body_from_icrf(target, time).expect("an orientation").row(2);
     let mut view = ViewState::around(target, (sunward + 0.4 * pole) * 4.0 * radius_km, radius_km, pole, time);
     view.quality = Quality::Draft;

@@ -196,7 +196,7 @@ fn saturn_is_seen_from_the_lit_side_of_its_rings() {
         let time = Instant::parse(&format!("{year}-07-01")).expect("a time");
         let view = NowItem::Saturn.view(session(), time, &base_view).expect("a view").view;
         let CameraPose::Orbit { elevation_deg, distance_radii, .. } = view.camera_pose else { panic!("no orbit") };
-        let sunward = positions.geometric_between_km(SATURN, NaifId::SUN, time).expect("a position");
+        let sunward = positions.geometric_vector_km(SATURN, NaifId::SUN, time).expect("a position");
         let pole = positions.body_from_icrf(SATURN, time).expect("an orientation").row(2);
         assert!(sunward.dot(pole) * elevation_deg > 0.0, "{year}: the dark side of the rings");
         assert!(elevation_deg.abs() > 10.0 && distance_radii > 4.0, "{year}");

@@ -194,7 +194,7 @@ fn the_sky_tonight_is_dark() {
     }
     // A date outside the ephemeris has no view.
     let too_late = Instant::from_tdb_seconds_past_j2000(1e13);
-    assert!(positions.geometric_between_km(NaifId::EARTH, NaifId::SUN, too_late).is_none());
+    assert!(positions.geometric_vector_km(NaifId::EARTH, NaifId::SUN, too_late).is_none());
     for preset in [Preset::WholeSystem, Preset::InnerSystem, Preset::SkyTonight] {
         assert!(preset.view(&positions, too_late, Home::default(), &base_view).is_none(), "{preset:?}");
     }

@@ -28,7 +28,7 @@ impl Default for SamplePanel {
 
 /// The phase angle. NaN if the ephemeris cannot place the moon, or if the camera is at its centre.
 fn phase_angle_deg(moon: &BodyReport) -> f64 {
-    if moon.is_seen_from_outside() { moon.phase_angle_deg } else { f64::NAN }
+    if moon.has_direction() { moon.phase_angle_deg } else { f64::NAN }
 }
 
 /// The value by which a column is sorted; the columns are in the order of their titles.

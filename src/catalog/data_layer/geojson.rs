@@ -1,9 +1,9 @@
 //! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection or a Feature, or a geometry alone; with the Feature's `time`
 //! property.
 //!
-//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored; a polygon is read as
-//! the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogs of earthquakes, milliseconds since 1970. Ignored: other
-//! properties. Rejected: a `crs` member that names a coordinate system other than WGS 84.
+//! In: the document. Out: points and lines, or the number of the line of text and the field that are wrong. Longitude comes first, east-positive; heights are
+//! ignored; a polygon is read as the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogs of earthquakes, milliseconds
+//! since 1970. Ignored: other properties. Rejected: a `crs` member that names a coordinate system other than WGS 84.
 
 use super::layer::{Content, check_is_line, checked_position};
 use crate::time::Instant;

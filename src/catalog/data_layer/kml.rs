@@ -1,8 +1,8 @@
 //! Points and outlines of a KML file (OGC 2.3): each Point, LineString and LinearRing of its Placemarks, with the Placemark's TimeStamp or the start
 //! of its TimeSpan.
 //!
-//! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored. Not read: styles,
-//! tracks, ground overlays, links to other files, and KMZ archives.
+//! In: the document. Out: points and lines, or the number of the line of text and the field that are wrong. Longitude comes first, east-positive; heights are
+//! ignored. Not read: styles, tracks, ground overlays, links to other files, and KMZ archives.
 
 use super::layer::{Content, checked_position};
 use super::xml::{Element, ElementHandler, walk};
@@ -30,6 +30,7 @@ fn positions(text: &str) -> Result<Vec<[f64; 2]>, String> {
             .map(|n| n.parse::<f64>().map_err(|_| format!("field coordinates: `{}` is not longitude,latitude", echo_within(tuple, 40))));
         let (lon, lat) = (numbers.next(), numbers.next());
         match (lon, lat) {
+            // Longitude comes first in the text, latitude in the result.
             (Some(lon), Some(lat)) => checked_position(lon?, lat?).map_err(|why| format!("field coordinates: {why}")),
             _ => Err(format!("field coordinates: `{}` is not longitude,latitude", echo_within(tuple, 40))),
         }
@@ -47,7 +48,7 @@ impl ElementHandler for Document {
 
     fn end_element(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last() else { return Ok(()) };
-        // The name of the element so many levels above.
+        // The name of the element that is `levels` levels above `element`; empty if there is none.
         let ancestor = |levels: usize| path.iter().rev().nth(levels).map_or("", |e| e.name.as_str());
         // A Point in another element, such as a PhotoOverlay, is not a place to draw.
         let is_in_placemark = || path.iter().any(|e| e.name == "Placemark");
@@ -81,7 +82,7 @@ impl ElementHandler for Document {
     }
 }
 
-/// The points and lines of a document. The error is a line number and what is wrong there.
+/// The points and lines of a document. The error is the number of a line of the text, and what is wrong there.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
     let mut document = Document::default();
     walk(text, &mut document)?;

@@ -1,7 +1,7 @@
 //! User data on a body or in the sky: the table `[[layer]]` of a catalog file, and the file that it names.
 //!
-//! In: the TOML table, then the bytes of the file. Out: a [`DataLayer`] with its points, lines or image, or the wrong line and field. Always: one
-//! wrong line rejects the entire file. The ending of the file's name determines the format:
+//! In: the TOML table, then the bytes of the file. Out: a [`DataLayer`] with its points, lines or image, or the line of the text and the field that
+//! are wrong. Always: one wrong line of the text rejects the entire file. The ending of the file's name determines the format:
 //! - CSV and VOTable: points. On a body by `lat_deg` (planetographic) and `lon_deg` (east), in the sky by `ra_deg` and `dec_deg` (ICRF); `time`, `size_px` and
 //!   `colour` are optional.
 //! - GeoJSON and KML: points and outlines on a body.

@@ -31,7 +31,7 @@ pub struct NamedValue {
 pub struct PixelValues {
     /// Red, green and blue, premultiplied by alpha, and alpha; NaN for a component that the program does not write.
     pub colour: [f64; 4],
-    pub values: Vec<NamedValue>,
+    pub named: Vec<NamedValue>,
 }
 
 impl SoftwareRenderer {
@@ -84,8 +84,8 @@ impl SoftwareRenderer {
             let is_component = |o: &LaneOutput| matches!(*o, LaneOutput::Location { index: 0, component, .. } if component == c);
             entry_points.fragment.program.outputs.iter().position(is_component).map_or(f64::NAN, value)
         });
-        let values = fragment.names.into_iter().map(|(name, range)| NamedValue { name, numbers: range.map(value).collect() });
-        Ok(Some(PixelValues { colour, values: values.collect() }))
+        let named = fragment.names.into_iter().map(|(name, range)| NamedValue { name, numbers: range.map(value).collect() });
+        Ok(Some(PixelValues { colour, named: named.collect() }))
     }
 }
 

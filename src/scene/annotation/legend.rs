@@ -3,6 +3,7 @@
 //! In: the pixel view, the exposure and the tone map. Out: a text with the quantity of each channel, its unit, and the values of black and
 //! white. EXR files hold the numbers in that unit; PNG files hold them times 2^stops, tone-mapped or clipped to at most 1, and encoded as sRGB.
 
+use crate::scene::body_report::InventedData;
 use crate::scene::draw::{INSTRUCTIONS_PER_READ, PixelView};
 use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
@@ -12,8 +13,8 @@ use crate::scene::request::ToneMap;
 pub(crate) fn legend_of(scene: &Scene) -> String {
     let mut text = legend(scene.pixel_view, &scene.exposure, scene.tone_map);
     for body in &scene.bodies {
-        for (file, how) in &body.invented {
-            text.push_str(&format!("; invented: {file} of {}, {how}", body.name));
+        for InventedData { source, how_made } in &body.invented {
+            text.push_str(&format!("; invented: {source} of {}, {how_made}", body.name));
         }
     }
     text

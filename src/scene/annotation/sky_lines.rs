@@ -190,7 +190,7 @@ impl SkyLineBuilder<'_> {
 pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<DMat3>) -> AnnotationLines {
     let layers = request.layers;
     let camera = &viewer.camera;
-    let mut builder = SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, output: AnnotationLines::default() };
+    let mut builder = SkyLineBuilder { camera, velocity_km_s: viewer.sky_aberration_velocity_km_s, output: AnnotationLines::default() };
     let language = request.language;
     let hours = |longitude_deg| language.number(&hours_text(longitude_deg));
     for (is_requested, effect, frame, style, text) in [
@@ -199,7 +199,7 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
         (layers.grid_equatorial, "grid-equatorial", SkyFrame::Equatorial, EQUATORIAL, &hours),
     ] {
         if is_requested {
-            builder.grid(effect, frame.icrf_from_frame(), viewer.body_velocity_km_s, style, text);
+            builder.grid(effect, frame.icrf_from_frame(), viewer.sky_aberration_velocity_km_s, style, text);
         }
     }
     if layers.grid_horizon {
@@ -252,7 +252,7 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
     let placer = StarPlacer::of_stars(&stars, viewer, request);
     let apparent = |vertex: &FigureVertex| match vertex.star {
         Some(index) => placer.place(&stars.stars()[index]).direction,
-        None => aberrated(vertex.direction, viewer.body_velocity_km_s),
+        None => aberrated(vertex.direction, viewer.sky_aberration_velocity_km_s),
     };
     let camera = builder.camera;
     let mut names = Vec::new();

@@ -5,7 +5,7 @@
 //! Sun. Not modelled: refraction, the flattening of the body.
 
 use crate::catalog::{Atmosphere, Body, Species};
-use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
+use crate::scene::atmosphere::extinction::{coefficient, density, extinction, optical_depth, quadrature, scattering};
 use crate::scene::atmosphere::phase;
 use crate::scene::constants::MULTI_SCATTER_HEIGHTS;
 use glam::DVec3;
@@ -28,13 +28,14 @@ pub(super) fn direction(cosine: f64, azimuth_rad: f64) -> DVec3 {
     DVec3::new(across * cos, across * sin, cosine)
 }
 
-/// Scattering coefficient of a species as draws apply it: light scattered by a triangular layer is lost.
-pub(super) fn scattering_into_air(s: &Species) -> DVec3 {
+/// Scattering coefficient of a species where its [`density`] is 1, per km; zero for a triangular layer, because draws treat light that such a layer scatters as
+/// absorbed.
+pub(super) fn kept_scattering(s: &Species) -> DVec3 {
     if s.tent_centre_km.is_some() { DVec3::ZERO } else { scattering(s) }
 }
 
-/// Albedo of the ground, linear RGB. A geometric albedo may exceed 1, but the ground reflects at most all light: otherwise the orders of thick air could grow
-/// without limit.
+/// Albedo of the ground, linear RGB. A geometric albedo may exceed 1, but the ground reflects at most all light: otherwise, in thick air, each order of
+/// scattering could be brighter than the previous one, and their sum would diverge.
 pub(super) fn ground_albedo(body: &Body) -> DVec3 {
     DVec3::from_array(body.mean_reflectance()).min(DVec3::ONE)
 }
@@ -57,7 +58,8 @@ pub(super) struct GroundHit {
 impl AirSphere<'_> {
     /// Distance in km from a point along a ray to where the ray leaves the air; and whether it leaves at the ground (else at the top of the atmosphere).
     fn distance_to_boundary(&self, p: DVec3, along: DVec3) -> (f64, bool) {
-        // Positions on the ray are counted from its point nearest to the centre. The ray meets a sphere at plus and minus half its chord in it.
+        // Positions on the ray are counted from the point of its line that is nearest to the centre. The line enters a sphere half a chord before this point,
+        // and leaves it half a chord after it.
         let start = p.dot(along);
         let nearest_sq = p.length_squared() - start * start;
         let half_ground_chord_sq = self.radius_km * self.radius_km - nearest_sq;
@@ -84,15 +86,15 @@ impl AirSphere<'_> {
     }
 
     /// Follows a ray in `count` steps, and returns where it meets the ground, if it does. Calls `add` for each step: with a point of the step, and with the
-    /// step's length times the mean transmittance from the step to the start of the ray. This product times the scattering coefficient, times the radiance that
-    /// a unit of scattering sends into the ray, is the light that reaches the start.
+    /// step's length times the mean transmittance from the step to the start of the ray. For sunlight, this product times the scattering coefficient, the phase
+    /// function and the Sun's irradiance at the point is the radiance that reaches the start.
     pub(super) fn follow(&self, from: DVec3, along: DVec3, count: usize, mut add: impl FnMut(DVec3, DVec3)) -> Option<GroundHit> {
         let (length_km, hits_ground) = self.distance_to_boundary(from, along);
         let mut transmittance = DVec3::ONE;
         let mut take_step = |fraction: f64, weight: f64| {
             let point = from + along * (length_km * fraction);
             let step_km = length_km * weight;
-            let depth = extinction::coefficient(self.air, self.height_km(point), extinction) * step_km;
+            let depth = coefficient(self.air, self.height_km(point), extinction) * step_km;
             // Mean transmittance from the start of the step to its points.
             let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
             add(point, transmittance * mean_transmittance * step_km);
@@ -107,7 +109,8 @@ impl AirSphere<'_> {
         hits_ground.then(|| GroundHit { point_km: from + along * length_km, transmittance })
     }
 
-    /// Radiance of light scattered once that arrives along a ray, per irradiance of the Sun; and where the ray meets the ground. `count`: integration steps.
+    /// Radiance of light scattered once that arrives along a ray, divided by the irradiance of the Sun, per steradian (not times pi, unlike the shaders'
+    /// radiance); and where the ray meets the ground. `count`: integration steps.
     /// `norms`: a factor for the phase function of each species (see [`Self::phase_norms`]).
     pub(super) fn single_scattering(
         &self,
@@ -122,28 +125,28 @@ impl AirSphere<'_> {
         let into_ray: Vec<DVec3> = species
             .clone()
             .zip(norms)
-            .map(|(s, norm)| scattering_into_air(s) * *norm * phase::per_steradian(s.phase, along.dot(sun)))
+            .map(|(s, norm)| kept_scattering(s) * *norm * phase::per_steradian(s.phase, along.dot(sun)))
             .collect();
         let mut light = DVec3::ZERO;
-        let ground = self.follow(from, along, count, |p, transmitted_km| {
+        let ground = self.follow(from, along, count, |p, transmittance_km| {
             let height_km = self.height_km(p);
             let scattered: DVec3 = species.clone().zip(&into_ray).map(|(s, into_ray)| *into_ray * density(s, height_km)).sum();
-            light += transmitted_km * scattered * self.sunlight(p, sun);
+            light += transmittance_km * scattered * self.sunlight(p, sun);
         });
         (light, ground)
     }
 
     /// For each species and channel, the factor that normalises its phase function over discrete directions: one over the sum of the function's values times
     /// the solid angles. Without this factor the sum would not be 1, because the narrow peak of a forward-scattering aerosol lies between the directions or on
-    /// one of them. `directions`: each with its solid angle; the solid angles sum to 4 pi, even if the directions are only those of one half of a symmetric
-    /// sphere.
+    /// one of them. `directions`: each with its solid angle. The solid angles sum to 4 pi: if the directions are only those on one side of a plane of symmetry,
+    /// each has twice its solid angle.
     pub(super) fn phase_norms(&self, sun: DVec3, directions: impl Iterator<Item = (DVec3, f64)> + Clone) -> Vec<DVec3> {
         let sum =
             |s: &Species| directions.clone().map(|(d, solid_angle)| phase::per_steradian(s.phase, d.dot(sun)) * solid_angle).sum::<DVec3>();
         self.air.species.iter().map(|s| 1.0 / sum(s).max(DVec3::splat(1e-9))).collect()
     }
 
-    /// Radiance of the ground in direct sunlight, per irradiance of the Sun.
+    /// Radiance of the ground in direct sunlight, divided by the irradiance of the Sun, per steradian.
     pub(super) fn reflected(&self, ground_point: DVec3, sun: DVec3) -> DVec3 {
         let up = ground_point.normalize();
         let above = up * (self.radius_km + GROUND_CLEARANCE_KM);

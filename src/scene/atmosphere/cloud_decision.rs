@@ -38,7 +38,7 @@ fn is_drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelectio
     let ground_lines =
         ground_lines::requested(inputs.frame.context.request.layers, Some(placed.body.id), &inputs.frame.catalog.data_layers());
     match () {
-        () if ground_lines.iter().any(|(requested, _)| *requested) => (false, reason!("clouds-apart-lines")),
+        () if ground_lines.iter().any(|(is_requested, _)| *is_requested) => (false, reason!("clouds-apart-lines")),
         () if inputs.rect.is_none() || !chosen.shows_clouds_on_ground(inputs.body()) => (false, reason!("clouds-apart-features")),
         () => (
             parallax_px <= MAX_PARALLAX_PX,

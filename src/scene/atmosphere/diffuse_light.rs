@@ -6,7 +6,7 @@
 //! reflected by the ground, and collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle
 //! everywhere. The levels resolve air up to an optical depth of some 10 (the catalog's thickest has 6).
 
-use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, row_height_km, scattering_into_air};
+use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, kept_scattering, row_height_km};
 use crate::scene::atmosphere::extinction::density;
 use crate::scene::atmosphere::phase;
 use crate::scene::constants::MULTI_SCATTER_HEIGHTS as TABLE_HEIGHTS;
@@ -81,7 +81,7 @@ pub(super) struct DiffuseLight<'a> {
     next_order: Vec<DVec3>,
 }
 
-/// Diffuse light for one position of the Sun, per irradiance of the Sun.
+/// Diffuse light for one position of the Sun: radiances divided by the irradiance of the Sun, per steradian (not times pi, unlike the shaders' radiance).
 pub(super) struct Field {
     /// Radiance of light scattered once; index: level * `STREAMS` + stream.
     once: Vec<DVec3>,
@@ -113,12 +113,12 @@ impl<'a> DiffuseLight<'a> {
         let along = direction(self.streams[node % STREAMS].cosine, azimuth_rad);
         // For each species: the scattering into the ray, by the level and the zenith angle at which it happens.
         let mut scattered = vec![DVec3::ZERO; species.len() * NODES];
-        let ground = sphere.follow(self.start(node / STREAMS), along, STEPS, |p, transmitted_km| {
+        let ground = sphere.follow(self.start(node / STREAMS), along, STEPS, |p, transmittance_km| {
             let height_km = sphere.height_km(p);
             let level_position = (height_km / sphere.air.top_km).sqrt() * (LEVELS - 1) as f64;
             let stream_position = self.stream_position(along.dot(p.normalize()));
             for (k, s) in species.iter().enumerate() {
-                let light = transmitted_km * scattering_into_air(s) * density(s, height_km);
+                let light = transmittance_km * kept_scattering(s) * density(s, height_km);
                 for (level, level_weight) in between(level_position, LEVELS) {
                     for (stream, stream_weight) in between(stream_position, STREAMS) {
                         scattered[(k * LEVELS + level) * STREAMS + stream] += light * (level_weight * stream_weight);

@@ -19,7 +19,7 @@
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::air_sphere::{GROUND_CLEARANCE_KM, ground_albedo, row_height_km};
-use crate::scene::atmosphere::extinction::{self, column_above_km, extinction, scattering};
+use crate::scene::atmosphere::extinction::{coefficient, column_above_km, extinction, scattering};
 use crate::scene::atmosphere::multi_scatter_table;
 use crate::scene::camera;
 use crate::scene::draw::{EclipseUniforms, MAX_OCCLUDERS};
@@ -264,7 +264,7 @@ struct AirAndGround<'a> {
 impl AirAndGround<'_> {
     /// A coefficient summed over all species, per km. `of_species`: [`scattering`] or [`extinction`].
     fn coefficient(&self, height_km: f64, of_species: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
-        extinction::coefficient(self.air, height_km, of_species)
+        coefficient(self.air, height_km, of_species)
     }
 
     /// Transmittance from a height towards the Sun, as in a plane-parallel atmosphere.
@@ -283,7 +283,8 @@ impl AirAndGround<'_> {
         mut add_scattering: impl FnMut(f64, f64, DVec3),
     ) -> Option<(f64, DVec3)> {
         let start_radius_km = self.radius_km + start_height_km.max(GROUND_CLEARANCE_KM);
-        // Positions on the path are counted from its line's point nearest to the centre. The line meets a sphere at plus and minus half its chord in it.
+        // Positions on the path are counted from the point of its line that is nearest to the centre. The line enters a sphere half a chord before this point,
+        // and leaves it half a chord after it.
         let start = start_radius_km * altitude_sine;
         let nearest_sq = start_radius_km * start_radius_km * (1.0 - altitude_sine * altitude_sine);
         let half_ground_chord_sq = self.radius_km * self.radius_km - nearest_sq;

@@ -33,7 +33,7 @@ pub(super) struct Annotations {
 impl Annotations {
     pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, reports: &[BodyReport], stars: &[StarSprite]) -> Self {
         let (request, camera) = (builder.request, frame.camera);
-        let labels = labels::LabelLayer::of(camera, request, builder.catalog, reports, builder.viewer.body_velocity_km_s);
+        let labels = labels::LabelLayer::of(camera, request, builder.catalog, reports, builder.viewer.sky_aberration_velocity_km_s);
         if request.pixel_view != PixelView::Final {
             let (sky_lines, ground_lines, lines_in_space) = Default::default();
             return Self { sky_lines, ground_lines, lines_in_space, labels, line_texts: None, decisions: Vec::new() };

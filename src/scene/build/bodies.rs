@@ -11,7 +11,7 @@ use crate::scene::annotation::orbit_arcs::OrbitArc;
 use crate::scene::annotation::orbits;
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::traces;
-use crate::scene::body_report::{Appearance, BodyReport, SubPoint};
+use crate::scene::body_report::{Appearance, BodyReport, InventedData, SubPoint};
 use crate::scene::camera::Placement;
 use crate::scene::decision::{Decision, invented_text};
 use crate::scene::draw::features::{Detail, PixelView, Shape};
@@ -143,18 +143,18 @@ pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyReport {
     }
 }
 
-/// What a body's draws show that is invented, not measured. For each: the file of the map or shape, or `detail`; and how it was made.
-fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, Reason)> {
+/// What a body's draws show that is invented, not measured.
+fn invented(body: &Body, draws: &[Draw]) -> Vec<InventedData> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     let is_shown = |file: &String| draws.iter().any(|d| d.map_files.by_role().any(|(_, f)| f == file));
     let has_mesh = draws.iter().any(|d| d.features.shape == Shape::Mesh);
     let details = draws.iter().map(|d| d.features.detail).filter(|d| *d != Detail::None);
-    let details = details.map(|d| ("detail".to_owned(), detail::description(d)));
+    let details = details.map(|d| InventedData { source: "detail".to_owned(), how_made: detail::description(d) });
     let shape = body.mesh.iter().filter(|_| has_mesh).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
     maps.filter(|(file, _)| is_shown(file))
         .chain(shape)
-        .map(|(file, how)| (file.clone(), reason!("quoted", text = invented_text(how))))
+        .map(|(file, how)| InventedData { source: file.clone(), how_made: reason!("quoted", text = invented_text(how)) })
         .chain(details)
         .collect()
 }

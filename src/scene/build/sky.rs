@@ -40,7 +40,7 @@ impl Sky {
         let (stars, star_decision) = stars::stars(request, builder.catalog, viewer, frame.threshold, white, frame.air);
         let (background, background_decisions) = builder.background(frame, has_corona);
         let (images, image_decisions) = match request.layers.data && request.pixel_view == PixelView::Final {
-            true => images::images(&builder.catalog.data_layers(), &viewer.camera, viewer.body_velocity_km_s),
+            true => images::images(&builder.catalog.data_layers(), &viewer.camera, viewer.sky_aberration_velocity_km_s),
             false => Default::default(),
         };
         let columns = || {

@@ -10,9 +10,9 @@ use crate::ephemeris::topocentric::ground_point_km;
 use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError, State};
 use crate::scene::camera::Camera;
 use crate::scene::error::SceneError;
-use crate::scene::request::camera_file::direction_of_any_length;
+use crate::scene::request::camera_file::normalisable_direction;
 use crate::scene::request::view_request::{
-    Axes, FITTED_DISC_FRACTION, FOV_AT_FITTED_DISTANCE_DEG, FOV_OTHERWISE_DEG, Look, Position, Up, ViewRequest,
+    Axes, FITTED_DISC_FRACTION, FOV_AT_FITTED_DISTANCE_DEG, FOV_AT_GIVEN_POSITION_DEG, Look, Position, Up, ViewRequest,
 };
 use crate::scene::sky::frames::ecliptic_pole;
 use crate::time::Instant;
@@ -26,9 +26,10 @@ pub struct Viewer {
     /// Barycentric velocity, ICRF, of the body at whose centre or on whose ground the camera is; zero for a camera above its target or at an offset from a
     /// body.
     pub velocity_km_s: DVec3,
-    /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`: where that is
-    /// zero, stars are displaced against bodies by this velocity over that of light (docs/accuracy.md). So stars do not jump as the camera leaves the ground.
-    pub body_velocity_km_s: DVec3,
+    /// Barycentric velocity, ICRF, of the body relative to which the camera is placed. The aberration of the sky (stars, grids, sky images) always uses it, so
+    /// that stars do not jump as the camera leaves the ground. The aberration of bodies uses `velocity_km_s`: if that is zero, stars are displaced relative to
+    /// bodies by up to this speed divided by that of light, radians (docs/accuracy.md).
+    pub sky_aberration_velocity_km_s: DVec3,
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,
     /// The body or barycentre at whose centre the camera is; a body there is not drawn.
@@ -129,19 +130,20 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         Position::AboveTarget { towards, distance_radii } => {
             let target = states.body(needs_target()?)?;
             reference_body = target.id;
-            let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_OTHERWISE_DEG } else { FOV_AT_FITTED_DISTANCE_DEG });
+            let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_GIVEN_POSITION_DEG } else { FOV_AT_FITTED_DISTANCE_DEG });
             let distance_km = distance_radii.unwrap_or_else(|| fitted_distance_radii(fov)) * target.radii_km.max_element();
             let distance_text = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
             check_distance(distance_km, distance_text)?;
             let centre = states.position_at_emission_km(target.id, distance_km)?;
-            let towards = towards.unwrap_or(if target.id == NaifId::EARTH { NaifId::SUN } else { NaifId::EARTH });
-            if towards == target.id {
+            // The camera is above the side of the target that faces this body.
+            let faced_body = towards.unwrap_or(if target.id == NaifId::EARTH { NaifId::SUN } else { NaifId::EARTH });
+            if faced_body == target.id {
                 return Err(SceneError::Request(format!(
                     "the camera cannot be on the side of {0} that faces {0} itself: name another body",
                     target.name
                 )));
             }
-            let outward = (states.state(towards)?.pos_km - centre).try_normalize().unwrap_or(DVec3::X);
+            let outward = (states.state(faced_body)?.pos_km - centre).try_normalize().unwrap_or(DVec3::X);
             zenith = Some(outward);
             centre + outward * distance_km
         }
@@ -173,7 +175,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     };
     let forward = match request.look {
         Look::Along { direction, axes } => {
-            let unit = direction_of_any_length(direction.to_array()).map(DVec3::normalize);
+            let unit = normalisable_direction(direction.to_array()).map(DVec3::normalize);
             let unusable_direction = || SceneError::Request("the direction to look in must be finite and not zero".into());
             states.icrf_from(axes, reference_body)? * unit.ok_or_else(unusable_direction)?
         }
@@ -211,10 +213,10 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         Up::Ecliptic => ecliptic_pole(),
         Up::Along { direction, axes } => states.icrf_from(axes, reference_body)? * direction,
     };
-    let fov_deg = fov_deg.unwrap_or(FOV_OTHERWISE_DEG);
+    let fov_deg = fov_deg.unwrap_or(FOV_AT_GIVEN_POSITION_DEG);
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
-    let body_velocity_km_s = states.state(reference_body)?.vel_km_s;
-    Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, up_hint, at_centre_of, stands_on })
+    let sky_aberration_velocity_km_s = states.state(reference_body)?.vel_km_s;
+    Ok(Viewer { camera, velocity_km_s, sky_aberration_velocity_km_s, up_hint, at_centre_of, stands_on })
 }
 
 #[cfg(test)]

@@ -106,7 +106,7 @@ impl Composite {
                 }
             }
             whole.has_bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
-            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter_viewer.body_velocity_km_s);
+            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter_viewer.sky_aberration_velocity_km_s);
             whole.line_texts = names::texts(request, catalog, &whole);
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {

@@ -100,7 +100,7 @@ const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 
 /// In images, a body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of the smallest visible change. Seen from the systems
 /// of Mercury to Jupiter, planets in transit block less, except Venus and the Earth.
-pub const MIN_BLOCKED_IN_IMAGES: f64 = 0.1 * VISIBLE_CHANGE;
+pub const MIN_BLOCKED_FRACTION_IN_IMAGES: f64 = 0.1 * VISIBLE_CHANGE;
 
 /// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.
 #[derive(Clone, Debug)]
@@ -141,11 +141,11 @@ pub struct ReceiverExtent {
     pub max_radius: f64,
     pub shape: ReceiverShape,
     /// Camera position from the centre, body axes, equatorial radii; `None`: every side is visible.
-    pub camera: Option<DVec3>,
-    /// The image; `None`: every direction is visible, and every pixel has the size `pixel_radii`.
+    pub camera_position: Option<DVec3>,
+    /// The image; `None`: every direction is visible, and every pixel has the size `pixel_width`.
     pub frustum: Option<Frustum>,
-    /// Size of a pixel at the receiver's centre in equatorial radii; 0 if single points are evaluated instead of pixels.
-    pub pixel_radii: f64,
+    /// Width of a pixel at the receiver's centre in equatorial radii; 0 if single points are evaluated instead of pixels.
+    pub pixel_width: f64,
 }
 
 /// How much an occluder matters to an image, in increasing order.
@@ -166,31 +166,31 @@ pub struct FoundOccluders<'a> {
 }
 
 /// The first part of the search for occluders, and the only one that evaluates the ephemeris: the bodies between the receiver and the Sun that can block at
-/// least the fraction `min_blocked` of the receiver's sunlight, even if their shadows miss the receiver. `min_blocked` is [`MIN_BLOCKED_IN_IMAGES`], or 0 to
-/// include bodies of any size.
+/// least `min_blocked_fraction` of the receiver's sunlight, even if their shadows miss the receiver. `min_blocked_fraction` is
+/// [`MIN_BLOCKED_FRACTION_IN_IMAGES`], or 0 to include bodies of any size.
 pub fn candidates<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
     sun: &Body,
     receiver: &Receiver<'_>,
-    min_blocked: f64,
+    min_blocked_fraction: f64,
 ) -> Vec<Occluder<'a>> {
     let Some(axis) = Axis::of(receiver, sun) else { return Vec::new() };
-    let can_block = |b: &Body| min_blocked <= 0.0 || can_occlude(b, receiver.body);
+    let can_block = |b: &Body| min_blocked_fraction <= 0.0 || can_occlude(b, receiver.body);
     let others = bodies.filter(|b| b.id != receiver.body.id && b.id != sun.id && can_block(b));
-    others.filter_map(|body| Occluder::of(ephemeris, body, receiver, &axis, sun, min_blocked)).collect()
+    others.filter_map(|body| Occluder::of(ephemeris, body, receiver, &axis, sun, min_blocked_fraction)).collect()
 }
 
 /// The second part of the search: selects those candidates of `receiver` whose shadows matter, and the reason for the selection. `min_change`: the relative
 /// change of a pixel above which a shadow in the image matters; `None`: every shadow whose penumbra touches the receiver matters, in the image or not.
-/// `min_blocked`: as for [`candidates`].
+/// `min_blocked_fraction`: as for [`candidates`].
 pub fn select_occluders<'a>(
     candidates: &[Occluder<'a>],
     sun: &Body,
     receiver: &Receiver<'_>,
     extent: ReceiverExtent,
     min_change: Option<f64>,
-    min_blocked: f64,
+    min_blocked_fraction: f64,
 ) -> FoundOccluders<'a> {
     let Some(axis) = Axis::of(receiver, sun) else {
         return FoundOccluders { occluders: Vec::new(), reason: reason!("inside-sun") };
@@ -200,7 +200,7 @@ pub fn select_occluders<'a>(
     let mut nearest_miss: Option<(f64, &'a str)> = None;
     for occluder in candidates {
         let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver.radius_km());
-        if occluder.max_blocked_fraction < min_blocked {
+        if occluder.max_blocked_fraction < min_blocked_fraction {
             continue;
         }
         let body = occluder.body;
@@ -233,7 +233,7 @@ pub fn select_occluders<'a>(
             if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
         (None, Some((gap_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{gap_ratio:.2}")),
-        (None, None) => reason!("eclipse-none", part = format_args!("{:.2e}", min_change.unwrap_or(0.0).max(min_blocked))),
+        (None, None) => reason!("eclipse-none", part = format_args!("{:.2e}", min_change.unwrap_or(0.0).max(min_blocked_fraction))),
     };
     FoundOccluders { occluders, reason }
 }
@@ -252,7 +252,8 @@ fn max_blocked_fraction(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64
 }
 
 impl<'a> Occluder<'a> {
-    fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body, min_blocked: f64) -> Option<Self> {
+    /// `None` if the body is not between the receiver and the Sun, certainly blocks less than `min_fraction` of sunlight, or is not in the ephemeris.
+    fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body, min_fraction: f64) -> Option<Self> {
         let receiver_radius_km = receiver.radius_km();
         let radius = body.radii_km.max_element() / receiver_radius_km;
         // The geometric position, not corrected for light time, is enough to reject bodies that are far too small. Half the distance leaves a margin for its
@@ -264,7 +265,7 @@ impl<'a> Occluder<'a> {
         let distance = distance_km / receiver_radius_km;
         let along = receiver.apparent_offset(geometric.pos_km - receiver.position_km).dot(axis.sunward);
         let is_between = along > -1e-3 * distance && along < axis.sun_distance + 1e-3 * distance;
-        if !is_between || max_blocked_fraction(radius, axis, sun, 0.5 * distance) < min_blocked {
+        if !is_between || max_blocked_fraction(radius, axis, sun, 0.5 * distance) < min_fraction {
             return None;
         }
         let light_time_s = distance_km / SPEED_OF_LIGHT_KM_S;
@@ -313,7 +314,7 @@ impl<'a> Occluder<'a> {
     /// How much the shadow matters to the image. `axis_ratios`: the receiver's semi-axes divided by its equatorial radius; `min_change`: the relative change
     /// of a pixel above which the change is visible.
     fn importance(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3, min_change: f64) -> Importance {
-        let mut pixel_radii = extent.pixel_radii;
+        let mut pixel_width = extent.pixel_width;
         if let Some(frustum) = extent.frustum {
             let centre = axis.perpendicular_axes[0] * self.offset_across.x
                 + axis.perpendicular_axes[1] * self.offset_across.y
@@ -321,7 +322,7 @@ impl<'a> Occluder<'a> {
             let widening = 1.0 / axis.cot_sun_angular_radius;
             let region = ShadowRegion::of(centre, self.semi_axes.x, axis.sunward, widening, extent.max_radius, extent.shape);
             match region.filter(|r| r.meets(&frustum)) {
-                Some(region) => pixel_radii = region.min_pixel(&frustum),
+                Some(region) => pixel_width = region.min_pixel(&frustum),
                 None => return Importance::OutOfView,
             }
         }
@@ -329,7 +330,7 @@ impl<'a> Occluder<'a> {
             return Importance::OutOfView;
         }
         // A shadow smaller than a pixel darkens it in proportion to its area.
-        let pixel_fraction = if pixel_radii > 0.0 { self.outline_area() / (pixel_radii * pixel_radii) } else { 1.0 };
+        let pixel_fraction = if pixel_width > 0.0 { self.outline_area() / (pixel_width * pixel_width) } else { 1.0 };
         if self.max_blocked_fraction * pixel_fraction.min(1.0) > min_change { Importance::Visible } else { Importance::Negligible }
     }
 
@@ -343,7 +344,7 @@ impl<'a> Occluder<'a> {
         /// Larger receivers are not tested: points far above the ground are visible far beyond the horizon.
         const MAX_TESTED_RADIUS: f64 = 1.2;
         let is_tested = extent.shape == ReceiverShape::Ball && extent.max_radius < MAX_TESTED_RADIUS;
-        let Some(camera) = extent.camera.filter(|_| is_tested) else { return true };
+        let Some(camera) = extent.camera_position.filter(|_| is_tested) else { return true };
         let camera = camera / axis_ratios;
         let distance = camera.length();
         let radius = self.penumbra_radius(axis, extent.max_radius) + MARGIN;
@@ -418,8 +419,8 @@ mod tests {
             velocity_km_s: DVec3::ZERO,
             body_to_sun_km: DVec3::X * 1.08e8,
         };
-        let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel_radii: 0.0 };
-        let count = |radii_of_mercury: f64, min_blocked: f64| {
+        let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera_position: None, frustum: None, pixel_width: 0.0 };
+        let count = |radii_of_mercury: f64, min_blocked_fraction: f64| {
             let semi_axes = DVec2::splat(mercury.radii_km.x * radii_of_mercury / venus.radii_km.x);
             let body = Body { radii_km: mercury.radii_km * radii_of_mercury, ..mercury.clone() };
             let (long_axis, distance_along) = (DVec2::X, 5e7 / venus.radii_km.x);
@@ -433,12 +434,12 @@ mod tests {
                 has_umbra: false,
             };
             let every_shadow_matters = None;
-            select_occluders(&[occluder], sun, &receiver, extent, every_shadow_matters, min_blocked).occluders.len()
+            select_occluders(&[occluder], sun, &receiver, extent, every_shadow_matters, min_blocked_fraction).occluders.len()
         };
-        assert_eq!([count(1.0, MIN_BLOCKED_IN_IMAGES), count(5.0, MIN_BLOCKED_IN_IMAGES), count(1.0, 0.0)], [0, 1, 1]);
+        assert_eq!([count(1.0, MIN_BLOCKED_FRACTION_IN_IMAGES), count(5.0, MIN_BLOCKED_FRACTION_IN_IMAGES), count(1.0, 0.0)], [0, 1, 1]);
         assert_eq!(max_occluders(catalog.bodies(), venus).0, 0);
-        let (min_change, min_blocked) = (Some(0.01), 0.0);
-        let reason = select_occluders(&[], sun, &receiver, extent, min_change, min_blocked).reason.to_string();
+        let (min_change, min_blocked_fraction) = (Some(0.01), 0.0);
+        let reason = select_occluders(&[], sun, &receiver, extent, min_change, min_blocked_fraction).reason.to_string();
         assert!(reason.contains("1.00e-2"), "the reason names the threshold: {reason}");
     }
 
@@ -456,8 +457,9 @@ mod tests {
                 let (x, y) = sunward.any_orthonormal_pair();
                 let axis = Axis { sunward, perpendicular_axes: [x, y], sun_distance: 2e4, cot_sun_angular_radius: 2e3 };
                 let camera = random.direction() * 10.0_f64.powf(random.between(0.2, 4.0));
+                let camera_position = Some(camera);
                 let extent =
-                    ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: Some(camera), frustum: None, pixel_radii: 0.0 };
+                    ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera_position, frustum: None, pixel_width: 0.0 };
                 let on_sphere = random.direction();
                 let (point, normal) = (on_sphere * axis_ratios, (on_sphere / axis_ratios).normalize());
                 if normal.dot(sunward) < 0.02 {

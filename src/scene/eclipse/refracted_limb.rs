@@ -118,8 +118,8 @@ impl LimbGeometry {
     }
 
     /// Upper limit, per channel, of the radiance that the layers give to a pixel. Each layer that shows any part of the Sun counts with the radiance of the
-    /// centre of the Sun's disc. `pixel_radii`: size of a pixel at the limb in radii of the body.
-    fn max_radiance(&self, layers: &RefractingLayers, centre_radiance: DVec3, pixel_radii: f64) -> DVec3 {
+    /// centre of the Sun's disc. `pixel_width_radii`: width of a pixel at the limb in radii of the body.
+    fn max_radiance(&self, layers: &RefractingLayers, centre_radiance: DVec3, pixel_width_radii: f64) -> DVec3 {
         let shows = |layer: &DVec4| {
             let (low, high) = self.unrefracted_angles(layer);
             let nearest = if low * high <= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
@@ -128,7 +128,7 @@ impl LimbGeometry {
         };
         let showing = layers.edges.iter().zip(&layers.transmittances).filter(|(layer, _)| shows(layer));
         let (sum, greatest) = showing.fold((DVec3::ZERO, DVec3::ZERO), |(sum, greatest), (layer, transmittances)| {
-            (sum + *transmittances * ((layer.z - layer.x) / pixel_radii), greatest.max(*transmittances))
+            (sum + *transmittances * ((layer.z - layer.x) / pixel_width_radii), greatest.max(*transmittances))
         });
         centre_radiance * sum.min(greatest)
     }
@@ -173,7 +173,7 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
         side + half_arc * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
     });
     let step_rad = 2.0 * half_arc / f64::from(SEGMENTS);
-    let pixel_radii = pixel_rad * geometry.limb_distance;
+    let pixel_width_radii = pixel_rad * geometry.limb_distance;
     let segment = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
         // Angles from the body's centre at which the line at this position angle enters and leaves the Sun's disc; negative on the opposite side.
@@ -186,7 +186,7 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
                 let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (layer.z - layer.x);
                 (thickness + shown, light + shown * transmittances.max_element())
             });
-        let width = shown_thickness.max(pixel_radii);
+        let width = shown_thickness.max(pixel_width_radii);
         let (sin_limb, cos_limb) = geometry.limb_radius_rad.sin_cos();
         LimbSegment {
             direction: to_body * cos_limb + (x * cos + y * sin) * sin_limb,

@@ -194,7 +194,7 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
     use crate::ephemeris::Ephemeris;
-    use crate::scene::eclipse::occluders::{MIN_BLOCKED_IN_IMAGES, candidates};
+    use crate::scene::eclipse::occluders::{MIN_BLOCKED_FRACTION_IN_IMAGES, candidates};
     use crate::time::Instant;
 
     /// Calls `check` with a shadow cone and the Sun's radius in the receiver's radii.
@@ -205,7 +205,7 @@ mod tests {
         let receiver = Receiver::at(&ephemeris, body(receiver), Instant::parse(time).expect("a time")).expect("placed");
         let sun = body(10);
         let axis = Axis::of(&receiver, sun).expect("lit");
-        let found = candidates(&ephemeris, catalog.bodies().iter(), sun, &receiver, MIN_BLOCKED_IN_IMAGES);
+        let found = candidates(&ephemeris, catalog.bodies().iter(), sun, &receiver, MIN_BLOCKED_FRACTION_IN_IMAGES);
         let occluder = found.iter().find(|o| o.body.id == NaifId(occluder)).expect("in front of the Sun");
         check(&ShadowCone::of(axis, occluder, &receiver), sun.radii_km.x / receiver.radius_km());
     }

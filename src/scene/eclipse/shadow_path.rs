@@ -101,8 +101,8 @@ impl PassageGeometry<'_, '_> {
     fn at(&self, time_s: f64) -> Option<(Receiver<'_>, ShadowCone)> {
         let receiver = Receiver::at(self.ephemeris, self.receiver.body, self.receiver.time.plus_seconds(time_s)).ok()?;
         let axis = Axis::of(&receiver, self.sun)?;
-        let min_blocked = 0.0;
-        let found = candidates(self.ephemeris, std::iter::once(self.occluder.body), self.sun, &receiver, min_blocked);
+        let min_blocked_fraction = 0.0;
+        let found = candidates(self.ephemeris, std::iter::once(self.occluder.body), self.sun, &receiver, min_blocked_fraction);
         found.first().map(|occluder| (receiver, ShadowCone::of(axis, occluder, &receiver)))
     }
 
@@ -227,7 +227,7 @@ fn instants([from, to]: [f64; 2]) -> impl Iterator<Item = f64> {
 mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
-    use crate::scene::eclipse::occluders::MIN_BLOCKED_IN_IMAGES;
+    use crate::scene::eclipse::occluders::MIN_BLOCKED_FRACTION_IN_IMAGES;
 
     /// Calls `check` with the catalog and the shadow paths over a receiver near a time, each with the NAIF code of its occluder.
     fn with_paths(receiver: i32, time: &str, check: impl FnOnce(&Catalog, Vec<(i32, Arc<ShadowPath>)>)) {
@@ -235,7 +235,7 @@ mod tests {
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
         let body = |id| catalog.body(NaifId(id)).expect("in the catalog");
         let receiver = Receiver::at(&ephemeris, body(receiver), Instant::parse(time).expect("a time")).expect("placed");
-        let found = candidates(&ephemeris, catalog.bodies().iter(), body(NaifId::SUN.0), &receiver, MIN_BLOCKED_IN_IMAGES);
+        let found = candidates(&ephemeris, catalog.bodies().iter(), body(NaifId::SUN.0), &receiver, MIN_BLOCKED_FRACTION_IN_IMAGES);
         let cache = ShadowPaths::default();
         let path_of = |o: &Occluder<'_>| Some((o.body.id.0, cache.of(&ephemeris, body(NaifId::SUN.0), &receiver, o)?));
         check(&catalog, found.iter().filter_map(path_of).collect());

@@ -10,7 +10,7 @@ use crate::scene::atmosphere::clouds;
 use crate::scene::camera::Camera;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::model::{EclipseModelChoice, choose_eclipse_model, requested_model};
-use crate::scene::eclipse::occluders::{self, MIN_BLOCKED_IN_IMAGES, Occluder, Receiver, ReceiverExtent};
+use crate::scene::eclipse::occluders::{self, MIN_BLOCKED_FRACTION_IN_IMAGES, Occluder, Receiver, ReceiverExtent};
 use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -23,7 +23,7 @@ pub(crate) struct SunOccluders<'a> {
     pub receiver: Receiver<'a>,
     pub sun: &'a Body,
     /// Camera position relative to the receiver's centre, in the receiver's axes and equatorial radii.
-    pub camera: DVec3,
+    pub camera_position: DVec3,
     pub occluders: Vec<Occluder<'a>>,
     /// Why these occluders were selected, or why there are none.
     pub reason: Reason,
@@ -36,7 +36,7 @@ pub(crate) fn receiver_and_candidates<'p, 'a>(
 ) -> Option<(&'p Receiver<'a>, &'a Body, &'p [Occluder<'a>])> {
     let body = placed.body;
     let sun = placed.catalog.body(NaifId::SUN).filter(|s| s.id != body.id)?;
-    let (receiver, candidates) = placed.sun_occluders.get_or_init(|| {
+    let (receiver, candidates) = placed.receiver_and_candidates.get_or_init(|| {
         let state = context.ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, placed.emitted_at, BEST_SOURCE);
         let receiver = Receiver {
             body,
@@ -47,7 +47,8 @@ pub(crate) fn receiver_and_candidates<'p, 'a>(
             velocity_km_s: state.map_or(DVec3::ZERO, |found| found.state.vel_km_s),
             body_to_sun_km: placed.body_to_sun_km,
         };
-        let candidates = occluders::candidates(context.ephemeris, placed.catalog.bodies().iter(), sun, &receiver, MIN_BLOCKED_IN_IMAGES);
+        let candidates =
+            occluders::candidates(context.ephemeris, placed.catalog.bodies().iter(), sun, &receiver, MIN_BLOCKED_FRACTION_IN_IMAGES);
         (receiver, candidates)
     });
     Some((receiver, sun, candidates))
@@ -62,8 +63,8 @@ pub(crate) enum ReceivingPart {
     Rings { outer_km: f64 },
 }
 
-/// The occluders of a part of a placed body; `None` if the body is the Sun or the catalog has no Sun. With a `camera`, only shadows in its image count;
-/// without one, all shadows on the side that faces the viewer. `diameter_px`: diameter of the body's disc.
+/// The occluders of a part of a placed body; `None` if the body is the Sun or the catalog has no Sun. Shadows on the side that faces away from the viewer's
+/// position (that of `placed`) do not count. If `camera` is given, neither do shadows outside its frustum. `diameter_px`: diameter of the body's disc.
 pub(crate) fn sun_occluders<'a>(
     context: Context<'_>,
     placed: &PlacedBody<'a>,
@@ -86,17 +87,18 @@ pub(crate) fn sun_occluders<'a>(
     let camera_position = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
     // The body's disc is two radii wide.
-    let extent = ReceiverExtent { max_radius, shape, camera: Some(camera_position), frustum, pixel_radii: 2.0 / diameter_px.max(1e-9) };
+    let extent =
+        ReceiverExtent { max_radius, shape, camera_position: Some(camera_position), frustum, pixel_width: 2.0 / diameter_px.max(1e-9) };
     // With the effect forced on, every shadow of these bodies counts.
     let is_forced = context.request.effects.override_of(Effect::Eclipse) == Some(true);
     let min_change = (!is_forced).then(|| context.request.purpose.min_change());
-    let found = occluders::select_occluders(candidates, sun, &receiver, extent, min_change, MIN_BLOCKED_IN_IMAGES);
-    Some(SunOccluders { receiver, sun, camera: camera_position, occluders: found.occluders, reason: found.reason })
+    let found = occluders::select_occluders(candidates, sun, &receiver, extent, min_change, MIN_BLOCKED_FRACTION_IN_IMAGES);
+    Some(SunOccluders { receiver, sun, camera_position, occluders: found.occluders, reason: found.reason })
 }
 
 /// Approximate fraction of sunlight that eclipses leave on the visible part of a body, per channel; 1 if the user switched eclipses off.
 pub(crate) fn visible_sunlight(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> DVec3 {
-    evaluate_shadow(context, placed, diameter_px, |shadow, camera| shadow.mean_sunlight(camera)).unwrap_or(DVec3::ONE)
+    evaluate_shadow(context, placed, diameter_px, |shadow, camera_position| shadow.mean_sunlight(camera_position)).unwrap_or(DVec3::ONE)
 }
 
 /// Evaluates a function of the shadows on a body and of the camera's position (from the centre, body axes, equatorial radii); `None` if there are no
@@ -116,8 +118,8 @@ pub(crate) fn evaluate_shadow<T>(
 /// Like [`visible_sunlight`], but always with [`EclipseModelChoice::Best`], even if the user switched eclipses off: a magnitude must not depend on the
 /// image's settings.
 pub(crate) fn visible_sunlight_by_best_model(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> DVec3 {
-    evaluate_shadow_with_model(context, placed, diameter_px, EclipseModelChoice::Best, |shadow, camera| shadow.mean_sunlight(camera))
-        .unwrap_or(DVec3::ONE)
+    let mean_sunlight = |shadow: &ApproximateShadow<'_>, camera_position: DVec3| shadow.mean_sunlight(camera_position);
+    evaluate_shadow_with_model(context, placed, diameter_px, EclipseModelChoice::Best, mean_sunlight).unwrap_or(DVec3::ONE)
 }
 
 /// Like [`evaluate_shadow`], but with the given model, whether or not the user switched eclipses off.
@@ -128,8 +130,9 @@ fn evaluate_shadow_with_model<T>(
     model_choice: EclipseModelChoice,
     evaluate: impl FnOnce(&ApproximateShadow<'_>, DVec3) -> T,
 ) -> Option<T> {
-    let no_camera = None;
-    let mut found = sun_occluders(context, placed, diameter_px, ReceivingPart::Body, no_camera)?;
+    let no_frustum = None;
+    let mut found = sun_occluders(context, placed, diameter_px, ReceivingPart::Body, no_frustum)?;
+    // This also moves the occluder whose air refracts light to the first place, where `ApproximateShadow` expects it.
     let model = choose_eclipse_model(&mut found.occluders, model_choice).model;
-    ApproximateShadow::of(&found.occluders, model, &found.receiver, found.sun).map(|shadow| evaluate(&shadow, found.camera))
+    ApproximateShadow::of(&found.occluders, model, &found.receiver, found.sun).map(|shadow| evaluate(&shadow, found.camera_position))
 }

@@ -107,9 +107,9 @@ up        "north" (of what is looked at), "zenith", "celestial", "ecliptic", or
           else "north"
 fov_deg   vertical field of view, degrees"#;
 
-/// A vector along `values` that can be normalised: the vector itself, or a shorter or longer one if the squares of its components overflow or vanish. `None` if
-/// `values` are all zero or one of them is not finite.
-pub(crate) fn direction_of_any_length(values: [f64; 3]) -> Option<DVec3> {
+/// A vector in the direction of `values` that can be normalised: `values` themselves, or, if their squares overflow or vanish, a shorter or longer vector.
+/// `None` if `values` are all zero or one of them is not finite.
+pub(crate) fn normalisable_direction(values: [f64; 3]) -> Option<DVec3> {
     let given = DVec3::from_array(values);
     let scaled = if given.length_squared().is_normal() { given } else { given / given.abs().max_element() };
     scaled.is_finite().then_some(scaled)
@@ -117,7 +117,7 @@ pub(crate) fn direction_of_any_length(values: [f64; 3]) -> Option<DVec3> {
 
 /// The vector of a direction; an error if it is zero. `what`: its place in the file, for the error.
 fn direction(values: [f64; 3], what: &str) -> Result<DVec3, SceneError> {
-    direction_of_any_length(values).ok_or_else(|| SceneError::Request(format!("{what}: the direction must not be zero")))
+    normalisable_direction(values).ok_or_else(|| SceneError::Request(format!("{what}: the direction must not be zero")))
 }
 
 /// The up direction of a name such as `zenith`.

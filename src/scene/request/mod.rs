@@ -15,7 +15,7 @@ pub use camera_file::{CAMERA_FILE_HELP, CameraFile, up_by_name};
 pub use composition::{Composition, Projection, Stereo, StereoLayout};
 pub use layers::Layers;
 pub use view_request::{
-    Axes, EYE_HEIGHT_KM, ExposureRequest, FITTED_DISC_FRACTION, FOV_AT_FITTED_DISTANCE_DEG, FOV_OTHERWISE_DEG,
+    Axes, EYE_HEIGHT_KM, ExposureRequest, FITTED_DISC_FRACTION, FOV_AT_FITTED_DISTANCE_DEG, FOV_AT_GIVEN_POSITION_DEG,
     INVISIBLE_EXPOSURE_CHANGE_STOPS, Look, Position, Quality, ToneMap, Up, ViewRequest,
 };
 pub use warp_mesh::WarpMesh;

@@ -227,7 +227,7 @@ pub struct ViewRequest {
     /// How the image is put together.
     pub composition: Composition,
     /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: a default that depends on the position:
-    /// [`FOV_AT_FITTED_DISTANCE_DEG`] or [`FOV_OTHERWISE_DEG`]; from a body's centre, the field of view that fits the target.
+    /// [`FOV_AT_FITTED_DISTANCE_DEG`] or [`FOV_AT_GIVEN_POSITION_DEG`]; from a body's centre, the field of view that fits the target.
     pub fov_deg: Option<f64>,
     /// Width in pixels, 1..=16384.
     pub width: u32,
@@ -262,7 +262,7 @@ pub struct ViewRequest {
 pub const FOV_AT_FITTED_DISTANCE_DEG: f64 = 20.0;
 /// Default field of view in all other cases: for [`Position::AboveTarget`] with a distance, and for all other positions. At a distance of 3 radii a disc fills
 /// 85 % of the frame's height. Exception: from a body's centre, the field of view is fitted to the target if the camera looks at it.
-pub const FOV_OTHERWISE_DEG: f64 = 45.0;
+pub const FOV_AT_GIVEN_POSITION_DEG: f64 = 45.0;
 /// Diameter of a fitted disc relative to the frame's height.
 pub const FITTED_DISC_FRACTION: f64 = 0.75;
 

@@ -2,14 +2,14 @@
 //! its rays.
 //!
 //! In: the intervals of a body's rings and the Sun's light on them. Out: mean light between two radii, of large particles and of dust, without the
-//! factor phase function / 4. A path's slant is 1 / cosine of its angle to the rings' normal: 1 along the normal, larger for flatter paths. Always: exact in
+//! factor (phase function / 4). A path's slant is 1 / cosine of its angle to the rings' normal: 1 along the normal, larger for flatter paths. Always: exact in
 //! radius. Between the tabulated slants the light is linear in the slant's logarithm, as in the ring's table (shaders/lib/ring/profile.wesl); the error is
 //! under 3e-4 of the sunlight (test below). A slant's sums are computed when a ray first needs them.
 
 use super::ring_table::{RingConditions, RingInterval, SLANTS};
 use crate::scene::constants::RING_SLANTS_PER_OCTAVE;
 
-/// Light scattered by large particles (index 0) and by dust (index 1), in the channel with the greatest albedo, without the factor phase function / 4.
+/// Light scattered by large particles (index 0) and by dust (index 1), in the channel with the greatest albedo, without the factor (phase function / 4).
 type ByParticle = [f64; 2];
 
 /// The light along paths of one slant.
@@ -56,7 +56,7 @@ pub(crate) struct RadialSums<'a> {
 
 impl<'a> RadialSums<'a> {
     /// `sunlight`: for the parts of the Sun's disc on the viewer's side of the ring plane and on the other, the fraction of the disc and the mean
-    /// sine of the elevation over the plane.
+    /// of |sin(elevation)|.
     pub(crate) fn new(intervals: &'a [RingInterval], sunlight: [[f64; 2]; 2]) -> Self {
         let by_slant = (0..SLANTS).map(|_| None).collect();
         // Only a table's rows depend on the range of slants; `RingConditions::light` ignores it.

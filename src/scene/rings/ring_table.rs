@@ -180,7 +180,7 @@ fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
 /// The sunlight on a ring and the range of slants of the view rays that cross the ring; all pixels share both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingConditions {
-    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with the mean sine of its elevation; see
+    /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with its mean |sin(elevation)|; see
     /// [`sun_disc_parts`](super::ring_shine::sun_disc_parts). `None` for the pixel view of albedo.
     pub sunlight: Option<[[f64; 2]; 2]>,
     /// Indices of the first and the last slant of the table's rows.
@@ -195,8 +195,8 @@ impl RingConditions {
         Self { sunlight, slants: [first, (slant_position(flattest).ceil() as u32).clamp(first + 1, SLANTS - 1)] }
     }
 
-    /// Light that an interval scatters into a path of a slant, without the factors albedo and phase function / 4; for the pixel view of albedo, the fraction of
-    /// light that the interval removes.
+    /// Light that an interval scatters into a path of a slant, without the factors albedo and (phase function / 4); for the pixel view of albedo, the fraction
+    /// of light that the interval removes.
     pub(super) fn light(&self, interval: &RingInterval, slant: f64) -> f64 {
         let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slant) };
         let light_of_part = |(part, [fraction, sine]): (usize, [f64; 2])| {

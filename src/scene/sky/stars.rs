@@ -62,7 +62,7 @@ impl StarPlacer {
         Self {
             years_since_epoch: stars.years_since_epoch(request.time.jd_tt()),
             viewer_au: viewer.camera.position_km / KM_PER_AU,
-            velocity_km_s: viewer.body_velocity_km_s,
+            velocity_km_s: viewer.sky_aberration_velocity_km_s,
         }
     }
 
@@ -177,8 +177,11 @@ pub(crate) fn stars(
     let placer = StarPlacer::of(catalog, viewer, request);
     let tint = air.map(AirTint::of);
     let all_stars = catalog.stars();
-    let culling =
-        CullingFrame { camera, limit, max_off_axis_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
+    let culling = CullingFrame {
+        camera,
+        limit,
+        max_off_axis_rad: corner_rad(camera) + viewer.sky_aberration_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S,
+    };
     let mut sprites = Vec::new();
     for cell in all_stars.cells().iter().filter(|cell| culling.may_show_star_of(cell, placer.shift(cell))) {
         let faintest = culling.faintest(placer.shift(cell));

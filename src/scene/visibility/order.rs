@@ -58,7 +58,7 @@ struct DrawOrder {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum DrawingStep {
     MoonsBehindRings,
-    /// The half of the ring behind the globe's centre.
+    /// The half of the ring behind the globe's centre: each ray meets it beyond the ray's point nearest to that centre.
     FarHalf,
     MoonsBehindGlobe,
     Globe,
@@ -76,14 +76,18 @@ fn step_among_rings(moon: &BoundingSphere, planet: &BoundingSphere, pole: DVec3)
     let crosses_plane = moon_height_km.abs() <= moon.radius_km;
     let is_on_far_side = moon_height_km * camera_height_km < 0.0;
     let is_in_front_of_globe = moon.tangent_sq_km2() < planet.tangent_sq_km2();
-    // A camera within the ring's radius may look outwards at a moon that is closer than the planet but still behind the far half of the ring.
+    // A camera within the ring's radius that looks away from the planet sees the far half, because each ray meets the ring beyond the ray's point nearest to
+    // the globe's centre. A moon behind that half may be closer to the camera than the planet.
     let is_seen_outwards = from_planet_km.dot(moon.centre_km) > 0.0 && !moon.overlaps(planet);
-    match (crosses_plane, is_on_far_side, is_in_front_of_globe) {
-        (true, _, true) | (false, false, true) => None,
-        (true, _, false) | (false, true, false) => Some(DrawingStep::MoonsBehindRings),
-        (false, true, true) if is_seen_outwards => Some(DrawingStep::MoonsBehindRings),
-        (false, true, true) => Some(DrawingStep::MoonsBehindNearHalf),
-        (false, false, false) => Some(DrawingStep::MoonsBehindGlobe),
+    if crosses_plane {
+        // The depth test decides between moon and ring; the order of draws, only between moon and globe.
+        return if is_in_front_of_globe { None } else { Some(DrawingStep::MoonsBehindRings) };
+    }
+    match (is_on_far_side, is_in_front_of_globe) {
+        (false, true) => None,
+        (false, false) => Some(DrawingStep::MoonsBehindGlobe),
+        (true, true) if !is_seen_outwards => Some(DrawingStep::MoonsBehindNearHalf),
+        (true, _) => Some(DrawingStep::MoonsBehindRings),
     }
 }
 
@@ -118,8 +122,8 @@ pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Ve
     draws
 }
 
-/// Number of sorted draws up to and including the last draw of `body`: light around the body is drawn after them. For a body without a draw, the number of
-/// draws up to the last one of a farther body.
+/// Number of sorted draws up to and including the last draw of `body`: the Sun's corona is drawn after the Sun's draws. For a body without a draw, the number
+/// of draws up to the last one of a farther body.
 pub(crate) fn draw_count_up_to(placed: &[PlacedBody<'_>], draws: &[Draw], body: NaifId) -> usize {
     let distance_km = |id: NaifId| placed.iter().find(|p| p.body.id == id).map_or(0.0, |p| p.distance_km);
     let body_km = distance_km(body);
@@ -168,17 +172,17 @@ mod tests {
     #[test]
     fn along_every_ray_the_nearer_is_drawn_later() {
         let mut next = numbers(7);
-        let mut random_direction = move || {
+        // A direction, and two numbers in 0..1.
+        let mut random_direction_and_numbers = move || {
             let (z, angle) = (2.0 * next() - 1.0, std::f64::consts::TAU * next());
             (DVec3::new(angle.cos(), angle.sin(), 0.0) * (1.0_f64 - z * z).sqrt() + DVec3::Z * z, next(), next())
         };
         let (mut pairs, mut with_ring) = (0, 0);
         for _ in 0..40_000 {
-            // Each direction comes with two numbers in 0..1.
-            let (to_camera, camera_number, size) = random_direction();
-            let (to_moon, moon_number, _) = random_direction();
-            let (perpendicular, offset, _) = random_direction();
-            // The ring reaches from 1.2 to 2.3. The camera is 0.02 to 10 million radii above the globe, the moon 1.3 to 5.3 radii from its centre.
+            let (to_camera, camera_number, size) = random_direction_and_numbers();
+            let (to_moon, moon_number, _) = random_direction_and_numbers();
+            let (perpendicular, offset, _) = random_direction_and_numbers();
+            // Distances from the globe's centre: of the camera 1.02 to 10 million, of the moon 1.3 to 5.3, of the ring 1.2 to 2.3.
             let camera = to_camera * (0.02 + 10f64.powf(7.0 * camera_number * camera_number));
             let moon = BoundingSphere { centre_km: to_moon * (1.3 + 4.0 * moon_number) - camera, radius_km: 0.02 + 0.1 * size };
             let planet = BoundingSphere { centre_km: -camera, radius_km: 1.0 };

@@ -13,7 +13,7 @@ use glam::{DMat3, DVec3};
 /// Positions and orientations of bodies.
 pub trait BodyPositions {
     /// The vector from the centre of `from` to the centre of `to` at one instant, without light time and aberration; ICRF kilometres.
-    fn geometric_between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
+    fn geometric_vector_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
     /// Converts `offset_km`, the camera's offset from `camera_body`, to its offset from `body`; both in ICRF kilometres. The camera is free: it is placed by
     /// an offset from a body's centre, not on its ground. Each offset is measured from the body's light-time position (without aberration): its centre when
     /// it emitted the light that reaches the camera at `time`.
@@ -30,7 +30,7 @@ pub trait BodyPositions {
 pub struct SessionPositions<'a>(pub &'a Session);
 
 impl BodyPositions for SessionPositions<'_> {
-    fn geometric_between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3> {
+    fn geometric_vector_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3> {
         self.0.ephemeris().state(to, from, time, BEST_SOURCE).ok().map(|relative| relative.state.pos_km)
     }
     fn free_camera_offset_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {

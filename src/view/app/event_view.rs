@@ -45,7 +45,7 @@ impl SkyEvent {
     /// The view that shows the event best, paused at its greatest phase: of a solar eclipse, from the place of greatest eclipse; of other events, from the
     /// Earth's centre. Other settings come from `base_view`.
     pub fn view(&self, catalog: &Catalog, positions: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
-        let from_earth_km = |id: NaifId| positions.geometric_between_km(NaifId::EARTH, id, self.greatest());
+        let from_earth_km = |id: NaifId| positions.geometric_vector_km(NaifId::EARTH, id, self.greatest());
         // The defaults in these two closures are not reached: the event was found with this catalog and these positions.
         let apparent_diameter_deg = |id: NaifId| {
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);

@@ -36,12 +36,12 @@ const MOON_MIN_DISTANCE_TAN: f64 = 0.33;
 /// If the catalog does not contain the body.
 pub fn initial_view(catalog: &Catalog, positions: &dyn BodyPositions, target: NaifId, time: Instant) -> Result<ViewState, ViewStateError> {
     let body = catalog.body(target).ok_or(ViewStateError::NoSuchBody(target))?;
-    let sunward = positions.geometric_between_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
+    let sunward = positions.geometric_vector_km(target, NaifId::SUN, time).and_then(DVec3::try_normalize);
     let pole = positions.body_from_icrf(target, time).map_or(DVec3::Z, |m| m.row(2));
     let radius_km = body.radii_km.x;
     // The Moon's position relative to the Earth's centre, in Earth radii.
     let earth_to_moon_radii =
-        if target == NaifId::EARTH { positions.geometric_between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
+        if target == NaifId::EARTH { positions.geometric_vector_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
     let direction_with_moon = sunward.zip(earth_to_moon_radii).and_then(|(sun, moon)| camera_direction_with_moon(sun, moon, pole));
     // Without the Moon, the camera's direction is turned from the Sun's about the celestial pole.
     let direction = direction_with_moon.unwrap_or_else(|| camera_direction(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));

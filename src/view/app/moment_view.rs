@@ -20,7 +20,7 @@ pub(crate) fn view_of_moment(
     let (camera_pose, fov_deg) = match moment.vantage {
         Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),
         Vantage::Side { reference_body, is_far_side, distance_radii } => {
-            let towards_reference_body = positions.geometric_between_km(target.id, reference_body, moment.time)?.try_normalize()?;
+            let towards_reference_body = positions.geometric_vector_km(target.id, reference_body, moment.time)?.try_normalize()?;
             // Unit vector from the target to the camera.
             let side = if is_far_side { -towards_reference_body } else { towards_reference_body };
             let pole = positions.body_from_icrf(target.id, moment.time)?.row(2);

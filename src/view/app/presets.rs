@@ -1,7 +1,7 @@
 //! Views of general interest that are not moments of the catalog: the whole system, the Moon's phases, the sky tonight.
 //!
 //! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate
-//! of time at which the view runs. Always: quality and effects are those of the user. Besides camera and time, a preset may change only orbits,
+//! of time at which the view runs. Always: quality and effects are those of the user. Besides camera (with `tracks`) and time, a preset may change only orbits,
 //! constellations, the brightness of stars and the exposure; `PresetChanges` undoes this for the next view.
 
 use super::body_positions::BodyPositions;
@@ -18,7 +18,8 @@ use glam::DVec3;
 
 /// Elevation of the camera above the Sun's equator.
 const SYSTEM_ELEVATION_DEG: f64 = 40.0;
-/// Exposure of a view of the system: low enough that the Sun's glare hides no orbit, high enough that the layer of brightened stars shows stars.
+/// Exposure of a view of the system, stops as in `ExposureRequest::Stops` (greater is brighter): low enough that the Sun's glare hides no orbit, high enough
+/// that stars appear in the layer `bright_stars`.
 const SYSTEM_EXPOSURE_STOPS: f64 = 2.0;
 /// Distance of the camera from the Sun at which the orbit of Neptune fills the image.
 const OUTER_DISTANCE_AU: f64 = 75.0;
@@ -111,6 +112,7 @@ impl Preset {
                     altitude_deg: SKY_ALTITUDE_DEG,
                 };
                 let mut view = with_time_running(base_view.paused_view(time, NaifId::EARTH, camera_pose, SKY_FOV_DEG));
+                // `tracks` is false so that the camera faces the sky at the angles above, and not a body.
                 (view.tracks, view.stars_boost, view.layers.constellations) = (false, SKY_STARS_BOOST, true);
                 Some(view)
             }
@@ -118,15 +120,15 @@ impl Preset {
     }
 }
 
-/// The planets' orbits from above, seen from the Earth's azimuth about the Sun.
+/// The planets' orbits from above, with the camera on the Earth's side of the Sun.
 fn system_view(distance_au: f64, positions: &dyn BodyPositions, now: Instant, base_view: &ViewState) -> Option<ViewState> {
     let pole = positions.body_from_icrf(NaifId::SUN, now)?.row(2);
-    let earth_km = positions.geometric_between_km(NaifId::SUN, NaifId::EARTH, now)?;
-    // Only the azimuth of this orbit is kept.
-    let mut orbit = OrbitCamera::from_offset_radii(earth_km.try_normalize()?, pole);
-    orbit.elevation_rad = SYSTEM_ELEVATION_DEG.to_radians();
-    orbit.distance_radii = distance_au * KM_PER_AU / SUN_RADIUS_KM;
-    let view = base_view.paused_view(now, NaifId::SUN, inertial_orbit_pose(NaifId::SUN, orbit), DEFAULT_FOV_DEG);
+    let earth_km = positions.geometric_vector_km(NaifId::SUN, NaifId::EARTH, now)?;
+    // Only the azimuth of this offset, the Earth's direction from the Sun, is kept.
+    let mut camera = OrbitCamera::from_offset_radii(earth_km.try_normalize()?, pole);
+    camera.elevation_rad = SYSTEM_ELEVATION_DEG.to_radians();
+    camera.distance_radii = distance_au * KM_PER_AU / SUN_RADIUS_KM;
+    let view = base_view.paused_view(now, NaifId::SUN, inertial_orbit_pose(NaifId::SUN, camera), DEFAULT_FOV_DEG);
     // `paused: None`: time runs or is paused as before.
     Some(ViewState { orbits: true, exposure_stops: Some(SYSTEM_EXPOSURE_STOPS), paused: None, ..view })
 }
@@ -137,7 +139,7 @@ fn dark_time(positions: &dyn BodyPositions, now: Instant, observer_place: Home) 
     // Only the direction of the vertical is used; it depends neither on the radii nor on the height.
     let (_, up) = ground_point_km(DVec3::ONE, observer_place.latitude_deg, observer_place.longitude_deg, 0.0);
     let sun_altitude_sine = |time: Instant| -> Option<f64> {
-        let sun = positions.geometric_between_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;
+        let sun = positions.geometric_vector_km(NaifId::EARTH, NaifId::SUN, time)?.try_normalize()?;
         Some((positions.body_from_icrf(NaifId::EARTH, time)? * sun).dot(up))
     };
     // The least sine of the Sun's altitude so far, with its time.

@@ -30,6 +30,8 @@ const MIN_SIZE_FOR_PANELS: [f32; 2] = [600.0, 340.0];
 const MAX_BYTES: u64 = 1 << 24;
 /// Number of unusable settings files that are kept under other names (`.broken`).
 const MAX_SET_ASIDE: usize = 5;
+/// A file with this or a higher number in its name does not count as set aside: the next number must not exceed u32.
+const END_OF_SET_ASIDE_NUMBERS: u32 = 1 << 30;
 /// Maximum number of recent views.
 const MAX_RECENT: usize = 20;
 
@@ -60,7 +62,7 @@ impl Default for Home {
 
 impl Home {
     /// The place with its longitude within ±180 degrees; the default place if the latitude is not within ±90 degrees.
-    fn or_default(self) -> Self {
+    fn normalised_or_default(self) -> Self {
         let longitude_deg = wrapped_longitude_deg(self.longitude_deg);
         if (-90.0..=90.0).contains(&self.latitude_deg) { Self { longitude_deg, ..self } } else { Self::default() }
     }
@@ -103,7 +105,8 @@ pub struct PanelLayout {
     pub timeline_shown: bool,
     /// Span of time that the timeline shows.
     pub timeline_span_s: f64,
-    /// Whether *What to see now* is shown over the image. False once the user has closed it, caused an action other than a pause, or opened or closed a panel.
+    /// Whether *What to see now* is shown over the image. False once the user has closed it, opened or closed a
+    /// panel, or triggered any `Action` except `TogglePause`.
     pub now_shown: bool,
     /// Size of the viewport in the last run, pixels: the first image is requested before the window has a size.
     pub viewport_px: [u32; 2],
@@ -145,8 +148,8 @@ pub struct Bookmark {
     pub view: ViewState,
 }
 
-/// The scale factor to use in a window of this width and height (points at scale 1): `ui_scale` of the settings. A scale above 1 that would leave no room for
-/// the panels is reduced, because the control that changes the scale is in a panel. The reduced scale is at least 1.
+/// The scale factor to use in a window of this width and height (points at scale 1). It is `ui_scale` of the settings, except that a scale above 1 that would
+/// leave no room for the panels is reduced, to at least 1: the control that changes the scale is in a panel.
 pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
     let [min_width, min_height] = MIN_SIZE_FOR_PANELS;
     ui_scale.min((width / min_width).min(height / min_height).max(1.0))
@@ -230,8 +233,8 @@ impl Settings {
     }
 
     /// Reads settings from a file; a missing file gives the default settings. If the file or a part of it cannot be used, returns the remaining
-    /// settings and an error line. Also appends `.broken` to the file's name, so that saving does not overwrite the file. The newest
-    /// [`MAX_SET_ASIDE`] such files are kept: they may hold the user's bookmarks.
+    /// settings and an error for the user, and appends `.broken` to the file's name, so that saving does not overwrite the file. The newest [`MAX_SET_ASIDE`]
+    /// such files are kept: they may hold the user's bookmarks. Otherwise the returned line, if any, is the notice of [`Settings::unread`].
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
@@ -245,12 +248,12 @@ impl Settings {
         };
         // egui would panic at a scale of 0.
         let ui_scale = read.ui_scale.clamp(*UI_SCALE_RANGE.start(), *UI_SCALE_RANGE.end());
-        let settings = Self { ui_scale, home: read.home.or_default(), ..read };
+        let settings = Self { ui_scale, home: read.home.normalised_or_default(), ..read };
         if let Some(invalid_fields) = invalid_fields {
             let no_base = None;
             let outcome = match set_aside(path) {
-                // The valid part is written at once: the settings writer waits for a change.
-                Ok(kept_as) => match settings.save_over(path, no_base, Some(&text)) {
+                // The valid part is written now: until the user changes a setting, the settings writer writes nothing, and there would be no file.
+                Ok(kept_as) => match settings.save_merged_with(path, no_base, Some(&text)) {
                     Ok(()) => kept_as,
                     Err(e) => format!("{kept_as}; {e}"),
                 },
@@ -268,11 +271,11 @@ impl Settings {
     /// # Errors
     /// If the folder or the file cannot be written; the error names the path and the reason.
     pub(crate) fn save(&self, path: &Path, base: Option<&Self>) -> Result<(), WriteError> {
-        self.save_over(path, base, read_text(path, MAX_BYTES).ok().as_deref())
+        self.save_merged_with(path, base, read_text(path, MAX_BYTES).ok().as_deref())
     }
 
     /// As [`Settings::save`], but merges with the text `stored` instead of the text of the file.
-    fn save_over(&self, path: &Path, base: Option<&Self>, stored: Option<&str>) -> Result<(), WriteError> {
+    fn save_merged_with(&self, path: &Path, base: Option<&Self>, stored: Option<&str>) -> Result<(), WriteError> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(|e| write_error(path, &e))?;
         write_atomic(path, FileAccess::Owner, |out| {
@@ -327,7 +330,10 @@ fn set_aside_numbers(path: &Path) -> Vec<u32> {
     let number = |name: &str| match name.strip_prefix(settings_name)?.strip_prefix(".broken")? {
         "" => Some(1),
         // Only names that the program writes: `settings.json.broken-02` is a file of the user.
-        rest => rest.strip_prefix('-')?.parse::<u32>().ok().filter(|n| (2..1 << 30).contains(n) && rest == format!("-{n}")),
+        rest => {
+            let number = rest.strip_prefix('-')?.parse::<u32>().ok()?;
+            ((2..END_OF_SET_ASIDE_NUMBERS).contains(&number) && rest == format!("-{number}")).then_some(number)
+        }
     };
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut numbers: Vec<u32> = entries.filter_map(|entry| number(entry.file_name().to_str()?)).collect();
@@ -343,11 +349,12 @@ mod tests {
     use glam::DVec3;
 
     fn view(id: i32) -> ViewState {
-        ViewState::around(NaifId(id), DVec3::new(1e5, 0.0, 0.3), 1e4, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.1))
+        let (offset_km, radius_km) = (DVec3::new(1e5, 0.0, 0.3), 1e4);
+        ViewState::around(NaifId(id), offset_km, radius_km, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.1))
     }
 
     #[test]
-    fn text_leaves_room_for_the_panels() {
+    fn the_scale_leaves_room_for_the_panels() {
         let (usual, large, tiny) = ([1264.0, 736.0], [3840.0, 2160.0], [400.0, 300.0]);
         // The panels need a width of 600 points: 2.1067 is 1264 / 600.
         for (ui_scale, size, expected) in [(3.0, usual, 2.1067), (2.0, usual, 2.0), (3.0, large, 3.0), (2.0, tiny, 1.0), (0.6, tiny, 0.6)] {

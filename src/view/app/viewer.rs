@@ -401,14 +401,14 @@ impl Viewer {
             }
             CameraPose::Centre { .. } => {
                 // A flight from here draws the body, which the view from its centre omits. The pose is outside, on the side of the target.
-                let towards_target = positions.geometric_between_km(camera_body, self.view.target, time)?.try_normalize()?;
+                let towards_target = positions.geometric_vector_km(camera_body, self.view.target, time)?.try_normalize()?;
                 (towards_target * self.radius_km(camera_body) * CENTRE_VIEW_DISTANCE_RADII, towards_target, DVec3::Z, None)
             }
         };
         // Forward and up vectors, if the camera tracks another body.
         let tracked = up_if_tracking
             .filter(|_| self.view.tracks && self.view.target != camera_body)
-            .and_then(|up| Some(((positions.geometric_between_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
+            .and_then(|up| Some(((positions.geometric_vector_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
         let uses_roll = up_if_tracking.is_some();
         let roll_rad = if uses_roll { self.view.roll_deg.to_radians() } else { 0.0 };
         // A positive roll turns the up vector about `forward` by a negative angle.
@@ -423,7 +423,7 @@ impl Viewer {
         let time = self.view.time();
         let Some(radius_km) = self.selectable_body(id).map(|s| s.radii_km.x) else { return };
         let Some(pole) = positions.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
-        let sunward = positions.geometric_between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
+        let sunward = positions.geometric_vector_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
         let start_pose = self.pose_relative_to(id, positions);
         // Unit vector from the body to the side of arrival: its lit side, or for the Sun the side where the camera is now.
         let side = sunward.or(start_pose.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
@@ -486,7 +486,7 @@ impl Viewer {
             return;
         }
         // An unknown distance counts as infinite: the field of view is then the least.
-        let distance_km = positions.geometric_between_km(camera_body, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
+        let distance_km = positions.geometric_vector_km(camera_body, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
         // Half the angle that the target's disc spans.
         let half_disc_deg = (self.radius_km(target) / distance_km).min(1.0).asin().to_degrees();
         let fov_deg = (2.0 * half_disc_deg * LOOK_FROM_FOV_DIAMETERS).clamp(MIN_LOOK_FROM_FOV_DEG, MAX_FOV_DEG);

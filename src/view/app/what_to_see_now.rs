@@ -102,7 +102,7 @@ impl NowItem {
                 Some(NowView { title: title.clone(), about, view, opens_at_current_time: false, event: Some(Arc::new(event)) })
             }
             Self::Saturn => {
-                let sunward = positions.geometric_between_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
+                let sunward = positions.geometric_vector_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
                 let pole = positions.body_from_icrf(SATURN, now)?.row(2);
                 let orbit = OrbitCamera::on_lit_side(sunward, SATURN_DISTANCE_RADII, pole);
                 let view = base_view.tracking_view(SATURN, inertial_orbit_pose(SATURN, orbit), DEFAULT_FOV_DEG);
@@ -126,6 +126,6 @@ fn day_of(moment: &Moment) -> String {
 
 /// Illuminated fraction of a body's disc as seen from the Earth.
 fn illuminated_fraction(positions: &dyn BodyPositions, body: NaifId, time: Instant) -> Option<f64> {
-    let towards = |to| positions.geometric_between_km(body, to, time)?.try_normalize();
+    let towards = |to| positions.geometric_vector_km(body, to, time)?.try_normalize();
     Some(0.5 * (1.0 + towards(NaifId::SUN)?.dot(towards(NaifId::EARTH)?)))
 }

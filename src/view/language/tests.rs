@@ -32,7 +32,7 @@ fn differences(first: &[&str], second: &[&str]) -> Vec<String> {
     for (id, arguments) in &first {
         match second.get(id) {
             None => errors.push(format!("{id} is missing in the second")),
-            // A message for a date uses only the arguments that its language needs.
+            // A message for a date uses only the arguments that its language needs, but has some in every language or in none.
             Some(others) if id.starts_with("date-") && !others.is_empty() && !arguments.is_empty() => {}
             Some(others) if others != arguments => errors.push(format!("{id} has other arguments: {arguments:?}, {others:?}")),
             Some(_) => {}
@@ -63,7 +63,8 @@ fn differences_finds_missing_messages_missing_arguments_and_duplicates() {
     assert_eq!(differences(&[english, "one = Again\n"], &[english]), ["one occurs twice"]);
 }
 
-/// Fluent reads every file without an error, and each message without arguments has been formatted.
+/// Fluent reads every file without an error, and `Messages::without_arguments` has exactly the messages without arguments. The files of `catalog_files`
+/// translate the texts of the shipped catalogs, such as names of bodies.
 #[test]
 fn every_file_is_valid_fluent() {
     for language in Language::ALL {
@@ -140,7 +141,7 @@ fn each_message_is_used_and_each_used_message_exists() {
     let is_used = |id: &str| {
         let quoted = format!("\"{id}\"");
         let is_composed_at_run_time = KINDS_OF_NAMES.iter().any(|kind| id.strip_prefix(kind).is_some_and(|rest| rest.starts_with('-')));
-        // `message_tests` finds unused messages of the modules below the window.
+        // `message_tests` finds unused messages of `crate::message`.
         let is_of_other_modules = files::ids(crate::message::ENGLISH_FILE).any(|known| known == id);
         is_composed_at_run_time || is_of_other_modules || sources.iter().any(|(_, code)| code.contains(&quoted))
     };
@@ -216,12 +217,14 @@ fn contact_names() -> BTreeSet<&'static str> {
     let ephemeris = crate::ephemeris::Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
     let instant = |text: &str| Instant::parse(text).expect("a time");
     let mut names = BTreeSet::new();
-    // Total eclipses of the Sun and the Moon and a transit, each with the place nearest to its middle; two days of moons, which include all four classes of
-    // events at Jupiter; mutual events of its moons.
     for (kind, from, to, latitude_deg, longitude_deg) in [
+        // A total eclipse of the Sun, at the place of its greatest phase.
         (EventKind::Solar, "2024-04-08T00:00:00Z", "2024-04-09T00:00:00Z", 25.3, -104.1),
+        // A total eclipse of the Moon, where the Moon is then in the zenith.
         (EventKind::Lunar, "2025-03-14T00:00:00Z", "2025-03-15T00:00:00Z", 3.3, -102.2),
+        // A transit of Venus, where the Sun is then in the zenith.
         (EventKind::Transit, "2012-06-05T00:00:00Z", "2012-06-07T00:00:00Z", 22.7, 157.0),
+        // Two days with all four classes of events at Jupiter, and with mutual events of its moons.
         (EventKind::Moons, "2015-01-24T00:00:00Z", "2015-01-26T00:00:00Z", 18.0, 0.0),
     ] {
         let found = events_between(&catalog, &ephemeris, &[kind], instant(from), instant(to)).expect("events");
@@ -238,7 +241,8 @@ fn contact_names() -> BTreeSet<&'static str> {
     names
 }
 
-/// Each contact is either a symbol, the same in all languages, which a message explains, or a word that each language has; and no language has others.
+/// The name of each contact is a symbol, the same in all languages, which a message explains (`contact-about-c1`), or a word, which a message translates
+/// (`contact-begin`). No language has such messages for any other name.
 #[test]
 fn each_contact_of_an_event_has_its_message() {
     let names = contact_names();
@@ -255,8 +259,9 @@ fn each_contact_of_an_event_has_its_message() {
         let has_message = |name: &str| known.contains_key(&key(name));
         let missing: Vec<_> = names.iter().filter(|name| !has_message(name)).collect();
         assert!(missing.is_empty(), "{language:?}: {missing:?}");
-        // A message for a name that no contact has.
+        // There is no message for names that no contact has.
         assert!(!has_message("begins") && !has_message("U9"), "{language:?}");
+        // A message may explain a word, too (`contact-about-begin`).
         let is_of_a_contact = |id: &str| names.iter().any(|name| id == key(name) || id == format!("contact-about-{}", name.to_lowercase()));
         let unused: Vec<_> = known.keys().filter(|id| id.starts_with("contact-") && !is_of_a_contact(id)).collect();
         assert!(unused.is_empty(), "{language:?}: {unused:?}");
@@ -286,6 +291,7 @@ fn numbers_and_dates_are_written_as_in_the_language() {
     let early = Instant::parse("-0584-05-28T14:00:00Z").expect("a time");
     let day = chrono::NaiveDate::from_ymd_opt(2024, 3, 8).expect("a day");
     let all = || {
+        let decimals = 0..=2;
         [
             decimal(1.25, 2),
             signed(0.5, 1),
@@ -297,7 +303,7 @@ fn numbers_and_dates_are_written_as_in_the_language() {
             dates::month_day_second_text(time),
             dates::date_in_digits("2024-04-08"),
             dates::date_in_digits("-0584-05-28"),
-            numbers::field_text(1.5, 0..=2),
+            numbers::field_text(1.5, decimals),
         ]
     };
     assert_eq!(
@@ -350,11 +356,12 @@ fn times_are_rounded_and_carry_over() {
     assert_eq!(dates::month_day_second_text(instant("1999-12-31T23:59:40.6Z")), "12-31 23:59:41");
     assert_eq!(dates::month_day_second_text(instant("-0584-05-28T14:00:00Z")), "05-28 14:00:00");
     assert_eq!(dates::minute_text(instant("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
+    // More than a million years from 2000, the text is `jd_tdb:` and the Julian date. The 30 seconds round to the minute, as in other texts.
     let far = Instant::from_tdb_seconds_past_j2000(1e15);
     assert_eq!(dates::minute_text(far), far.plus_seconds(30.0).to_utc_iso());
 }
 
-/// The times that scenes draw into images read as those of the window.
+/// Times that a scene draws into its image are written as in the window.
 #[test]
 fn times_in_images_are_written_as_in_the_window() {
     use crate::time::Instant;

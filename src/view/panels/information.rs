@@ -15,7 +15,7 @@ use crate::ephemeris::Source;
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
 use crate::ephemeris::topocentric::{DiscPassage, Observer, ObserverSky, RiseSetTimes};
 use crate::message::Message;
-use crate::scene::{BodyReport, SubPoint};
+use crate::scene::{BodyReport, InventedData, SubPoint};
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
@@ -160,7 +160,7 @@ fn facts_from_camera(ui: &mut egui::Ui, body: &BodyReport, unit: LengthUnit, cat
             fact::row(ui, text!("fact-light-time"), light_time);
         }
         let place_text = |p: SubPoint| latitude_longitude(p.lat_centric_deg, p.lon_east_deg);
-        if body.is_seen_from_outside() {
+        if body.has_direction() {
             fact::row(ui, text!("fact-angular-diameter"), scaled_angle_text(body.angular_diameter_deg));
             fact::row(ui, text!("fact-size-on-screen"), format!("{} px", decimal(body.diameter_px, 1)));
             fact::row(ui, text!("fact-magnitude"), body.magnitude.map_or(text!("fact-none").into(), |m| signed(m, 2)));
@@ -184,8 +184,8 @@ fn facts_from_camera(ui: &mut egui::Ui, body: &BodyReport, unit: LengthUnit, cat
             for estimate in known.estimate_notes() {
                 fact::row(ui, text!("fact-estimate"), message_text(&estimate));
             }
-            for (file, how_made) in &body.invented {
-                fact::row(ui, text!("fact-invented-map"), format!("{file}: {}", reason_text(how_made)));
+            for InventedData { source, how_made } in &body.invented {
+                fact::row(ui, text!("fact-invented-map"), format!("{source}: {}", reason_text(how_made)));
             }
             if let Some(air) = &known.atmosphere {
                 fact::row(

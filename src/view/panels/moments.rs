@@ -75,8 +75,8 @@ fn presets(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
 }
 
 /// Shows a preset's view. The view is at the current time; only the view of tonight's sky is at the next time at which the sky is dark. From then on, time
-/// runs at the preset's rate, if the preset has one. The viewer records the preset's changes to the base view, so that later views do not inherit these
-/// changes.
+/// runs at the preset's rate, if the preset has one. The viewer records in which settings the preset's view differs from the base view, so that later views do
+/// not inherit these differences.
 pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, preset: Preset, actions: &mut Vec<Action>) {
     let (now, observer_place) = (interface.viewer.now(), interface.information.observer_place);
     let base_view = interface.viewer.base_view();

@@ -21,7 +21,7 @@ impl<'m> Lowerer<'m> {
     pub(crate) fn enter_named_call(&mut self, callee: Option<&str>, call: &'m Statement) {
         let Some(named_values) = &mut self.named_values else { return };
         let callee = callee.unwrap_or("?").to_owned();
-        let call_sites = named_values.calls.entry((named_values.call_path.join("/"), callee.clone())).or_default();
+        let call_sites = named_values.call_sites.entry((named_values.call_path.join("/"), callee.clone())).or_default();
         // The address of a call statement identifies it, since the module is borrowed during lowering.
         let call_site = std::ptr::from_ref(call).addr();
         let call_number = call_sites.iter().position(|s| *s == call_site).unwrap_or_else(|| {
@@ -93,10 +93,10 @@ impl<'m> Lowerer<'m> {
         let Some(named_values) = &mut self.named_values else { return Ok(()) };
         let name = named_values.call_path.iter().cloned().chain([name]).collect::<Vec<_>>().join("/");
         let index = *named_values.index_of.entry(name.clone()).or_insert_with(|| {
-            named_values.captured.push(CapturedValue { name, scalars: new_outputs });
+            named_values.captured.push(CapturedValue { name, output_variables: new_outputs });
             named_values.captured.len() - 1
         });
-        let outputs = named_values.captured[index].scalars.clone();
+        let outputs = named_values.captured[index].output_variables.clone();
         for (dst, v) in outputs.into_iter().zip(numbers) {
             // Inactive lanes keep the value that was captured before; initially NaN.
             let from = self.builder.select(self.active_mask, v, dst);

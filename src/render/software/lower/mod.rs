@@ -82,10 +82,10 @@ pub(crate) fn lower_for_inspection(module: &naga::Module, info: &ModuleInfo, ent
     let fuse_chains = true;
     let (program, named_values) = lower_entry_point(module, info, entry, fuse_chains, Some(NamedValueCapture::default()))?;
     let captured = named_values.map(|n| n.captured).unwrap_or_default();
-    let mut next_output = program.outputs.len() - captured.iter().map(|c| c.scalars.len()).sum::<usize>();
+    let mut next_output = program.outputs.len() - captured.iter().map(|c| c.output_variables.len()).sum::<usize>();
     let names = captured.into_iter().map(|c| {
         let first = next_output;
-        next_output += c.scalars.len();
+        next_output += c.output_variables.len();
         (c.name, first..next_output)
     });
     Ok(InspectableProgram { names: names.collect(), program })
@@ -117,7 +117,7 @@ fn lower_entry_point(
     if let Some(named_values) = &named_values {
         named_values.initialise(&mut builder);
         interface.outputs.extend(named_values.outputs());
-        outputs.extend(named_values.scalars());
+        outputs.extend(named_values.output_variables());
     }
     outputs.extend(discarded_mask);
     // Each output must be a lane value of its own, so inputs, values common to all lanes, and repeated outputs are copied.

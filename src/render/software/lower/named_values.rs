@@ -13,8 +13,9 @@ pub(crate) const FIRST_NAMED_LOCATION: u32 = 1000;
 #[derive(Debug)]
 pub(crate) struct CapturedValue {
     pub name: String,
-    /// A lane value for each scalar of the named value, assigned anew wherever the name gets a value.
-    pub scalars: Vec<SsaValue>,
+    /// One output for each scalar of the named value. Unlike other SSA values it is written several times: with NaN at the start of the program, then wherever
+    /// the name gets a value.
+    pub output_variables: Vec<SsaValue>,
 }
 
 /// The named values captured so far.
@@ -23,9 +24,9 @@ pub(crate) struct NamedValueCapture {
     pub captured: Vec<CapturedValue>,
     /// Index in `captured` by name.
     pub index_of: HashMap<String, usize>,
-    /// By the caller's call path and the callee's name: the addresses of the call statements, in order of first appearance. An address identifies a call even
-    /// if a loop around it is lowered several times.
-    pub calls: HashMap<(String, String), Vec<usize>>,
+    /// By the caller's call path (joined by slashes) and the callee's name: the memory addresses of the naga statements that call it, in order of first
+    /// appearance. This order numbers the calls in names (`name#2/`). An address identifies a call even if a loop around it is lowered several times.
+    pub call_sites: HashMap<(String, String), Vec<usize>>,
     /// Names of the functions being inlined, outermost first.
     pub call_path: Vec<String>,
 }
@@ -34,15 +35,20 @@ impl NamedValueCapture {
     /// Initialises every captured value with NaN.
     pub(crate) fn initialise(&self, builder: &mut SsaBuilder) {
         let nan = builder.float(f64::NAN);
-        let copies = self.scalars().map(|dst| SsaInstr::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
+        let copies =
+            self.output_variables().map(|dst| SsaInstr::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
         builder.lane_instrs.splice(0..0, copies);
     }
-    /// The scalars of all named values, in the order of their outputs.
-    pub(crate) fn scalars(&self) -> impl Iterator<Item = SsaValue> {
-        self.captured.iter().flat_map(|c| c.scalars.iter().copied())
+    /// The output variables of all named values, in the order of their locations.
+    pub(crate) fn output_variables(&self) -> impl Iterator<Item = SsaValue> {
+        self.captured.iter().flat_map(|c| c.output_variables.iter().copied())
     }
-    /// One output for each of [`Self::scalars`], in the same order.
+    /// One location for each of [`Self::output_variables`], in the same order.
     pub(crate) fn outputs(&self) -> impl Iterator<Item = LaneOutput> {
-        (0..self.scalars().count()).map(|k| LaneOutput::Location { index: FIRST_NAMED_LOCATION + k as u32, component: 0, flat: false })
+        (0..self.output_variables().count()).map(|k| LaneOutput::Location {
+            index: FIRST_NAMED_LOCATION + k as u32,
+            component: 0,
+            flat: false,
+        })
     }
 }

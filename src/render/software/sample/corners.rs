@@ -5,10 +5,11 @@
 
 use std::arch::x86_64::{__m256, __m256i, _mm256_add_epi32, _mm256_add_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_sub_ps};
 
-/// For each of eight points, the neighbouring columns or rows on both sides, and the point's fraction between them.
+/// For each of eight points, the neighbouring columns or rows on both sides, and the point's position between them.
 pub(super) struct TexelsBeside {
-    /// The columns to the left and to the right, or the rows above and below.
-    pub texels: [__m256i; 2],
+    /// Indices of the columns to the left and to the right, or of the rows above and below.
+    pub indices: [__m256i; 2],
+    /// From 0 at the first index to 1 at the second.
     pub fraction: __m256,
 }
 
@@ -28,8 +29,8 @@ impl Corners {
     pub(super) unsafe fn new(width: __m256i, columns: TexelsBeside, rows: TexelsBeside) -> Self {
         // SAFETY: the caller guarantees AVX2.
         unsafe {
-            let [left, right] = columns.texels;
-            let [above, below] = [_mm256_mullo_epi32(rows.texels[0], width), _mm256_mullo_epi32(rows.texels[1], width)];
+            let [left, right] = columns.indices;
+            let [above, below] = [_mm256_mullo_epi32(rows.indices[0], width), _mm256_mullo_epi32(rows.indices[1], width)];
             let index = [
                 _mm256_add_epi32(above, left),
                 _mm256_add_epi32(above, right),

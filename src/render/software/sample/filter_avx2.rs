@@ -161,13 +161,13 @@ pub(super) unsafe fn texels_beside(x: __m256, axis: &AxisSize) -> TexelsBeside {
         let fraction = _mm256_sub_ps(x, whole);
         let k = _mm256_cvttps_epi32(whole);
         let next = _mm256_add_epi32(k, _mm256_set1_epi32(1));
-        let texels = if axis.repeats {
+        let indices = if axis.repeats {
             // -1 is the largest unsigned number, so that it becomes the last texel.
             [_mm256_min_epu32(k, axis.last), _mm256_andnot_si256(_mm256_cmpgt_epi32(next, axis.last), next)]
         } else {
             [_mm256_max_epi32(_mm256_min_epi32(k, axis.last), _mm256_setzero_si256()), _mm256_min_epi32(next, axis.last)]
         };
-        TexelsBeside { texels, fraction }
+        TexelsBeside { indices, fraction }
     }
 }
 

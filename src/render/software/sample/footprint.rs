@@ -3,11 +3,11 @@
 //! In: gradients, the texture's size, the maximum number of taps. Out: a `FilterRequest` with a level and a footprint for each lane.
 //!
 //! A pixel's footprint is the ellipse, in texels, onto which the gradients map a circle of diameter 1 pixel. The lengths of its axes are the
-//! singular values of the gradient matrix. As in shaders/lib/filtered_map.wesl, up to `max_taps` trilinear taps fill the major axis from both ends. The mip
-//! level is log2 of the minor axis, or of the major axis / `max_taps` if that is greater. Where the major axis is not a whole number of taps
-//! long, the taps in the middle overlap, and the overlap is taken from their weight, so that the filtered value is continuous in the gradients. The
-//! level of isotropic filtering is log2 of the longer gradient. No level is finer than level 0. Gradients are limited, so that no footprint exceeds the range
-//! of f32. Loops over lanes are branch-free, so that they are vectorised. Gradients that are NaN give an unspecified valid level and length.
+//! singular values of the gradient matrix. As in shaders/lib/filtered_map.wesl, up to `max_taps` trilinear taps cover the major axis; the outermost two end
+//! where the axis ends. The mip level is log2 of the minor axis, or of the major axis / `max_taps` if that is greater. Where the major axis is not a whole
+//! number of taps long, the taps in the middle overlap, and the overlap is taken from their weight, so that the filtered value is continuous in the gradients.
+//! The level of isotropic filtering is log2 of the longer gradient. No level is finer than level 0. Gradients are limited, so that no footprint exceeds the
+//! range of f32. Loops over lanes are branch-free, so that they are vectorised. Gradients that are NaN give an unspecified valid level and length.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -30,14 +30,16 @@ pub(crate) struct Footprint<R> {
 }
 
 /// The weight of a tap that overlaps no other one, relative to the other taps of the footprint: `tap_weight` of shaders/lib/filtered_map.wesl. `along`: the
-/// tap's place on the major axis, from the middle; `length`: length of the axis, which ends at plus and minus half of it; both in taps.
+/// tap's place on the major axis, from the middle; `length`: length of the axis, which ends at plus and minus half of it; both in taps. It is 1, as there, so
+/// that the filtered value is the mean over the footprint (a box filter).
 #[inline(always)]
 fn tap_weight<R: Real>(_along: R, _length: R) -> R {
     R::ONE
 }
 
 /// Tap number `index` of each lane: its place on the major axis, from the middle, and its weight. Places and `length` are in taps. The value of a footprint is
-/// the weighted sum of its taps, divided by the sum of their weights. Both kernels call this function, so that the bits are equal.
+/// the weighted sum of its taps, divided by the sum of their weights. Both kernels, `filter` and `filter_avx2`, call this
+/// function, so that the bits are equal.
 #[inline(always)]
 pub(super) fn taps<R: Real, const N: usize>(index: usize, length: &[R; N]) -> ([R; N], [R; N]) {
     let half = R::from_f64(0.5);
@@ -48,12 +50,12 @@ pub(super) fn taps<R: Real, const N: usize>(index: usize, length: &[R; N]) -> ([
         let offset = R::from_u32(index as u32) - half * (count - R::ONE);
         let distance = offset.abs();
         // Side by side, the taps would be longer than the axis by `excess`, so each moves towards the middle by half of it. The taps in the middle then overlap
-        // by `excess` in all, which is taken from their weights.
+        // by `excess` in all. This is taken from their weights: of two taps half of it from each, of a single one in the middle all of it.
         let to_middle = half * excess;
         let moved = if distance < to_middle { R::ZERO } else { distance - to_middle };
-        let overlap = if distance < R::ONE { R::ONE - distance } else { R::ZERO };
+        let share_of_excess = if distance < R::ONE { R::ONE - distance } else { R::ZERO };
         along[i] = moved.with_sign(offset);
-        weight[i] = (R::ONE - excess * overlap) * tap_weight(along[i], length[i]);
+        weight[i] = (R::ONE - excess * share_of_excess) * tap_weight(along[i], length[i]);
     }
     (along, weight)
 }
@@ -76,10 +78,11 @@ impl<R: Real> Footprint<R> {
     pub(crate) fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
         let half = R::from_f64(0.5);
         let [ux, vx, uy, vy] = texel_gradients(size, dx, dy);
-        // For the gradient matrix J, J Jᵀ = [a b; b c]; its eigenvalues are the squares of the axes.
+        // For the gradient matrix J, J Jᵀ has the diagonal elements a and c and the other element b; its eigenvalues are the squares of the axes.
         let (a, c, b) = (ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy);
-        let (mean, difference) = (half * (a + c), half * (a - c));
-        let major_sq = if max_taps > R::ONE { mean + (difference * difference + b * b).sqrt() } else { longest_sq([ux, vx, uy, vy]) };
+        let (mean, half_difference) = (half * (a + c), half * (a - c));
+        let major_sq =
+            if max_taps > R::ONE { mean + (half_difference * half_difference + b * b).sqrt() } else { longest_sq([ux, vx, uy, vy]) };
         let det = ux * vy - uy * vx;
         let minor_sq = det * det / major_sq;
         let min_width_sq = major_sq / (max_taps * max_taps);
@@ -91,11 +94,11 @@ impl<R: Real> Footprint<R> {
         let length = if length < max_taps { length } else { max_taps };
         let length = if length > R::ONE { length } else { R::ONE };
         // The eigenvector of the major axis, computed from the better conditioned row of the matrix.
-        let is_wide = difference > R::ZERO;
-        let x = if is_wide { major_sq - c } else { b };
-        let y = if is_wide { b } else { major_sq - a };
+        let is_longer_in_u = half_difference > R::ZERO;
+        let x = if is_longer_in_u { major_sq - c } else { b };
+        let y = if is_longer_in_u { b } else { major_sq - a };
         let axis_sq = x * x + y * y;
-        // At least 1e-30, so that the axis of a round footprint, which has no direction, is not divided by zero.
+        // The width of a tap over the eigenvector's length, whose square counts as at least 1e-30: a round footprint has no direction; its eigenvector is 0.
         let scale = width_sq.sqrt() / if axis_sq > R::from_f64(1e-30) { axis_sq } else { R::from_f64(1e-30) }.sqrt();
         Self { level: level_of(width_sq), length, step: [x * scale / size[0], y * scale / size[1]] }
     }
@@ -132,6 +135,7 @@ fn at_least_one<R: Real>(x: R) -> R {
 /// The level whose texels have a given width, in texels of level 0. `width_sq`: the square of the width, at least 1.
 #[inline(always)]
 fn level_of<R: Real>(width_sq: R) -> R {
+    // `false`: without fused multiply-add, so that the bits do not depend on the instruction set. "From one": for numbers of at least 1.
     R::from_f64(0.5) * width_sq.log2_from_one::<false>()
 }
 
@@ -205,11 +209,11 @@ impl<'a, R: Real> FilterRequest<'a, R> {
 mod tests {
     use super::*;
 
-    /// Whether a batch has levels if its footprints are `magnified` texels wide, except one of `other` texels. Up to 8 taps if `is_anisotropic`, else one.
-    fn has_level(magnified: f32, other: f32, is_anisotropic: bool) -> bool {
+    /// Whether a batch has levels if its footprints are `width` texels wide, except one of `width_of_one_lane`. Up to 8 taps if `is_anisotropic`, else one.
+    fn has_level(width: f32, width_of_one_lane: f32, is_anisotropic: bool) -> bool {
         let (zeros, max_taps) = ([0.0; BATCH], [8.0; BATCH]);
-        let mut gradient = [magnified / 64.0; BATCH];
-        gradient[77] = other / 64.0;
+        let mut gradient = [width / 64.0; BATCH];
+        gradient[77] = width_of_one_lane / 64.0;
         let mut request = FilterRequest::new(&zeros, &zeros);
         request.set_footprints([64, 64], [&gradient, &zeros, &zeros, &gradient], is_anisotropic.then_some(&max_taps));
         assert_eq!(request.footprints.is_some(), is_anisotropic && request.level.is_some());

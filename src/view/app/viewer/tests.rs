@@ -7,7 +7,7 @@ use crate::view::app::view_state::MIN_FOV_DEG;
 struct CollinearBodies;
 
 impl BodyPositions for CollinearBodies {
-    fn geometric_between_km(&self, from: NaifId, to: NaifId, _: Instant) -> Option<DVec3> {
+    fn geometric_vector_km(&self, from: NaifId, to: NaifId, _: Instant) -> Option<DVec3> {
         // The body's x coordinate.
         let x_km = |id: NaifId| match id {
             NaifId::SUN | HUGE => Some(0.0),
@@ -20,7 +20,7 @@ impl BodyPositions for CollinearBodies {
     }
     /// Light time is ignored.
     fn free_camera_offset_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
-        Some(self.geometric_between_km(body, camera_body, time)? + offset_km)
+        Some(self.geometric_vector_km(body, camera_body, time)? + offset_km)
     }
     fn body_from_icrf(&self, _: NaifId, time: Instant) -> Option<DMat3> {
         Some(DMat3::from_rotation_z(-time.tdb_seconds_past_j2000() * 1e-4))
@@ -148,7 +148,7 @@ fn look_at_faces_the_body() {
     let faces = |viewer: &Viewer, id: NaifId| {
         let camera_body = viewer.view.camera_pose.body();
         let pose = viewer.pose_relative_to(camera_body, &CollinearBodies).expect("a pose");
-        let body_km = CollinearBodies.geometric_between_km(camera_body, id, viewer.view.time()).expect("a body");
+        let body_km = CollinearBodies.geometric_vector_km(camera_body, id, viewer.view.time()).expect("a body");
         pose.forward.distance((body_km - pose.offset_km).normalize()) < 1e-9
     };
     let mut viewer = viewer();
@@ -279,7 +279,7 @@ fn a_flight_starts_in_the_direction_of_the_tracked_body() {
     apply(&mut viewer, Action::LookAt(NaifId::MOON));
     assert!(viewer.view.tracks && viewer.view.camera_pose.body() == NaifId::EARTH);
     let pose = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
-    let moon_km = CollinearBodies.geometric_between_km(NaifId::EARTH, NaifId::MOON, viewer.view.time()).expect("the Moon");
+    let moon_km = CollinearBodies.geometric_vector_km(NaifId::EARTH, NaifId::MOON, viewer.view.time()).expect("the Moon");
     assert!(pose.forward.distance((moon_km - pose.offset_km).normalize()) < 1e-9, "{pose:?}");
     // With a roll and without tracking, the image's up direction is rolled.
     let mut rolled = self::viewer();

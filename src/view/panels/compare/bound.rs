@@ -92,7 +92,7 @@ pub(crate) struct ErrorBoundView {
 }
 
 impl ErrorBoundView {
-    /// Drops an error and pending bounds, so that the bounds are computed again; see `ComparePanel::forget_failures`.
+    /// For a change of language: drops an error and pending bounds, so that the bounds are computed again; see `ComparePanel::forget_failures`.
     pub(crate) fn forget_failures(&mut self) {
         let was_pending = self.pending.take().is_some();
         if self.displayed.take_if(|displayed| displayed.is_err()).is_some() || was_pending {

@@ -1,8 +1,8 @@
 //! The Compare panel: the current view drawn in two variants, which may differ in quality, effects, pixel view and renderer.
 //!
-//! In: the view, two variants. Out: their images, the difference and statistics, or the error bounds of the left image (`bound`). Always: the
-//! two images differ only in what the variants set; they are drawn on the query worker (a background thread) once the view is at rest; until a new pair
-//! has been drawn, the last one stays visible, with the names of its own variants.
+//! In: the view, two variants. Out: their images, the difference and statistics, or bounds of the left image's difference from reference quality
+//! (`bound`). Always: the two images differ only in what the variants set; they are drawn on the query worker (a background thread) once the view is at
+//! rest; until a new pair has been drawn, the last one stays visible, with the names of its own variants.
 
 mod bound;
 pub mod pair;
@@ -63,7 +63,7 @@ struct ComparisonInput {
     request: ViewRequest,
     /// The left and the right variant.
     variants: [Variant; 2],
-    /// The view's own effect overrides.
+    /// The view's own effect overrides. Those of `request`, which is that of the last image, may be older and are not used.
     view_effects: EffectOverrides,
     /// The state of the session on which the images depend besides the requests, such as the shader fragments.
     session_inputs: SessionInputs,
@@ -108,7 +108,7 @@ pub(crate) struct ComparePanel {
     /// The displayed pair, or why it could not be drawn.
     pair: Option<Result<DrawnPair, String>>,
     pair_view: PairView,
-    /// The error bounds of the left image.
+    /// Bounds of the left image's difference from reference quality.
     error_bound_view: ErrorBoundView,
 }
 
@@ -126,7 +126,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 }
 
 impl ComparePanel {
-    /// Drops errors and pending images, so that they are drawn again: the text of an error is in the language in which the images were asked for.
+    /// For a change of language: drops errors, whose texts are in the previous language, and pending images, which may become such errors. All of these are
+    /// drawn again.
     pub(crate) fn forget_failures(&mut self) {
         let was_pending = self.pending.take().is_some();
         if self.pair.take_if(|pair| pair.is_err()).is_some() || was_pending {
@@ -264,7 +265,7 @@ fn variant_controls(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
     ui.add(field).accessible_name(&name).on_hover_text(name);
 }
 
-/// A short description of a variant, such as `draft normal`.
+/// A short description of a variant, such as `draft depth`.
 fn variant_text(variant: &Variant) -> String {
     let mut words = vec![translated_name("quality", variant.quality.name())];
     words.extend((variant.pixel_view != PixelView::Final).then(|| accessible::pixel_view_name(variant.pixel_view)));
@@ -287,7 +288,7 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
         if variant.renderer == Renderer::SoftwareF64 { Some(session.renderer_in(in_f64).map_err(|e| error_text(&e))?) } else { None };
     let start = WallInstant::now();
     let (frame, renderer_name) = if variant.renderer == Renderer::Window {
-        // By the GPU, if the window uses it; otherwise by the background renderer, as below.
+        // By the GPU, if the window uses it; otherwise by the software renderer for queries, as below.
         let drawn = session.draw_in_background(request, sampling, FrameImages::Display).map_err(to_text)?;
         (drawn.frame, drawn.drawn_by.renderer)
     } else {

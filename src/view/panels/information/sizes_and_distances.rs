@@ -70,7 +70,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     ui.strong(text!("distances"));
     let time = viewer.view.time();
     let positions = SessionPositions(worker.session());
-    let distance_km = |id: NaifId| positions.geometric_between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
+    let distance_km = |id: NaifId| positions.geometric_vector_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
     // For a selected moon, its planet is marked.
     let marked = catalog.planet_of(selected);
     let bodies = viewer.selectable_bodies().iter().filter(|s| s.kind == BodyKind::Planet || s.id == marked && s.id != NaifId::SUN);

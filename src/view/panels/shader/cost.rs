@@ -14,7 +14,7 @@ use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
-    let Some(module) = panel.queries.valid_module(inspected.worker, &inspected.id) else {
+    let Some(module) = panel.queries.loaded_module(inspected.worker, &inspected.id) else {
         accessible::spinner(ui, text!("module-loading"));
         return;
     };

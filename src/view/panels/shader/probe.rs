@@ -97,7 +97,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let mut chosen_index = page.draw_index.min(report_f32.draws.len() - 1);
     ui.horizontal_wrapped(|ui| {
         for (index, draw) in report_f32.draws.iter().enumerate() {
-            let name = format!("{} {}", body_name(&draw.name), translated_name("part", draw.part.name()));
+            let name = format!("{} {}", body_name(&draw.body_name), translated_name("part", draw.part.name()));
             if ui.selectable_label(index == chosen_index, name).on_hover_text(text!("probe-draw-hint")).clicked() {
                 chosen_index = index;
             }
@@ -106,8 +106,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     page.draw_index = chosen_index;
     let draw_f32 = &report_f32.draws[chosen_index];
     ui.add(egui::Label::new(RichText::new(draw_f32.module.to_string()).monospace().size(SMALL_TEXT_POINTS)).wrap());
-    if let Some([latitude, longitude]) = draw_f32.ground_deg {
-        ui.label(text!("probe-ground", latitude = signed(latitude, 4), longitude = signed(longitude, 4)));
+    if let Some([graphic_latitude, east_longitude]) = draw_f32.ground_deg {
+        ui.label(text!("probe-ground", latitude = signed(graphic_latitude, 4), longitude = signed(east_longitude, 4)));
     }
     // At an edge, a draw may cover the pixel in only one of the precisions.
     let draw_f64 = report_f64.draws.iter().find(|d| d.body == draw_f32.body && d.part == draw_f32.part);
@@ -125,6 +125,7 @@ impl ProbePage {
     /// Starts a query about a pixel of the image, unless the last query was the same, the view is moving, or another query is running.
     fn start_query(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
+        // The displayed image may have been drawn for another size of the viewport, or in another quality than the view's.
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.rendered.job.request.clone() };
         let query = (pixel, request, SessionInputs::of(inspected.worker.session()));
         if self.requested.as_ref() == Some(&query) || self.pending.is_some() || interface.viewer.is_animating() {
@@ -170,9 +171,8 @@ fn columns(name: &str, in_f32: &str, in_f64: &str, difference: &str) -> String {
 /// Every value of a draw at the pixel, with one row for each component of a vector. The draw's colour and coverage come first.
 fn rows(draw_f32: &PixelDraw, draw_f64: Option<&PixelDraw>) -> Vec<Row> {
     let mut rows = Vec::new();
-    let number_f64 = |name: &str, index: usize| {
-        draw_f64.and_then(|draw| draw.values.values.iter().find(|v| v.name == name)?.numbers.get(index).copied())
-    };
+    let number_f64 =
+        |name: &str, index: usize| draw_f64.and_then(|draw| draw.values.named.iter().find(|v| v.name == name)?.numbers.get(index).copied());
     let channels = [text!("colour-red"), text!("colour-green"), text!("colour-blue"), text!("colour-coverage")];
     for (index, channel) in channels.iter().enumerate() {
         rows.push(Row {
@@ -181,7 +181,7 @@ fn rows(draw_f32: &PixelDraw, draw_f64: Option<&PixelDraw>) -> Vec<Row> {
             in_f64: draw_f64.map(|draw| draw.values.colour[index]),
         });
     }
-    for value in &draw_f32.values.values {
+    for value in &draw_f32.values.named {
         for (index, in_f32) in value.numbers.iter().enumerate() {
             let component = ["x", "y", "z", "w"].get(index).filter(|_| value.numbers.len() > 1);
             let name = component.map_or(value.name.clone(), |component| format!("{}.{component}", value.name));

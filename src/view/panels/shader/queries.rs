@@ -127,7 +127,8 @@ impl ShaderQueries {
         }
     }
 
-    /// Drops results that are errors, because their texts are in the language in which the queries were made. The queries run again.
+    /// For a change of language: drops errors, whose texts are in the previous language, and pending results, which may become such errors. Their queries run
+    /// again.
     pub(crate) fn forget_failures(&mut self) {
         self.modules.forget_failures();
         self.texts.forget_failures();
@@ -144,8 +145,8 @@ impl ShaderQueries {
         self.modules.get(worker, id, move |session| load_module(session, &asked_id)).cloned()
     }
 
-    /// The module, if it has arrived and is valid.
-    pub(crate) fn valid_module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<LoadedModule>> {
+    /// The module; `None` until it has arrived. `None` also if it is invalid, but then the panel shows the failure instead of a page.
+    pub(crate) fn loaded_module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<LoadedModule>> {
         self.module(worker, id)?.ok()
     }
 

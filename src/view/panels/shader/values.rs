@@ -1,7 +1,7 @@
 //! The Values page: the uniforms of a draw with their byte offsets, and its textures with their files.
 //!
-//! In: the displayed module, and its draw in the last image. Out: egui shapes. Always: the values are those of the last image; for a key changed by
-//! hand, the values of the same draw are shown in the layout of that key.
+//! In: the displayed module, and its draw in the last image. Out: egui shapes. Always: the values are those of the last image; if the user has
+//! edited the draw's key, its values are shown in the layout of the edited key's module.
 
 use super::{Inspected, ShaderPanel};
 use crate::render::plan::{self, RING_PROFILE, role_of, uniform_bytes};
@@ -26,7 +26,7 @@ pub(crate) struct ValuesPage {
 }
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
-    let Some(module) = panel.queries.valid_module(inspected.worker, &inspected.id) else {
+    let Some(module) = panel.queries.loaded_module(inspected.worker, &inspected.id) else {
         accessible::spinner(ui, text!("module-loading"));
         return;
     };
@@ -109,10 +109,10 @@ fn sort_value(field: &UniformField, column: usize) -> SortValue {
 
 /// Shows the table of uniforms whose name contains the page's filter, in its order; their values are empty without `bytes`.
 fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, page: &mut ValuesPage) {
-    /// Largest number of rows of a matrix or array that the table shows.
-    const MAX_ROWS: usize = 3;
-    /// Largest number of rows of a matrix or array that the tooltip of its value shows.
-    const MAX_TOOLTIP_ROWS: usize = 60;
+    /// Largest number of lines, of four components each, that the table shows of a value.
+    const MAX_LINES: usize = 3;
+    /// Largest number of these lines that the value's tooltip shows.
+    const MAX_TOOLTIP_LINES: usize = 60;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
         let titles = [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name")];
         table::headings(ui, &mut page.order, &titles);
@@ -129,18 +129,17 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, page:
             ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL_TEXT_POINTS));
             ui.label(&field.name);
             let components = bytes.map(|b| components_of(field, b)).unwrap_or_default();
-            // The table shows four components a row.
-            let rows: Vec<String> =
-                components.chunks(4).map(|row| row.iter().map(|v| brief_number(*v)).collect::<Vec<_>>().join(", ")).collect();
-            let hidden_rows = rows.len().saturating_sub(MAX_ROWS);
-            let mut text = rows[..rows.len().min(MAX_ROWS)].join("\n");
-            if hidden_rows > 0 {
+            let lines: Vec<String> =
+                components.chunks(4).map(|line| line.iter().map(|v| brief_number(*v)).collect::<Vec<_>>().join(", ")).collect();
+            let hidden_lines = lines.len().saturating_sub(MAX_LINES);
+            let mut text = lines[..lines.len().min(MAX_LINES)].join("\n");
+            if hidden_lines > 0 {
                 text.push('\n');
-                text.push_str(&text!("values-more", more = hidden_rows));
+                text.push_str(&text!("values-more", more = hidden_lines));
             }
             let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(SMALL_TEXT_POINTS)).wrap());
-            if hidden_rows > 0 {
-                response.on_hover_text(RichText::new(rows[..rows.len().min(MAX_TOOLTIP_ROWS)].join("\n")).monospace());
+            if hidden_lines > 0 {
+                response.on_hover_text(RichText::new(lines[..lines.len().min(MAX_TOOLTIP_LINES)].join("\n")).monospace());
             }
             ui.end_row();
         }
