@@ -4,7 +4,7 @@
 use crate::support::folds::larger;
 use crate::view::contrast::contrast;
 use crate::view::input::{Window, window_without_images};
-use crate::view::interface::CpuTestRenderer;
+use crate::view::interface::{CpuTestRenderer, harness, interface, settle};
 use egui::accesskit::Role;
 use egui::epaint::{ClippedShape, RectShape, Shape};
 use egui::{Event, Key, Modifiers, PointerButton, Rect};
@@ -18,6 +18,10 @@ use orrery::view::window::cpu_painter::Painter;
 const MIN_CONTRAST: f64 = 3.0;
 /// The ring is on the edge of the entry. egui rounds places to pixels.
 const PLACE_ERROR_POINTS: f32 = 2.0;
+/// Smallest opacity of a ring. A menu may not be faded in completely, with its entries.
+const MIN_ALPHA: u8 = 192;
+/// Passes until a menu has been faded in.
+const PASSES_OF_FADE: usize = 12;
 /// Entries of a list beyond these may be scrolled out of view.
 const ENTRIES_IN_VIEW: usize = 6;
 /// So many entries of a menu, to the third week of the calendar, stand for all.
@@ -37,7 +41,10 @@ fn ring_contrast(shapes: &[ClippedShape], place: Rect) -> f64 {
     shapes.iter().for_each(|shape| rectangles(&shape.shape, &mut found));
     let is_near = |a: egui::Pos2, b: egui::Pos2| (a - b).length() < PLACE_ERROR_POINTS;
     let rings = found.into_iter().filter(|ring| {
-        ring.stroke.width >= 1.0 && ring.stroke.color.a() == 255 && is_near(ring.rect.min, place.min) && is_near(ring.rect.max, place.max)
+        ring.stroke.width >= 1.0
+            && ring.stroke.color.a() >= MIN_ALPHA
+            && is_near(ring.rect.min, place.min)
+            && is_near(ring.rect.max, place.max)
     });
     rings.map(|ring| contrast(ring.stroke.color, ring.fill)).fold(1.0, larger)
 }
@@ -58,12 +65,6 @@ fn visit_entries(window: &mut Window, before: &[(String, Rect)], max_count: usiz
         window.query_all_by_role(Role::Button).find(|button| button.rect() == *place).expect(name).focus();
         window.run_steps(3);
         let contrast = ring_contrast(&window.output().shapes, *place);
-        if contrast < MIN_CONTRAST {
-            let mut found = Vec::new();
-            window.output().shapes.iter().for_each(|shape| rectangles(&shape.shape, &mut found));
-            for r in found.iter().filter(|r| r.rect.intersects(*place)) { println!("DBG {place:?} {:?} {:?} {:?}", r.rect, r.stroke, r.fill); }
-            println!("DBG focused {:?}", window.query_all_by_role(Role::Button).filter(|b| b.is_focused()).map(|b| b.rect()).collect::<Vec<_>>());
-        }
         assert!(contrast >= MIN_CONTRAST, "{menu}: {name} has no ring: {contrast}");
     }
     entries.into_iter().map(|(name, _)| name).collect()
@@ -85,11 +86,21 @@ fn the_focused_entry_of_every_menu_has_a_ring() {
         for (menu, chosen, other) in [("Layers", "Names", "Orbits"), ("Calendar", "17 May 2017", "18 May 2017")] {
             let before = buttons(&window);
             window.get_by_role_and_label(Role::Button, menu).click_accesskit();
-            window.run_steps(4);
+            window.run_steps(PASSES_OF_FADE);
             let names = visit_entries(&mut window, &before, ENTRIES_OF_MENU, menu);
             assert!(names.iter().any(|name| name == chosen) && names.iter().any(|name| name == other), "{menu}: {names:?}");
             close(&mut window);
         }
+    }
+}
+
+#[test]
+fn the_focused_entry_of_the_menu_of_a_right_click_has_a_ring() {
+    let mut window = harness(interface(NaifId(599), "2017-05-17T00:00:00Z"));
+    settle(&mut window);
+    for is_dark in [true, false] {
+        window.state_mut().settings.dark = Some(is_dark);
+        window.run_steps(3);
         let before = buttons(&window);
         let pos = window.get_by_label_contains("The sky:").rect().center();
         window.hover_at(pos);
@@ -100,7 +111,7 @@ fn the_focused_entry_of_every_menu_has_a_ring() {
         }
         // The pointer marks the entry below it.
         window.hover_at(egui::pos2(1.0, 1.0));
-        window.run_steps(4);
+        window.run_steps(PASSES_OF_FADE);
         visit_entries(&mut window, &before, ENTRIES_OF_MENU, "the menu of the view");
         close(&mut window);
     }
@@ -122,7 +133,7 @@ fn the_focused_entry_of_every_list_has_a_ring() {
                     continue;
                 }
                 list.click_accesskit();
-                window.run_steps(4);
+                window.run_steps(PASSES_OF_FADE);
                 visit_entries(&mut window, &before, ENTRIES_IN_VIEW, &format!("{tab:?}, list {index}"));
                 close(&mut window);
                 count += 1;
