@@ -55,8 +55,8 @@ fn largest_errors_of(table: &[Vec4], body: &Body, columns: &[usize], paths: u32)
     (largest, largest_once)
 }
 
-/// The photons' standard error, of which twice is taken off: 1 to 2 % by day, Titan up to 6 %; under a low Sun 1 % (Earth, Pluto), 4 % (Mars), 10 % (Titan). Under
-/// a low Sun the table is too dark in thick air, because it assumes that the surrounding air is lit uniformly. Negative control: single scattering alone.
+/// The photons' standard error, of which twice is taken off: 1 to 2 % by day, Titan up to 6 %; under a low Sun 1 % (Earth, Pluto), 4 % (Mars), 10 % (Titan).
+/// Under a low Sun the table is too dark in thick air, because it assumes that the surrounding air is lit uniformly. Negative control: single scattering alone.
 #[test]
 fn skylight_agrees_with_photons_in_thin_and_thick_air_over_ground() {
     for (name, by_day, low_sun) in [("Earth", 0.02, 0.03), ("Mars", 0.02, 0.06), ("Titan", 0.06, 0.06), ("Pluto", 0.02, 0.02)] {
