@@ -158,18 +158,23 @@ const MAX_DIP_OF_MARS: [f64; 3] = [0.01, 0.01, 0.06];
 /// mean of its neighbours by more than 2.5 % of the brightest one.
 #[test]
 fn the_limb_of_mars_brightens_smoothly() {
+    // Of each channel: the greatest dip, and where.
+    let mut greatest = [(f64::NEG_INFINITY, String::new()), (f64::NEG_INFINITY, String::new()), (f64::NEG_INFINITY, String::new())];
     for phase in [0.0, 30.0, 60.0, 90.0, 120.0, 150.0] {
         for size in [100, 400, 1600] {
             let airless = profile(499, phase, size, &format!("{WITHOUT_MAP},-atmosphere"));
             let hazy = profile(499, phase, size, WITHOUT_MAP);
-            for (channel, max_dip) in MAX_DIP_OF_MARS.into_iter().enumerate() {
+            for (channel, greatest) in greatest.iter_mut().enumerate() {
                 let [row, disc]: [Vec<f64>; 2] = [&hazy, &airless].map(|p| p.light.iter().map(|v| v[channel]).collect());
                 let near_limb = &row[(0.9 * hazy.limb_px) as usize..];
                 let brightest = row.iter().copied().fold(1e-9, larger);
                 let dip = (dip(near_limb) - dip(&disc[(0.9 * airless.limb_px) as usize..])) / brightest;
                 let roughness = |row: &[f64]| row.array_windows().map(|[a, b, c]| (0.5 * (a + c) - b).abs()).fold(0.0, larger) / brightest;
                 println!("{phase} {size} channel {channel}: dips by {dip:.4}, roughness {:.4}", roughness(near_limb));
-                assert!(dip < max_dip, "{phase} degrees, {size} px, channel {channel}: dips by {dip}");
+                assert!(dip.is_finite(), "{phase} degrees, {size} px, channel {channel}");
+                if dip > greatest.0 {
+                    *greatest = (dip, format!("at {phase} degrees, {size} px"));
+                }
                 if size == 1600 && phase <= 90.0 {
                     assert!(roughness(near_limb) < 0.025, "{phase} degrees, channel {channel}: {}", roughness(near_limb));
                     // A pixel darkened by 5 % of the brightest value must be detected.
@@ -180,6 +185,11 @@ fn the_limb_of_mars_brightens_smoothly() {
             }
         }
     }
+    println!("greatest dips: {greatest:?}");
+    let are_within = |factor: f64| MAX_DIP_OF_MARS.into_iter().zip(&greatest).all(|(max_dip, (dip, _))| factor * dip < max_dip);
+    let remedy = "after a change of the dust, MAX_DIP_OF_MARS is a fifth more (0.01 at least), and its comment has these figures";
+    assert!(are_within(1.0), "greatest dips: {greatest:?}; {remedy}");
+    assert!(!are_within(2.0), "the bounds are far too wide: {greatest:?}; {remedy}");
 }
 
 /// Titan's haze hides its ground and extends past the limb: a ray that ends on the ground and one that just misses it see the same light.

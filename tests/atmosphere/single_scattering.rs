@@ -1,7 +1,7 @@
 //! Air: single scattering against integrals computed outside this program (tests/data/rayleigh_reference_public.json, rayleigh_integrals.json), multiply
 //! scattered light, the shadows of the planet and of the Moon, and air of zero density.
 
-use crate::support::folds::larger;
+use crate::support::folds::{larger, largest_component};
 use crate::support::reference_rays::{ReferenceRay, TABLE, rays};
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -70,7 +70,7 @@ fn the_integrals_give_the_radiances_of_the_table() {
         };
         let error = |ray: &ReferenceRay| {
             let given = DVec3::from_slice(&numbers(&ray.row["radiance"]));
-            ((integral_factor * ray.radiance_with(of_table) - given).abs() / given.max(DVec3::splat(1e-12))).max_element()
+            largest_component((integral_factor * ray.radiance_with(of_table) - given).abs() / given.max(DVec3::splat(1e-12)))
         };
         rays().iter().map(error).fold(0.0, larger)
     };

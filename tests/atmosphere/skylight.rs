@@ -14,12 +14,16 @@ const LOW_SUN: [usize; 2] = [8, 6];
 /// The Sun 0.1 degrees above the horizon, and 1.4, 3.3 and 5.6 degrees below it.
 const TWILIGHT: [usize; 4] = [6, 5, 4, 3];
 
+/// So many standard errors of the photons' light are taken off each difference: what is left is probably not by chance. So the bounds do not grow with the
+/// standard error, which is the larger, the narrower the forward peak of the phase function.
+const STANDARD_ERRORS_OFF: f64 = 2.0;
+
 fn body(name: &str) -> Body {
     Catalog::embedded().bodies().iter().find(|b| b.name == name).expect(name).clone()
 }
 
 /// The largest error of the table for these positions of the Sun in the red and blue channels, and the largest error of single scattering alone; both relative
-/// to the light of all photons.
+/// to the light of all photons, and less [`STANDARD_ERRORS_OFF`].
 fn largest_errors(body: &Body, columns: &[usize], paths: u32) -> (f64, f64) {
     largest_errors_of(&table(body).expect("a table"), body, columns, paths)
 }
@@ -33,7 +37,8 @@ fn largest_errors_of(table: &[Vec4], body: &Body, columns: &[usize], paths: u32)
             let sky = Air::of(body, channel).skylight(cosine, paths);
             // The table's last row: the square root of the irradiance.
             let tabulated = f64::from(table[HEIGHTS * COLUMNS + column][channel]).powi(2);
-            let (error, error_once) = ((tabulated / sky.all - 1.0).abs(), (sky.once / sky.all - 1.0).abs());
+            let by_chance = STANDARD_ERRORS_OFF * sky.error / sky.all;
+            let [error, error_once] = [tabulated, sky.once].map(|light| (light / sky.all - 1.0).abs() - by_chance);
             println!(
                 "{}, Sun at {:.1} degrees, channel {channel}: {:.3} of {:.3e} +- {:.1} %, once {:.3}",
                 body.name,
@@ -50,17 +55,21 @@ fn largest_errors_of(table: &[Vec4], body: &Body, columns: &[usize], paths: u32)
     (largest, largest_once)
 }
 
-/// The bounds contain the photons' standard error: 1 to 2 % by day, up to 9 % under a low Sun. Under a low Sun the table is too dark in thick air, because it
-/// assumes that the surrounding air is lit uniformly.
+/// The photons' standard error, of which twice is taken off: 1 to 2 % by day, Titan up to 6 %; under a low Sun 1 % (Earth, Pluto), 4 % (Mars), 10 % (Titan).
+/// Under a low Sun the table is too dark in thick air, because it assumes that the surrounding air is lit uniformly. Negative control: single scattering alone.
 #[test]
 fn skylight_agrees_with_photons_in_thin_and_thick_air_over_ground() {
-    for (name, by_day, low_sun) in [("Earth", 0.04, 0.05), ("Mars", 0.04, 0.15), ("Titan", 0.17, 0.2), ("Pluto", 0.03, 0.03)] {
+    for (name, by_day, low_sun) in [("Earth", 0.02, 0.03), ("Mars", 0.02, 0.06), ("Titan", 0.06, 0.06), ("Pluto", 0.02, 0.02)] {
         let body = body(name);
-        let (error, error_once) = largest_errors(&body, &BY_DAY, 20_000);
-        assert!(error < by_day, "{name} by day: {error}");
-        assert!(error_once > by_day, "{name}: single scattering alone must fail");
-        let (error, _) = largest_errors(&body, &LOW_SUN, 20_000);
-        assert!(error < low_sun, "{name} under a low Sun: {error}");
+        for (sun, columns, bound) in [("by day", &BY_DAY[..], by_day), ("under a low Sun", &LOW_SUN[..], low_sun)] {
+            let (error, error_once) = largest_errors(&body, columns, 20_000);
+            println!("{name} {sun}: {error:.4} of {bound}, single scattering alone {error_once:.4}");
+            assert!(
+                error < bound,
+                "{name} {sun}: {error}; the photons' own error is taken off already, so docs/accuracy.md has this bound, too"
+            );
+            assert!(error_once > bound, "{name} {sun}: single scattering alone must fail, or more paths are needed: {error_once}");
+        }
     }
 }
 
@@ -121,11 +130,11 @@ fn the_phase_function_of_the_dust_is_noticed() {
     assert!(error > 0.1, "{error}");
 }
 
-/// In twilight, for the gas of the Earth. Single scattering alone would fail.
+/// In twilight, for the gas of the Earth. Single scattering alone would fail. The difference is as large as by chance.
 #[test]
 fn twilight_agrees_with_photons() {
     let mut earth = body("Earth");
     earth.atmosphere.as_mut().expect("air").species.retain(Species::is_gas);
     let (error, error_once) = largest_errors(&earth, &TWILIGHT, 200_000);
-    assert!(error < 0.1 && error_once > 0.2, "{error}, once {error_once}");
+    assert!(error < 0.05 && error_once > 0.2, "{error}, once {error_once}");
 }

@@ -4,8 +4,8 @@
 //! system's sine and cosine may differ. That changes a pixel at an edge by far less than a level, and rarely makes a sample read the
 //! neighbouring texel. Hence the bounds: a mean of 0.3 levels of 255, and 3 levels for 99.9 % of the values.
 //!
-//! Record intended changes with `ORRERY_RECORD_GOLDEN=1 cargo test --test main golden`; look at the images before committing. A recording writes the images
-//! of which any pixel changed, and names them (with `-- --nocapture`).
+//! Record intended changes with `ORRERY_RECORD_GOLDEN=1 cargo test --test main render::golden`; look at the images before committing. A recording writes the
+//! images of which any pixel changed, and names them (with `-- --nocapture`).
 
 use crate::support::views::views;
 use glam::DVec3;
@@ -182,7 +182,7 @@ fn views_look_as_recorded() {
     }
     assert!(
         failures.is_empty(),
-        "{}\nto record intended changes: ORRERY_RECORD_GOLDEN=1 cargo test --test main golden",
+        "{}\nto record intended changes: ORRERY_RECORD_GOLDEN=1 cargo test --test main render::golden",
         failures.join("\n")
     );
 

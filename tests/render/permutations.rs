@@ -2,7 +2,7 @@
 //!
 //! Values must be finite and not negative, coverage between 0 and 1, and f32 within half a level of 256 of f64. Each image must also look
 //! as recorded: tests/pairs.png contains a small tile per key, with the keys stored in the file. `ORRERY_RECORD_GOLDEN=1 cargo test --test
-//! main permutations` records the sheet; look at it before committing. The pixel view of shading cost has no tiles, because every improved
+//! main render::permutations` records the sheet; look at it before committing. The pixel view of shading cost has no tiles, because every improved
 //! kernel changes it.
 
 use crate::support::folds::larger;

@@ -42,28 +42,41 @@ fn rayleigh(cos_scattering: f64) -> f64 {
 
 /// Henyey and Greenstein's phase function, for aerosols (1941, Astrophysical Journal 93, 70).
 fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
-    // In the forward direction the base is (1 - g)^2, with g the asymmetry. As in the shader, it is kept above 0 for g near 1.
-    let base = (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6);
-    (1.0 - asymmetry * asymmetry) / (4.0 * PI * base.powf(1.5))
+    (1.0 - asymmetry * asymmetry) / (4.0 * PI * asymmetry_base(cos_scattering, asymmetry).powf(1.5))
+}
+
+/// 1 + g^2 - 2 g c, with g the asymmetry and c the cosine: the base of the powers in Henyey-Greenstein's and other functions. In the forward direction it is
+/// (1 - g)^2. As in the shader, it is kept above 0 for g near 1.
+fn asymmetry_base(cos_scattering: f64, asymmetry: f64) -> f64 {
+    (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::catalog::{Catalog, Species};
 
-    /// Midpoint rule over the cosine; for the narrowest lobe its error is below 1e-4.
+    /// Whether each channel differs by less than a tolerance; NaN does not. (`max_element` may lose a NaN.)
+    fn are_near(found: DVec3, expected: DVec3, tolerance: f64) -> bool {
+        (found - expected).abs().cmplt(DVec3::splat(tolerance)).all()
+    }
+
+    /// So no new function needs a test of its own for these. Midpoint rule over the cosine; for the narrowest lobe its error is below 1e-4. A value of 0 / 0,
+    /// such as that of a formula that divides by the asymmetry, must fail; the samples have an asymmetry of 0.
     #[test]
     fn the_functions_are_normalised_and_have_their_mean_cosine() {
         const STEPS: usize = 100_000;
         let cosines = || (0..STEPS).map(|k| (2.0 * k as f64 + 1.0) / STEPS as f64 - 1.0);
         let mean = |values: &dyn Fn(f64) -> DVec3| cosines().map(values).sum::<DVec3>() / STEPS as f64;
-        let is_one = |values: DVec3| (values - 1.0).abs().max_element() < 1e-4;
+        let is_one = |values: DVec3| are_near(values, DVec3::ONE, 1e-4);
+        assert!(!is_one(DVec3::new(1.0, f64::NAN, 1.0)) && !is_one(DVec3::splat(1.001)), "the checks below cannot fail");
         assert!(is_one(4.0 * PI * mean(&|cos| per_steradian(PhaseFunction::Rayleigh, cos))));
         for aerosol in AerosolPhase::samples() {
             let phase = PhaseFunction::Aerosol(aerosol);
-            assert!(is_one(4.0 * PI * mean(&|cos| per_steradian(phase, cos))), "{aerosol:?}");
+            let all_light = 4.0 * PI * mean(&|cos| per_steradian(phase, cos));
+            assert!(is_one(all_light), "{aerosol:?}: {all_light} of the light, not all; NaN: a formula that is 0 / 0 for some asymmetry");
             let (found, expected) = (mean_cosine(phase), 4.0 * PI * mean(&|cos| cos * per_steradian(phase, cos)));
-            assert!((found - expected).abs().max_element() < 1e-4, "{aerosol:?}: {found}, not {expected}");
+            assert!(are_near(found, expected, 1e-4), "{aerosol:?}: {found}, not {expected}");
         }
     }
 
@@ -72,7 +85,46 @@ mod tests {
         for asymmetry in [[-0.3, 0.0, 0.5], [0.8, 0.95, 0.995]] {
             let aerosol = AerosolPhase { asymmetry, ..AerosolPhase::of(AerosolFunction::HenyeyGreenstein) };
             let found = mean_cosine(PhaseFunction::Aerosol(aerosol));
-            assert!((found - DVec3::from_array(asymmetry)).abs().max_element() < 1e-9, "{found}, not {asymmetry:?}");
+            assert!(are_near(found, DVec3::from_array(asymmetry), 1e-9), "{found}, not {asymmetry:?}");
+        }
+    }
+
+    /// Prints what each function would change for the aerosols of the catalog. With their asymmetry: its light relative to Henyey-Greenstein's, and its mean
+    /// cosine. And the asymmetry for which it has the mean cosine of Henyey-Greenstein's function with theirs; NaN if there is none. For Henyey-Greenstein's
+    /// function itself that is theirs.
+    #[test]
+    fn each_function_compared_with_henyey_greenstein() {
+        const COSINES: [(f64, &str); 3] = [(1.0, "forwards"), (0.0, "sideways"), (-1.0, "backwards")];
+        let catalog = Catalog::embedded();
+        let airs = catalog.bodies().iter().filter_map(|body| Some((&body.name, body.atmosphere.as_ref()?)));
+        let aerosols =
+            airs.flat_map(|(name, air)| air.species.iter().filter_map(Species::aerosol_phase).map(move |aerosol| (name, aerosol)));
+        let aerosols: Vec<(&String, [f64; 3])> = aerosols.map(|(name, aerosol)| (name, aerosol.asymmetry)).collect();
+        assert!(aerosols.len() >= 4, "{aerosols:?}");
+        for function in AerosolFunction::ALL {
+            let of = |function, asymmetry| PhaseFunction::Aerosol(AerosolPhase { asymmetry, ..AerosolPhase::of(function) });
+            for (name, asymmetry) in &aerosols {
+                let phases = [function, AerosolFunction::HenyeyGreenstein].map(|function| of(function, *asymmetry));
+                let ratios = COSINES.map(|(cos, direction)| {
+                    let [light, expected] = phases.map(|phase| per_steradian(phase, cos));
+                    format!("{direction} {:.2}", light / expected)
+                });
+                let for_mean_cosine = DVec3::from_array(*asymmetry).map(|wanted| {
+                    // By bisection; the mean cosine grows with the asymmetry.
+                    let (mut below, mut above) = (-0.999, 0.999);
+                    for _ in 0..50 {
+                        let middle = 0.5 * (below + above);
+                        let is_below = mean_cosine(of(function, [middle; 3])).x < wanted;
+                        (below, above) = if is_below { (middle, above) } else { (below, middle) };
+                    }
+                    let found = mean_cosine(of(function, [below; 3])).x;
+                    if (found - wanted).abs() < 1e-6 { below } else { f64::NAN }
+                });
+                println!("{function:?}, {name}, g {asymmetry:?} kept: {}; mean cosine {:.3}", ratios.join(", "), mean_cosine(phases[0]));
+                println!("    for the mean cosine of Henyey-Greenstein's function with that g: g {for_mean_cosine:.3}");
+                let is_theirs = are_near(for_mean_cosine, DVec3::from_array(*asymmetry), 1e-6);
+                assert!(is_theirs || function != AerosolFunction::HenyeyGreenstein, "{name}: {for_mean_cosine}");
+            }
         }
     }
 }

@@ -329,7 +329,8 @@ mod tests {
         let errors = |sky: &SkyBrightness| EARTH_SKY.map(|(deg, expected)| (part(sky, deg) / expected - 1.0).abs());
         let error = |sky: &SkyBrightness| errors(sky).into_iter().fold(0.0, f64::max);
         let [sky, on_mars] = [earth.radii_km.x, 3400.0].map(|radius_km| SkyBrightness::of(air, radius_km));
-        assert!(error(&sky) < 0.01, "the constants should be {:?}", EARTH_SKY.map(|(deg, _)| (deg, part(&sky, deg))));
+        let rows = EARTH_SKY.map(|(deg, _)| format!("    ({deg:?}, {:.3e}),\n", part(&sky, deg))).concat();
+        assert!(error(&sky) < 0.01, "the rows of EARTH_SKY in src/scene/atmosphere/sky_brightness.rs should be\n{rows}");
         assert!(error(&on_mars) > 0.5, "the check above does not distinguish the Earth from Mars");
         for deg in [-17.9, -12.5, -9.5, -3.3, 0.7, 4.9, 5.1, 60.0] {
             let found = sky.altitude_on_earth_deg(deg);

@@ -50,7 +50,7 @@ use log_mean::LogMean;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use sun_glare::FrameGlare;
 #[doc(hidden)]
-pub use twilight::metered_twilight;
+pub use twilight::{corrected_twilight_rows, metered_twilight};
 
 /// Weight of the target relative to an equal area of another subject: a target that fills a 64th of the frame outweighs everything else that is as bright.
 const TARGET_WEIGHT: f64 = 64.0;

@@ -81,6 +81,13 @@ pub fn metered_twilight(body: &Body, sun_altitude_deg: f64) -> Option<f64> {
     TwilightAir::of(body).map(|air| air.radiance(sun_altitude_deg.to_radians().sin(), cos_emission))
 }
 
+/// The rows of [`RADIANCE_BY_ALTITUDE`] after a change of the Earth's air. `drawn_to_metered`: the radiance of drawn images relative to
+/// [`metered_twilight`], by the Sun's altitude in degrees. For the message of tests/scene/metered_subjects.rs.
+#[doc(hidden)]
+pub fn corrected_twilight_rows(drawn_to_metered: impl Fn(f64) -> f64) -> String {
+    RADIANCE_BY_ALTITUDE.map(|(deg, radiance)| format!("({deg:?}, {:.2e})", radiance * drawn_to_metered(deg))).join(", ")
+}
+
 impl MeteredFrame<'_, '_> {
     /// The air of a body that the camera sees from above; `None` if it is not drawn. Its strength falls to 0 for a camera low in the air, because the meter
     /// counts the sky of such a camera as a subject of its own.
@@ -117,5 +124,12 @@ mod tests {
     fn gas_that_the_map_contains_has_no_twilight_of_its_own() {
         let catalog = Catalog::embedded();
         assert!(TwilightAir::of(catalog.body(NaifId(599)).expect("Jupiter")).is_none());
+    }
+
+    #[test]
+    fn corrected_rows_are_those_of_the_table_times_the_factor() {
+        let unchanged = corrected_twilight_rows(|_| 1.0);
+        assert!(unchanged.starts_with("(-18.0, 2.90e-10), (-14.0, 5.80e-8), ") && unchanged.ends_with(", (0.0, 7.50e-3)"), "{unchanged}");
+        assert!(corrected_twilight_rows(|deg| if deg < 0.0 { 1.0 } else { 2.0 }).ends_with("(-2.0, 2.60e-3), (0.0, 1.50e-2)"));
     }
 }
