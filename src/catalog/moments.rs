@@ -98,12 +98,9 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     let target = text(&mut table, "target", "the name of a body");
     let source = text(&mut table, "source", "a string");
     // Asked before the fields are read. A field with an invalid value counts as given: the problem of this value is the only one.
-    let is_complete = match ["from", "side", "away_from", "over"].map(|field| table.has(field)) {
-        [true, false, false, false] => table.has("fov_deg"),
-        [false, true, false, false] | [false, false, true, false] => table.has("radii"),
-        [false, false, false, true] => ["latitude_deg", "longitude_deg", "height_km", "fov_deg"].iter().all(|field| table.has(field)),
-        _ => false,
-    };
+    let bodies_given = ["from", "side", "away_from", "over"].map(|field| table.has(field));
+    let [has_fov, has_radii] = ["fov_deg", "radii"].map(|field| table.has(field));
+    let has_place = ["latitude_deg", "longitude_deg", "height_km"].iter().all(|field| table.has(field));
     let body_name = "the name of a body";
     let within = |min: f64, max: f64| move |v: &f64| (min..=max).contains(v);
     let fov = table.optional("fov_deg", "degrees from 0.0001 to 120", within(1e-4, 120.0)).map(|field| field.value);
@@ -116,21 +113,24 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     let latitude_deg = table.optional("latitude_deg", "degrees from -90 to 90", within(-90.0, 90.0)).map(|field| field.value);
     let longitude_deg = table.optional("longitude_deg", "degrees east from -360 to 360", within(-360.0, 360.0)).map(|field| field.value);
     let height_km = table.optional("height_km", "kilometres above 0", |h: &f64| *h > 0.0 && h.is_finite()).map(|field| field.value);
-    let vantage = match (from_body, side_body, away_from_body, over_body) {
-        (Some(body), None, None, None) => fov.map(|fov_deg| UnresolvedVantage::Centre { body, fov_deg }),
-        (None, Some(reference_body), None, None) => {
-            distance_radii.map(|distance_radii| UnresolvedVantage::Side { reference_body, is_far_side: false, distance_radii })
+    let side = |body: Option<WithLine<String>>, is_far_side: bool| {
+        let given = body.zip(distance_radii);
+        given.map(|(reference_body, distance_radii)| UnresolvedVantage::Side { reference_body, is_far_side, distance_radii })
+    };
+    let (is_complete, vantage) = match bodies_given {
+        [true, false, false, false] => (has_fov, from_body.zip(fov).map(|(body, fov_deg)| UnresolvedVantage::Centre { body, fov_deg })),
+        [false, true, false, false] => (has_radii, side(side_body, false)),
+        [false, false, true, false] => (has_radii, side(away_from_body, true)),
+        [false, false, false, true] => {
+            let place = match (over_body, latitude_deg, longitude_deg, height_km, fov) {
+                (Some(body), Some(latitude_deg), Some(longitude_deg), Some(height_km), Some(fov_deg)) => {
+                    Some(UnresolvedVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
+                }
+                _ => None,
+            };
+            (has_place && has_fov, place)
         }
-        (None, None, Some(reference_body), None) => {
-            distance_radii.map(|distance_radii| UnresolvedVantage::Side { reference_body, is_far_side: true, distance_radii })
-        }
-        (None, None, None, Some(body)) => match (latitude_deg, longitude_deg, height_km, fov) {
-            (Some(latitude_deg), Some(longitude_deg), Some(height_km), Some(fov_deg)) => {
-                Some(UnresolvedVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
-            }
-            _ => None,
-        },
-        _ => None,
+        _ => (false, None),
     };
     if !is_complete {
         let source_line = table.source_line.clone();

@@ -44,8 +44,8 @@ pub(crate) struct PlacedBody<'a> {
     pub outline: Outline,
     /// Irradiance at the viewer from globe and rings without eclipses and planet-shine, in units of the Sun's at 1 au.
     pub irradiance: Irradiance,
-    /// As `irradiance`, linear RGB, but without the rings and their shadow and light on the globe, without ring-shine, or without the light of the air, if the
-    /// user has switched them off: the light of the body's point.
+    /// As `irradiance`, linear RGB, but without the rings and their shadow and light on the globe, without ring-shine, or without the light of the air and of
+    /// the glint, if the user has switched them off: the light of the body's point.
     pub shown_irradiance: DVec3,
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.
@@ -126,7 +126,7 @@ pub(crate) fn place<'a>(
     } else {
         let with_rings = brightness::irradiance(caches, body, phase_angle_rad, sun_km, viewer_km);
         let shown = if shows(Effect::Rings) { with_rings } else { brightness::globe_irradiance(body, phase_angle_rad, sun_km, viewer_km) };
-        let shown = if shows(Effect::Atmosphere) { shown } else { shown.without_air() };
+        let shown = shown.with_shown_air(body, shows);
         let shown = if shows(Effect::RingShine) { shown } else { shown.without_ring_shine() };
         (with_rings, shown.rgb(body))
     };

@@ -19,6 +19,7 @@ const MARS: NaifId = NaifId(499);
 const TITAN: NaifId = NaifId(606);
 /// Its air is too thin for a sky that is metered.
 const TRITON: NaifId = NaifId(801);
+const EYE_LEVEL_KM: f64 = 0.0017;
 /// The sky in sunlight alone, without the rings in it.
 const EFFECTS: &str = "-clouds,-night,-points,-glow,-corona,-planet-shine,-eclipse,-rings,-ring-shine";
 
@@ -46,6 +47,11 @@ struct Place {
 impl Place {
     /// The place where the Sun has an altitude above the plane across the vertical.
     fn of(id: NaifId, sun_altitude_deg: f64) -> Self {
+        Self::at_height(id, sun_altitude_deg, EYE_LEVEL_KM)
+    }
+
+    /// The same with another height of the camera.
+    fn at_height(id: NaifId, sun_altitude_deg: f64, height_km: f64) -> Self {
         let to_sun_km = SESSION.ephemeris().state(NaifId::SUN, id, time(), None).expect("placed").state.pos_km;
         let sun = SESSION.ephemeris().body_from_icrf(id, time()).expect("an orientation") * to_sun_km.normalize();
         let (sin, cos) = sun_altitude_deg.to_radians().sin_cos();
@@ -58,7 +64,7 @@ impl Place {
             body: id,
             latitude_deg: normal_z.atan2(vertical.truncate().length()).to_degrees(),
             longitude_deg: vertical.y.atan2(vertical.x).to_degrees(),
-            height_km: 0.0017,
+            height_km,
         };
         Self { vertical, sunward, across: vertical.cross(sunward), position }
     }
@@ -81,9 +87,13 @@ impl Place {
     }
 }
 
-/// The mean radiance of the drawn sky above the horizon, as a luminance: the upper half of a cube around the camera.
+/// The mean radiance of the sky that is drawn at eye level.
 fn drawn_radiance(id: NaifId, sun_altitude_deg: f64) -> f64 {
-    let place = Place::of(id, sun_altitude_deg);
+    drawn_radiance_from(id, sun_altitude_deg, &Place::of(id, sun_altitude_deg))
+}
+
+/// The mean radiance of the drawn sky above the horizontal plane, as a luminance: the upper half of a cube around the camera.
+fn drawn_radiance_from(id: NaifId, sun_altitude_deg: f64, place: &Place) -> f64 {
     let (up, sunward, across) = (place.vertical, place.sunward, place.across);
     // Half floats hold the light of the sky by day at the first exposure, and that of dusk at the second.
     let stops = if sun_altitude_deg > -1.0 { 4.0 } else { 16.0 };
@@ -156,6 +166,27 @@ fn the_image_darkens_with_the_sky_that_is_metered_as_it_is_drawn() {
         assert!(levels.len() >= 8 && compared >= 3, "{name}: {} levels, {compared} comparisons", levels.len());
         assert!(!rises(&levels), "{name}: {levels:?}");
     }
+}
+
+/// High in Titan's haze the metered sky darkens with the Sun, too, and is that which is drawn within a factor of 2.5. Without sums at 0.8 of the air's height
+/// it was 2.1, 2.8 and 4.9 times as bright as drawn, the brighter the lower the Sun.
+#[test]
+fn the_sky_of_high_haze_is_metered_as_it_is_drawn_at_height() {
+    const HEIGHT_KM: f64 = 560.0;
+    let metered = [10.0, -3.0, -8.0].map(|sun_altitude_deg| {
+        let place = Place::at_height(TITAN, sun_altitude_deg, HEIGHT_KM);
+        let drawn_cd_m2 = drawn_radiance_from(TITAN, sun_altitude_deg, &place) * CD_M2_PER_RADIANCE;
+        let looking = |(direction, up): (DVec3, DVec3)| {
+            metered_sky_cd_m2(&SESSION.scene(&place.view(TITAN, direction, up, 70.0)).expect("a scene"), "Titan")
+        };
+        let views = [(place.vertical, place.sunward), (place.across, place.vertical), (-place.across, place.vertical)];
+        let metered = views.into_iter().find_map(looking).expect("a view whose exposure names the sky");
+        let ratio = metered / drawn_cd_m2;
+        println!("the Sun at {sun_altitude_deg} degrees: {drawn_cd_m2:.3} cd/m2, metered {ratio:.2} times that");
+        assert!((0.4..2.5).contains(&ratio), "the Sun at {sun_altitude_deg} degrees: metered {ratio} times what is drawn");
+        metered
+    });
+    assert!(metered.is_sorted_by(|a, b| a > b), "{metered:?}");
 }
 
 /// The checks above can fail: exposed as the Earth at the same altitude of the Sun, the dusk of Mars and Titan becomes brighter as it becomes darker, and the

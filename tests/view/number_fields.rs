@@ -1,7 +1,7 @@
-//! Number fields, and the numbers beside sliders, under the keyboard: a typed text counts as a whole or not at all, however fast it is typed; what leaves a
-//! value as it is.
+//! Number fields, and the numbers beside sliders, under the keyboard: a typed text counts as a whole or not at all, however fast it is typed, and also if the
+//! value changes meanwhile; what leaves a value as it is.
 
-use crate::view::input::{Window, type_text, window_without_images};
+use crate::view::input::{Window, advance, type_text, window_without_images};
 use crate::view::interface::CpuTestRenderer;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers};
@@ -109,6 +109,85 @@ fn escape_or_an_unchanged_text_leaves_the_value() {
         leave_by(&mut window, Key::Escape);
         assert_eq!((value(&window, LATITUDE), window.state().reply_text()), (12.345_678_91, ""), "{text}");
     }
+}
+
+/// A window with an open calendar and a running clock, whose rate is the preset after this many faster ones.
+fn window_with_running_clock(faster: usize) -> Window {
+    let mut window = window_without_images(MARS);
+    window.get_by_role_and_label(Role::Button, "Calendar").click();
+    window.run_steps(3);
+    window.state_mut().viewer.time_rate.toggle_pause();
+    (0..faster).for_each(|_| window.state_mut().viewer.time_rate.faster());
+    window
+}
+
+/// Real time and scene time, seconds.
+fn clocks_s(window: &Window) -> [f64; 2] {
+    [window.ctx.input(|input| input.time), window.state().viewer.view.tdb_s]
+}
+
+/// The clock shows midnight at first and changes the field several times while the text is typed, but until the text counts it is far from the typed number.
+/// After that it runs on for a few frames.
+#[test]
+fn a_running_clock_leaves_a_typed_text() {
+    for (faster, field, text, wait_s, max_later) in
+        [(0, "Second", "45", 1.5, 2.0), (2, "Second", "45", 0.02, 10.0), (4, "Minute", "45", 0.02, 10.0), (6, "Hour", "20", 0.02, 3.0)]
+    {
+        let mut window = window_with_running_clock(faster);
+        enter_field(&mut window, field);
+        for letter in text.chars() {
+            type_text(&mut window, &letter.to_string());
+            advance(&mut window, wait_s);
+        }
+        leave_by(&mut window, Key::Enter);
+        let later = value(&window, field) - text.parse::<f64>().expect("a number");
+        assert!((0.0..=max_later).contains(&later), "{field}, rate {faster}: {later} later than typed");
+        assert_eq!(window.state().reply_text(), "", "{field}, rate {faster}");
+    }
+    // The comparison must be able to fail: the text of a field of egui is lost.
+    let without_names = Harness::builder().renderer(CpuTestRenderer(Painter::default())).with_accessibility_check(false);
+    let mut plain = without_names.build_ui_state(
+        |ui, value: &mut f64| {
+            *value += 1.0;
+            ui.add(egui::DragValue::new(value).update_while_editing(false));
+        },
+        1000.0,
+    );
+    plain.run_steps(2);
+    plain.get_by_role(Role::SpinButton).focus();
+    plain.run_steps(2);
+    for letter in ["4", "5"] {
+        plain.event(Event::Text(letter.into()));
+        plain.run_steps(2);
+    }
+    plain.key_press(Key::Enter);
+    plain.run_steps(3);
+    assert!(*plain.state() > 1000.0, "{}", plain.state());
+}
+
+/// Without typing, a field leaves the running clock as it is. The same number typed anew counts.
+#[test]
+fn only_typing_sets_a_running_clock() {
+    const FASTER: usize = 4;
+    const RATE: f64 = 3600.0;
+    for key in [Key::Tab, Key::Enter, Key::Escape] {
+        let mut window = window_with_running_clock(FASTER);
+        let start_s = clocks_s(&window);
+        enter_field(&mut window, "Minute");
+        window.run_steps(10);
+        leave_by(&mut window, key);
+        let [real_s, scene_s] = [0, 1].map(|k| clocks_s(&window)[k] - start_s[k]);
+        assert!(real_s > 0.2 && (scene_s - RATE * real_s).abs() < 0.1, "{key:?}: {scene_s} in {real_s} seconds");
+    }
+    let mut window = window_with_running_clock(FASTER);
+    enter_field(&mut window, "Minute");
+    let entered = value(&window, "Minute");
+    window.run_steps(20);
+    assert_eq!(value(&window, "Minute"), entered, "the value that is edited changes");
+    type_letters(&mut window, &format!("{entered:02}"));
+    leave_by(&mut window, Key::Enter);
+    let later = value(&window, "Minute") - entered;
+    assert!((0.0..=10.0).contains(&later), "{later} minutes later than typed");
 }
 
 /// Types a text into each field that is shown, and returns how many there are. Each must keep its value and say why.

@@ -1,12 +1,13 @@
 //! How bright the sky is that the air scatters, by the altitude of the light source (the Sun, or a body that shines by reflected sunlight): for the exposure of
 //! images under that sky.
 //!
-//! In: the atmosphere of a body. Out: [`SkyBrightness`], the mean radiance of the sky above the horizon as a luminance, per irradiance of the source, at four
+//! In: the atmosphere of a body. Out: [`SkyBrightness`], the mean radiance of the sky above the horizon as a luminance, per irradiance of the source, at five
 //! heights of the camera; and the altitude of the Sun at which the Earth's sky, compared with day, is as dark ([`SkyBrightness::altitude_on_earth_deg`]).
 //! Method: light of the source that the air scatters once is summed along rays over the whole sky. What the air scatters out of such a ray is not all lost:
 //! scattered again, a part of it still comes down. A two-stream approximation (one stream up, one down) adds this part. Left out: light that the ground
-//! reflects. The result is within a factor of 2.5 of rendered images (tests/atmosphere/dusk.rs). When the source is so far below the horizon that only light
-//! scattered twice is left, the logarithm of the result continues to fall at the rate that it has reached. Computed once for each air, in some 30 ms:
+//! reflects. At eye level the result is within a factor of 2.5 of rendered images (tests/atmosphere/dusk.rs;
+//! docs/accuracy.md has its error higher up). When the source is so far below the horizon that only light
+//! scattered twice is left, the logarithm of the result continues to fall at the rate that it has reached. Computed once for each air, in some 40 ms:
 //! [`SkyBrightnessCache`] keeps the result from frame to frame.
 
 use crate::catalog::{AerosolPhase, Atmosphere, PhaseFunction, Species};
@@ -33,8 +34,10 @@ const FINE_ALTITUDES_DEG: (f64, f64) = (-45.0, 15.0);
 const COARSE_STEP_DEG: f64 = 15.0;
 /// Number of altitudes: 61 in the fine steps, 5 in the coarse ones.
 const ALTITUDES: usize = 66;
-/// Heights of the camera as fractions of the air's height. Higher up the logarithm continues to fall at the rate between the last two.
-const HEIGHT_PARTS: [f64; 4] = [0.0, 0.05, 0.2, 0.5];
+/// Heights of the camera as fractions of the air's height. Higher up the logarithm continues to fall at the rate that it has between the last two under a light
+/// at [`DAY_ALTITUDE_DEG`]. If every altitude had its own rate, the sky there would brighten as the light sinks, because for a low light the rate between the
+/// last two is smaller. At 0.9 of the height the result is 1.2 times the sum, at 0.95 1.8 times, at 0.98 3 to 4 times.
+const HEIGHT_PARTS: [f64; 5] = [0.0, 0.05, 0.2, 0.5, 0.8];
 
 /// At and above this altitude of the Sun, degrees, images under a sky are exposed as by day, for the sunlit ground.
 const DAY_ALTITUDE_DEG: f64 = 5.0;
@@ -245,9 +248,10 @@ impl SkyBrightness {
     /// fraction of the air's height.
     pub(crate) fn luminance(&self, altitude_deg: f64, height_part: f64) -> f64 {
         let below = HEIGHT_PARTS.iter().rposition(|part| *part <= height_part).unwrap_or(0).min(HEIGHT_PARTS.len() - 2);
-        let [lower, upper] = [below, below + 1].map(|k| ln_between(&self.rows[k], altitude_deg));
-        let fraction = (height_part - HEIGHT_PARTS[below]) / (HEIGHT_PARTS[below + 1] - HEIGHT_PARTS[below]);
-        (lower + fraction.max(0.0) * (upper - lower)).exp()
+        let ln_at = |altitude_deg: f64| [below, below + 1].map(|k| ln_between(&self.rows[k], altitude_deg));
+        let fraction = ((height_part - HEIGHT_PARTS[below]) / (HEIGHT_PARTS[below + 1] - HEIGHT_PARTS[below])).max(0.0);
+        let ([lower, upper], [lower_by_day, upper_by_day]) = (ln_at(altitude_deg), ln_at(DAY_ALTITUDE_DEG));
+        (lower + fraction.min(1.0) * (upper - lower) + (fraction - 1.0).max(0.0) * (upper_by_day - lower_by_day)).exp()
     }
 
     /// The equivalent altitude of the Sun on the Earth: there the Earth's sky has the same relative radiance as this sky under a source at `altitude_deg`, both
@@ -352,6 +356,13 @@ mod tests {
                 assert!(ln(lower, 0.0) <= ln(upper, 0.0) + 0.01, "{} at {lower} degrees", body.name);
                 let step = sky.altitude_on_earth_deg(upper) - sky.altitude_on_earth_deg(lower);
                 assert!((-0.1..0.8).contains(&step), "{} at {lower} degrees: {step} degrees on the Earth", body.name);
+            }
+            // Higher up, too: by 5 % at most in five degrees, which thin air may brighten.
+            for height_part in [0.1, 0.35, 0.65, 0.8, 0.9, 0.99] {
+                for k in -40..=0 {
+                    let (lower, upper) = (f64::from(k - 5), f64::from(k));
+                    assert!(ln(lower, height_part) <= ln(upper, height_part) + 0.05, "{} at {height_part}, {lower} degrees", body.name);
+                }
             }
             for k in 0..100 {
                 let step = ln(-3.0, 0.01 * f64::from(k + 1)) - ln(-3.0, 0.01 * f64::from(k));

@@ -2,11 +2,12 @@
 //!
 //! In: the body, and the positions of the viewer and of the Sun or another light. Out: [`Irradiance`]. Left out: eclipses. Errors: 0.2 magnitudes for globes,
 //! 0.15 for Saturn with rings (tests/scene/magnitudes.rs). Ring-shine fades in between two phase angles (`SHINE_FADE_IN_RAD`): its tables are not computed for
-//! views from the Earth.
+//! views from the Earth. From beyond, magnitudes need them, also if the user has switched off the rings or their light: a magnitude is that of the real body.
 
 use crate::catalog::{Body, Ring};
 use crate::scene::light::{disc_light, ellipsoid, photometry};
 use crate::scene::numeric::smooth_rise;
+use crate::scene::request::effects::Effect;
 use crate::scene::resources::Caches;
 use crate::scene::rings::ring_light::{self, RingLight, SHINE_FADE_IN_RAD};
 use crate::scene::rings::ring_shine::RingShineGeometry;
@@ -22,7 +23,7 @@ const MIN_RING_SHINE: f64 = 0.01;
 pub(crate) struct Irradiance {
     /// Luminance of the light of the ground, which has the body's colour.
     of_ground: f64,
-    /// Light of the air, linear RGB ([`disc_light::ground_and_air_irradiance`]).
+    /// Light of the air, of the Earth also that of the glint on the sea, linear RGB ([`disc_light::ground_and_air_irradiance`]).
     of_air: DVec3,
     /// Light of the rings, linear RGB.
     of_rings: DVec3,
@@ -31,9 +32,11 @@ pub(crate) struct Irradiance {
 }
 
 impl Irradiance {
-    /// The same without the light that the air adds.
-    pub(crate) fn without_air(self) -> Self {
-        Self { of_air: DVec3::ZERO, ..self }
+    /// What an image shows of it in which `shows` tells whether an effect may be drawn: without the light of the air if the air is switched off. That of the
+    /// Earth is one table for air and glint, most of which is the glint: it stays until both are off.
+    pub(crate) fn with_shown_air(self, body: &Body, shows: impl Fn(Effect) -> bool) -> Self {
+        let is_shown = shows(Effect::Atmosphere) || body.maps.specular.is_some() && shows(Effect::Specular);
+        if is_shown { self } else { Self { of_air: DVec3::ZERO, ..self } }
     }
 
     /// The same without ring-shine.
@@ -83,14 +86,7 @@ fn ring_shine_radiance(caches: &Caches, body: &Body, phase_angle_rad: f64, sun_k
     }
     let rings: Vec<&Ring> = body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
     let sun = sun_km.normalize();
-    // The same tables as the light meter's.
-    let geometry = RingShineGeometry {
-        rings: &rings,
-        radius_km: body.radii_km.x,
-        polar_ratio: body.radii_km.z / body.radii_km.x,
-        sin_elevation: sun.z,
-        sun_tangent: SUN_RADIUS_KM / sun_km.length(),
-    };
+    let geometry = RingShineGeometry::of(body, &rings, sun, sun_km.length(), SUN_RADIUS_KM);
     let shine = if geometry.upper_limit() < MIN_RING_SHINE { None } else { geometry.shine(&caches.ring_shines) };
     let Some(shine) = shine else { return DVec3::ZERO };
     // The ground is drawn as a Lambert surface under ring-shine, without the phase law's factor.

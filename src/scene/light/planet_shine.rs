@@ -48,14 +48,14 @@ pub(crate) fn irradiance_of_point(inputs: &DecisionInputs<'_, '_>, log: &mut Dec
         return DVec3::ZERO;
     }
     let viewer_km = (placed.placement.camera_in_unit_sphere() * body.radii_km).normalize() * placed.distance_km;
-    let shows_air = inputs.effects().override_of(Effect::Atmosphere) != Some(false);
+    let effects = inputs.effects();
+    let shows = |effect: Effect| effects.override_of(effect) != Some(false);
     let reflected = |light: &IncidentLight| {
         let phase_angle_rad = crate::ephemeris::angle_rad(light.direction, -placed.placement.centre_km);
         // A light 1 au away, with an irradiance of 1.
         let unit_light_km = placed.body_from_icrf * light.direction * KM_PER_AU;
         let unit = brightness::globe_irradiance(body, phase_angle_rad, unit_light_km, viewer_km);
-        let unit = if shows_air { unit } else { unit.without_air() };
-        light.irradiance * unit.rgb(body)
+        light.irradiance * unit.with_shown_air(body, shows).rgb(body)
     };
     drawn_lights(inputs, log).iter().map(reflected).sum()
 }

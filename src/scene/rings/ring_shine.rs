@@ -10,7 +10,7 @@
 //! globe's shadow. The edges of this part are the limits of integration, so that the quadrature never crosses a discontinuity. On Saturn's night side the
 //! result differs from a plain sum over the rings by less than 1 % of the sum's value at the brightest place (tests/rings/ring_shine.rs).
 
-use crate::catalog::Ring;
+use crate::catalog::{Body, Ring};
 use crate::memo::{Memo, NumbersKey};
 use crate::scene::camera::narrow_scalar;
 use crate::scene::constants::{RING_SLANTS, RING_SLANTS_PER_OCTAVE};
@@ -220,6 +220,20 @@ impl RingShineCache {
             });
             table.map(Arc::new)
         })
+    }
+}
+
+impl<'a> RingShineGeometry<'a> {
+    /// The geometry of a body whose rings are `rings`. `sun`: unit vector towards the Sun, body axes. All who need a table ask for it by this function, so that
+    /// they get the same from the cache.
+    pub(crate) fn of(body: &Body, rings: &'a [&'a Ring], sun: DVec3, sun_distance_km: f64, sun_radius_km: f64) -> Self {
+        Self {
+            rings,
+            radius_km: body.radii_km.x,
+            polar_ratio: body.radii_km.z / body.radii_km.x,
+            sin_elevation: sun.z,
+            sun_tangent: sun_radius_km / sun_distance_km,
+        }
     }
 }
 

@@ -377,13 +377,7 @@ impl<'a> RingView<'a> {
     /// Whether ring-shine on the globe is visible, and its table. The table is computed only if an upper limit exceeds the threshold, or if the
     /// user requests it.
     pub fn ring_shine(&self, rings: &[&Ring], sun_radius_km: f64, user_choice: Option<bool>) -> (ThresholdCheck, Option<Arc<RingShine>>) {
-        let geometry = RingShineGeometry {
-            rings,
-            radius_km: self.body.radii_km.x,
-            polar_ratio: self.body.radii_km.z / self.body.radii_km.x,
-            sin_elevation: self.sun.z,
-            sun_tangent: self.sun_tangent(sun_radius_km),
-        };
+        let geometry = RingShineGeometry::of(self.body, rings, self.sun, self.sun_distance_km, sun_radius_km);
         // Radiance of the ground per unit of ring-shine. The albedo counts as at least 0.01.
         let ground_radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let upper_limit = geometry.upper_limit() * ground_radiance;

@@ -75,17 +75,30 @@ pub(crate) fn typed_number(text: &str) -> Option<f64> {
     number.filter(|number| number.is_finite())
 }
 
+/// A typed whole number. It may have thousands separators: a point between groups of three digits is no decimal point if the language separates thousands
+/// by points.
+pub(crate) fn typed_whole_number(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let (first, groups) = text.split_once(group_mark()).unwrap_or((text, ""));
+    let is_digits = |digits: &str| digits.bytes().all(|b| b.is_ascii_digit());
+    let first = first.trim_start_matches(['-', '−', '+']);
+    let begins_groups = (1..=3).contains(&first.len()) && is_digits(first);
+    let is_grouped = begins_groups && groups.split(group_mark()).all(|group| group.len() == 3 && is_digits(group));
+    let number = if is_grouped { typed_number(&text.replace(group_mark(), "")) } else { typed_number(text) };
+    number.filter(|number| number.fract() == 0.0)
+}
+
 /// A typed angle in degrees, whose sign of degrees may be left out.
 pub(crate) fn typed_degrees(text: &str) -> Option<f64> {
     typed_number(text.trim().trim_end_matches('°'))
 }
 
-/// A typed length of time, seconds: a number of seconds, or of another unit (`min`, `h`, `d`).
+/// A typed length of time, seconds: a number of seconds, or of another unit (`min`, `h`, `d`, also in capitals).
 pub(crate) fn typed_seconds(text: &str) -> Option<f64> {
-    let text = text.trim();
+    let text = text.trim().to_lowercase();
     let units = [("min", 60.0), ("s", 1.0), ("h", 3600.0), ("d", SECONDS_PER_DAY)];
     let with_unit = units.into_iter().find_map(|(unit, unit_s)| text.strip_suffix(unit).map(|number| (number, unit_s)));
-    let (number, unit_s) = with_unit.unwrap_or((text, 1.0));
+    let (number, unit_s) = with_unit.unwrap_or((text.as_str(), 1.0));
     typed_number(number).map(|number| number * unit_s)
 }
 
@@ -107,6 +120,32 @@ mod tests {
             (0.4, 0, "0"),
         ] {
             assert_eq!(grouped(value, decimals), text, "{value}");
+        }
+    }
+
+    /// In German a point separates thousands; where a decimal point makes sense, it is one in every language.
+    #[test]
+    fn whole_numbers_may_have_separators() {
+        set(Language::German);
+        for (text, whole, number) in [
+            ("1.000", Some(1000.0), Some(1.0)),
+            ("1.234.567", Some(1_234_567.0), None),
+            ("-1.000", Some(-1000.0), Some(-1.0)),
+            ("1.000,0", Some(1000.0), Some(1000.0)),
+            ("12", Some(12.0), Some(12.0)),
+            ("-7", Some(-7.0), Some(-7.0)),
+            ("12.00", Some(12.0), Some(12.0)),
+            ("1.23", None, Some(1.23)),
+            ("1234.567", None, Some(1234.567)),
+            (".123", None, Some(0.123)),
+            ("1..000", None, None),
+            ("", None, None),
+        ] {
+            assert_eq!((typed_whole_number(text), typed_number(text)), (whole, number), "{text}");
+        }
+        set(Language::English);
+        for (text, whole) in [("1 000", Some(1000.0)), ("1.000", Some(1.0)), ("1,000", None), ("1.5", None)] {
+            assert_eq!(typed_whole_number(text), whole, "{text}");
         }
     }
 

@@ -10,7 +10,7 @@ use crate::scene::request::Projection;
 use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MAX_TYPED_LONGITUDE_DEG, MIN_FOV_DEG, wrapped_longitude_deg};
 use crate::view::app::viewer::Action;
 use crate::view::language::{body_name, text};
-use egui::{Checkbox, ComboBox, DragValue, Grid};
+use egui::{Checkbox, ComboBox, Grid};
 
 /// The place typed into the fields for *Stand on surface*: planetographic latitude, east longitude. If the Earth is selected, the fields edit the
 /// observer's place instead (`InformationPanel::observer_place`), for which events and the times of rise and set are also computed.
@@ -52,8 +52,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
             (text!("camera-longitude"), &mut *longitude_deg, NumberKind::Longitude, MAX_TYPED_LONGITUDE_DEG),
         ] {
             ui.label(label);
-            let field = DragValue::new(value_deg).speed(0.2).max_decimals(4);
-            number_field::show(ui, field, kind, -limit_deg..=limit_deg, &text!("camera-degrees", label = label));
+            let name = text!("camera-degrees", label = label);
+            number_field::show(ui, value_deg, kind, -limit_deg..=limit_deg, &name, |field| field.speed(0.2).max_decimals(4));
             ui.end_row();
         }
     });

@@ -301,8 +301,8 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
             ),
         ] {
             ui.label(label);
-            let field = egui::DragValue::new(value_deg).speed(0.1).fixed_decimals(4);
-            number_field::show(ui, field, kind, -limit_deg..=limit_deg, accessible_name);
+            let range = -limit_deg..=limit_deg;
+            number_field::show(ui, value_deg, kind, range, accessible_name, |field| field.speed(0.1).fixed_decimals(4));
         }
     });
     observer_place.longitude_deg = wrapped_longitude_deg(observer_place.longitude_deg);

@@ -2,11 +2,13 @@
 //!
 //! In: a value, its kind and range, typed text. Out: a new value once the text is complete, by Enter, Tab or a click elsewhere; or a reply that says why
 //! there is none, which the interface takes by [`take_reply`]. Always: a text that cannot be read, or whose number is outside the range, changes nothing,
-//! nor does Escape. egui by itself would read the text after each key, so that the beginning of `33.9 X` counted, and would clamp the number to the range.
+//! nor does Escape; a text stays while it is edited, although the value may change, as the seconds of a running clock do. egui by itself would read the text
+//! after each key, so that the beginning of `33.9 X` counted, would clamp the number to the range, and would replace the text by a new value.
 
+use crate::units::SECONDS_PER_DAY;
 use crate::view::app::place_text::{typed_latitude_deg, typed_longitude_deg};
 use crate::view::app::view_state::wrapped_longitude_deg;
-use crate::view::language::numbers::{field_text, typed_degrees, typed_number, typed_seconds};
+use crate::view::language::numbers::{field_text, typed_degrees, typed_number, typed_seconds, typed_whole_number};
 use crate::view::language::{FluentArgument, text, text_with_arguments};
 use crate::wording::echo_within;
 use egui::emath::Numeric;
@@ -19,9 +21,10 @@ use std::rc::Rc;
 const MAX_ECHO_CHARS: usize = 30;
 /// Maximum number of decimals of a range in a reply.
 const MAX_RANGE_DECIMALS: usize = 6;
-/// Names under which egui stores the reply to the last text, and the pass in which Escape was last pressed.
+/// Names under which egui stores the reply to the last text, the pass in which Escape was last pressed, and what each field remembers.
 const REPLY: &str = "reply to a typed number";
 const ESCAPE_PASS: &str = "pass of the last Escape";
+const EDITED_VALUE: &str = "edited value";
 
 /// What the number of a field is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,14 +47,16 @@ pub(crate) enum NumberKind {
 impl NumberKind {
     /// The number that a text gives; `None` if it gives none of this kind.
     fn read(self, text: &str) -> Option<f64> {
-        match self {
+        let number = match self {
             Self::Plain => typed_number(text),
-            Self::Whole | Self::Year | Self::Clock => typed_number(text).filter(|number| number.fract() == 0.0),
+            Self::Whole | Self::Year | Self::Clock => typed_whole_number(text),
             Self::Degrees => typed_degrees(text),
             Self::Latitude => typed_latitude_deg(text),
             Self::Longitude => typed_longitude_deg(text).map(wrapped_longitude_deg),
             Self::Seconds => typed_seconds(text),
-        }
+        };
+        // The sum has no sign if the number is -0, which would be shown with it.
+        number.map(|number| number + 0.0)
     }
 
     /// The text of a number, without its unit.
@@ -60,6 +65,14 @@ impl NumberKind {
             Self::Year => format!("{number:.0}"),
             Self::Clock => format!("{number:02.0}"),
             _ => field_text(number, decimals),
+        }
+    }
+
+    /// The text of a bound of the range. That of a length of time is in days, because nobody reads so many seconds.
+    fn write_bound(self, bound: f64) -> String {
+        match self {
+            Self::Seconds => format!("{} d", field_text(bound / SECONDS_PER_DAY, 0..=MAX_RANGE_DECIMALS)),
+            _ => format!("{}{}", self.write(bound, 0..=MAX_RANGE_DECIMALS), self.unit()),
         }
     }
 
@@ -93,27 +106,79 @@ impl NumberKind {
         if is_within(*range.start(), range.start() - number) && is_within(*range.end(), number - range.end()) {
             return (String::new(), Some(number));
         }
-        let bound = |number: &f64| format!("{}{}", self.write(*number, 0..=MAX_RANGE_DECIMALS), self.unit());
-        (text!("number-outside", typed = typed, smallest = bound(range.start()), largest = bound(range.end())), None)
+        let [smallest, largest] = [range.start(), range.end()].map(|bound| self.write_bound(*bound));
+        (text!("number-outside", typed = typed, smallest = smallest, largest = largest), None)
     }
+}
+
+/// What a field remembers from pass to pass while its text has the focus.
+#[derive(Clone, Copy)]
+struct EditedValue {
+    /// The value that the text belongs to: that of the moment when the text got the focus, or that which the arrow keys have set since.
+    value: f64,
+    /// Whether the user has typed. Otherwise the text counts as unchanged.
+    is_typed: bool,
+    /// The pass in which the text had the focus.
+    pass: u64,
+}
+
+impl EditedValue {
+    /// What the field under this id remembers from the pass before. A field that was hidden since then remembers nothing.
+    fn load(ui: &Ui, id: Id) -> Option<Self> {
+        let last_pass = ui.ctx().cumulative_pass_nr().saturating_sub(1);
+        ui.ctx().data(|data| data.get_temp::<Self>(id)).filter(|edited| edited.pass >= last_pass)
+    }
+}
+
+/// Whether the input of this pass changes a text that has the focus.
+fn is_typing(ui: &Ui) -> bool {
+    let changes_text = |event: &Event| match event {
+        Event::Text(_) | Event::Paste(_) | Event::Cut | Event::Ime(_) => true,
+        Event::Key { key, pressed, .. } => *pressed && matches!(key, Key::Backspace | Key::Delete),
+        _ => false,
+    };
+    ui.input(|input| input.raw.events.iter().any(changes_text))
+}
+
+/// Shows a widget with the value that its text belongs to: while the text has the focus, the value does not change under it. `add`: adds the widget, given its
+/// value and whether the user has typed.
+fn with_edited_value<N: Numeric>(ui: &mut Ui, value: &mut N, add: impl FnOnce(&mut Ui, &mut N, bool) -> Response) -> Response {
+    let id = ui.next_auto_id().with(EDITED_VALUE);
+    let edited = EditedValue::load(ui, id);
+    let is_typed = edited.is_some_and(|edited| edited.is_typed || is_typing(ui));
+    let before = edited.map_or(*value, |edited| N::from_f64(edited.value));
+    let mut shown = before;
+    let response = add(ui, &mut shown, is_typed);
+    if shown != before {
+        *value = shown;
+    }
+    // The focus may also be on the rail of a slider, which has no text.
+    if response.has_focus() && ui.ctx().text_edit_focused() {
+        let edited = EditedValue { value: shown.to_f64(), is_typed, pass: ui.ctx().cumulative_pass_nr() };
+        ui.ctx().data_mut(|data| data.insert_temp(id, edited));
+    }
+    response
 }
 
 /// The text of one field in one pass.
 struct FieldText {
     kind: NumberKind,
     range: RangeInclusive<f64>,
+    /// Whether the user has typed.
+    is_typed: bool,
     /// Whether the user left the field by Escape.
     is_cancelled: bool,
-    /// The text of the value. A field that the user leaves with this text keeps its value, which may have more decimals or be outside the range.
+    /// The text of the value. A field that the user leaves with this text, without typing, keeps its value, which may have more decimals or be outside the
+    /// range.
     shown: RefCell<String>,
     /// The reply to a typed text.
     reply: RefCell<Option<String>>,
 }
 
 impl FieldText {
-    fn new<N: Numeric>(ui: &Ui, kind: NumberKind, range: &RangeInclusive<N>) -> Rc<Self> {
+    fn new<N: Numeric>(ui: &Ui, kind: NumberKind, range: &RangeInclusive<N>, is_typed: bool) -> Rc<Self> {
         let range = range.start().to_f64()..=range.end().to_f64();
-        Rc::new(Self { kind, range, is_cancelled: is_cancelled(ui), shown: RefCell::default(), reply: RefCell::default() })
+        Rc::new(Self { kind, range, is_typed, is_cancelled: is_cancelled(ui), shown: RefCell::default(), reply: RefCell::default() })
     }
 
     /// The text of the value, which egui asks for before it reads a typed text.
@@ -124,7 +189,7 @@ impl FieldText {
     }
 
     fn read(&self, text: &str) -> Option<f64> {
-        if self.is_cancelled || text == self.shown.borrow().as_str() {
+        if self.is_cancelled || !self.is_typed && text == self.shown.borrow().as_str() {
             return None;
         }
         let (reply, number) = self.kind.answer(text, &self.range);
@@ -156,40 +221,54 @@ pub(crate) fn take_reply(ctx: &Context) -> Option<String> {
     ctx.data_mut(|data| data.remove_temp(Id::unique(REPLY)))
 }
 
-/// Shows a number field. Without its accessible name a screen reader would read only the unit. `range`: of the value; drags end there.
-pub(crate) fn show<N: Numeric>(ui: &mut Ui, field: DragValue<'_>, kind: NumberKind, range: RangeInclusive<N>, name: &str) -> Response {
-    let text = FieldText::new(ui, kind, &range);
-    let (writer, reader) = (Rc::clone(&text), Rc::clone(&text));
-    let field = if kind.unit().is_empty() { field } else { field.suffix(kind.unit()) };
-    let field = field
-        .range(range)
-        .update_while_editing(false)
-        .custom_formatter(move |number, decimals| writer.write(number, decimals))
-        .custom_parser(move |typed| reader.read(typed));
-    let response = ui.add(field).on_hover_text(name).accessible_name(name);
-    text.store_reply(ui);
-    response
-}
-
-/// A slider with a number beside it, as a widget. `adapt` sets what is particular to the slider, such as its label.
-pub(crate) fn slider<'v, N: Numeric>(
-    value: &'v mut N,
+/// Shows a number field. Without its accessible name a screen reader would read only the unit. `range`: of the value; drags end there. `adapt` sets what is
+/// particular to the field, such as its speed.
+pub(crate) fn show<N: Numeric>(
+    ui: &mut Ui,
+    value: &mut N,
     kind: NumberKind,
     range: RangeInclusive<N>,
-    adapt: impl FnOnce(Slider<'v>) -> Slider<'v>,
-) -> impl Widget {
-    move |ui: &mut Ui| {
-        let text = FieldText::new(ui, kind, &range);
+    name: &str,
+    adapt: impl FnOnce(DragValue<'_>) -> DragValue<'_>,
+) -> Response {
+    let response = with_edited_value(ui, value, |ui, value, is_typed| {
+        let text = FieldText::new(ui, kind, &range, is_typed);
         let (writer, reader) = (Rc::clone(&text), Rc::clone(&text));
-        let slider = adapt(Slider::new(value, range));
-        let slider = if kind.unit().is_empty() { slider } else { slider.suffix(kind.unit()) };
-        let slider = slider
+        let field = adapt(DragValue::new(value));
+        let field = if kind.unit().is_empty() { field } else { field.suffix(kind.unit()) };
+        let field = field
+            .range(range)
             .update_while_editing(false)
             .custom_formatter(move |number, decimals| writer.write(number, decimals))
             .custom_parser(move |typed| reader.read(typed));
-        let response = ui.add(slider);
+        let response = ui.add(field);
         text.store_reply(ui);
         response
+    });
+    response.on_hover_text(name).accessible_name(name)
+}
+
+/// A slider with a number beside it, as a widget. `adapt` sets what is particular to the slider, such as its label.
+pub(crate) fn slider<N: Numeric>(
+    value: &mut N,
+    kind: NumberKind,
+    range: RangeInclusive<N>,
+    adapt: impl FnOnce(Slider<'_>) -> Slider<'_>,
+) -> impl Widget {
+    move |ui: &mut Ui| {
+        with_edited_value(ui, value, |ui, value, is_typed| {
+            let text = FieldText::new(ui, kind, &range, is_typed);
+            let (writer, reader) = (Rc::clone(&text), Rc::clone(&text));
+            let slider = adapt(Slider::new(value, range));
+            let slider = if kind.unit().is_empty() { slider } else { slider.suffix(kind.unit()) };
+            let slider = slider
+                .update_while_editing(false)
+                .custom_formatter(move |number, decimals| writer.write(number, decimals))
+                .custom_parser(move |typed| reader.read(typed));
+            let response = ui.add(slider);
+            text.store_reply(ui);
+            response
+        })
     }
 }
 
@@ -201,6 +280,7 @@ mod tests {
     #[test]
     fn each_kind_reads_its_texts_and_says_why_it_reads_no_other() {
         let latitudes = -90.0..=90.0;
+        let hundred_days = -100.0 * SECONDS_PER_DAY..=100.0 * SECONDS_PER_DAY;
         for (language, kind, range, text, number, reply) in [
             (Language::English, NumberKind::Latitude, latitudes.clone(), "33.9 S", Some(-33.9), ""),
             (Language::English, NumberKind::Latitude, latitudes.clone(), "33.9° n", Some(33.9), ""),
@@ -215,12 +295,18 @@ mod tests {
             (Language::English, NumberKind::Degrees, 1.0..=360.0, "60°", Some(60.0), ""),
             (Language::English, NumberKind::Degrees, 1.0..=360.0, "60 x", None, "“60 x” is not a number"),
             (Language::German, NumberKind::Degrees, 1.0..=360.0, "60 x", None, "„60 x“ ist keine Zahl"),
-            (Language::English, NumberKind::Seconds, -3.2e9..=3.2e9, "1 d", Some(86_400.0), ""),
-            (Language::English, NumberKind::Seconds, -3.2e9..=3.2e9, "-2h", Some(-7200.0), ""),
-            (Language::English, NumberKind::Seconds, -3.2e9..=3.2e9, "2 min", Some(120.0), ""),
-            (Language::English, NumberKind::Seconds, -3.2e9..=3.2e9, "90 s", Some(90.0), ""),
+            (Language::English, NumberKind::Seconds, hundred_days.clone(), "1 d", Some(86_400.0), ""),
+            (Language::English, NumberKind::Seconds, hundred_days.clone(), "-2h", Some(-7200.0), ""),
+            (Language::English, NumberKind::Seconds, hundred_days.clone(), "2 min", Some(120.0), ""),
+            (Language::German, NumberKind::Seconds, hundred_days.clone(), "2 Min", Some(120.0), ""),
+            (Language::English, NumberKind::Seconds, hundred_days.clone(), "90 S", Some(90.0), ""),
+            (Language::English, NumberKind::Seconds, hundred_days, "1e12", None, "“1e12” is not between -100 d and 100 d"),
             (Language::English, NumberKind::Whole, 1.0..=100.0, "12", Some(12.0), ""),
             (Language::English, NumberKind::Whole, 1.0..=100.0, "12.5", None, "“12.5” is not a whole number"),
+            (Language::English, NumberKind::Whole, 1.0..=9999.0, "1 000", Some(1000.0), ""),
+            (Language::English, NumberKind::Whole, 1.0..=9999.0, "1,000", None, "“1,000” is not a whole number"),
+            (Language::German, NumberKind::Whole, 1.0..=9999.0, "1.000", Some(1000.0), ""),
+            (Language::German, NumberKind::Whole, 1.0..=9999.0, "1.5", None, "„1.5“ ist keine ganze Zahl"),
             (Language::English, NumberKind::Clock, 0.0..=23.0, "24", None, "“24” is not between 00 and 23"),
             (Language::English, NumberKind::Plain, f64::from(0.6_f32)..=3.0, "0.6", Some(0.6), ""),
             (Language::English, NumberKind::Plain, f64::from(0.6_f32)..=3.0, "0.59", None, "“0.59” is not between 0.6 and 3"),
@@ -231,5 +317,9 @@ mod tests {
             assert_eq!((answer.0.as_str(), answer.1), (reply, number), "{text}");
         }
         set(Language::English);
+        for text in ["0 S", "-0"] {
+            let (_, number) = NumberKind::Latitude.answer(text, &(-90.0..=90.0));
+            assert!(number.is_some_and(|number| number == 0.0 && number.is_sign_positive()), "{text}: {number:?}");
+        }
     }
 }

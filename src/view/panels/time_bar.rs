@@ -22,7 +22,7 @@ use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, Color32, ComboBox, DragValue, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
+use egui::{Button, Color32, ComboBox, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
 use std::sync::Arc;
 
 /// The first event that a search finds, pending. An error is formatted later, because the language may change before it arrives.
@@ -194,7 +194,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
         let earlier = month_button(ui, Icon::Previous, text!("calendar-previous"), month.checked_sub_months(Months::new(1)));
         ui.strong(month_name(month));
         let mut year = month.year();
-        number_field::show(ui, DragValue::new(&mut year).speed(0.2), NumberKind::Year, -9999..=9999, text!("calendar-year"));
+        number_field::show(ui, &mut year, NumberKind::Year, -9999..=9999, text!("calendar-year"), |field| field.speed(0.2));
         let later = month_button(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
@@ -242,7 +242,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
             if let Some(mark) = mark {
                 ui.label(mark);
             }
-            number_field::show(ui, DragValue::new(value), NumberKind::Clock, 0..=max, name);
+            number_field::show(ui, value, NumberKind::Clock, 0..=max, name, |field| field);
         }
         let time =
             NaiveTime::from_hms_opt(hour, minute, second).filter(|time| *time != civil.time().with_nanosecond(0).unwrap_or_default());

@@ -3,8 +3,8 @@
 //! In: the metered frame. Out: the sky as a subject; its exposure radiance, for which images under it are exposed; and how much darker surroundings are shown
 //! in dusk. The exposure radiance weighs the sky, reduces the contrast of what is behind the sky, and lights the ground. It is greater than the radiance that
 //! is drawn, the more so the darker the sky is (`SurroundingAir::exposure_radiance`), so the level at which the sky is shown falls with its light. The subject
-//! states the drawn radiance and this level. Always: continuous in time and height; no sky is shown at a higher level because its light is less
-//! (tests/atmosphere/dusk.rs).
+//! states the drawn radiance and this level. Always: continuous in time (tests/atmosphere/dusk.rs) and in height (tests/atmosphere/top_of_air.rs); no sky is
+//! shown at a higher level because its light is less (dusk.rs, at eye level).
 
 use super::geometry::{ray_and_limb, visible_fraction_behind_body};
 use super::{FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject};
@@ -22,6 +22,8 @@ use glam::DVec3;
 const SUNSET_SKY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
+/// Least radiance of a sky: far below that of any night. Without light the level at which the sky is shown would give no white.
+const MIN_SKY_RADIANCE: f64 = 1e-30;
 /// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
 /// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
 /// sunlight (Sharp, Silverman and Lloyd 1971, ibid. 1207).
@@ -79,7 +81,32 @@ impl MeteredFrame<'_, '_> {
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_exposure_radiance).powf(air.sky_weight());
         let exposed = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
         let scattered = self.sum_over_lights_of_sky(|air, towards, irradiance| air.scattered_radiance(towards, irradiance));
-        let radiance = scattered + air.night_radiance();
-        Some(MeteredSubject { radiance, target_level: radiance / exposed.white(), ..exposed })
+        Some(with_drawn_radiance(exposed, scattered + air.night_radiance()))
+    }
+}
+
+/// The subject with the radiance that is drawn, and with the level at which an image shows it that is exposed for the subject.
+fn with_drawn_radiance(exposed: MeteredSubject, radiance: f64) -> MeteredSubject {
+    let radiance = radiance.max(MIN_SKY_RADIANCE);
+    MeteredSubject { radiance, target_level: radiance / exposed.white(), ..exposed }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The white stays that for which the image is exposed, also of a sky that has no light: NaN would spoil the exposure of the entire frame.
+    #[test]
+    fn the_drawn_radiance_does_not_change_the_white() {
+        let (share, radiance, no_foreground) = (0.5, 0.01, 0.0);
+        let mut mean = LogMean::default();
+        mean.add(share, radiance, no_foreground);
+        for drawn in [1e-3, 1e-9, 0.0] {
+            let exposed = mean.metered("", None, 0.2).expect("a subject");
+            let white = exposed.white();
+            let metered = with_drawn_radiance(exposed, drawn);
+            assert!((metered.white() / white - 1.0).abs() < 1e-12, "{drawn}: {metered:?}");
+            assert!((metered.radiance - drawn).abs() <= MIN_SKY_RADIANCE, "{drawn}: {metered:?}");
+        }
     }
 }

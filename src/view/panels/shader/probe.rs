@@ -69,10 +69,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     ui.horizontal(|ui| {
         ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
-        let x_field = egui::DragValue::new(&mut x).prefix("x ");
-        let x_field = number_field::show(ui, x_field, NumberKind::Whole, 0..=width - 1, text!("probe-x"));
-        let y_field = egui::DragValue::new(&mut y).prefix("y ");
-        let y_field = number_field::show(ui, y_field, NumberKind::Whole, 0..=height - 1, text!("probe-y"));
+        let x_field = number_field::show(ui, &mut x, NumberKind::Whole, 0..=width - 1, text!("probe-x"), |field| field.prefix("x "));
+        let y_field = number_field::show(ui, &mut y, NumberKind::Whole, 0..=height - 1, text!("probe-y"), |field| field.prefix("y "));
         if x_field.changed() || y_field.changed() {
             page.newly_picked_px = Some([x, y]);
         }

@@ -7,16 +7,20 @@ use super::dialog::{self, FileField};
 use super::export::ImageOptions;
 use super::{ExportKind, Interface};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
+use crate::units::SECONDS_PER_DAY;
 use crate::view::app::file_names::absolute_path;
 use crate::view::language::{decimal, text};
 use crate::view::panels::icons::{self, Icon};
 use crate::view::panels::number_field::{self, NumberKind};
-use egui::{Checkbox, DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
+use egui::{Checkbox, Label, ProgressBar, RichText, TextEdit, Ui};
 use std::path::Path;
+
+/// Greatest time between frames: about a century.
+const MAX_STEP_S: f64 = 36_500.0 * SECONDS_PER_DAY;
 
 /// Shows a field for a width or height, pixels.
 fn side_field(ui: &mut Ui, side_px: &mut u32, name: &str) {
-    number_field::show(ui, DragValue::new(side_px), NumberKind::Whole, 1..=MAX_IMAGE_PX, name);
+    number_field::show(ui, side_px, NumberKind::Whole, 1..=MAX_IMAGE_PX, name, |field| field);
 }
 
 /// Shows the fields for width, height and labels. The array contains their accessible names, in this order.
@@ -81,13 +85,13 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     let event_frames = chosen_frames_of_event(interface);
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
-        number_field::show(ui, DragValue::new(&mut panel.frame_count), NumberKind::Whole, 1..=100_000, text!("frames-count"));
+        number_field::show(ui, &mut panel.frame_count, NumberKind::Whole, 1..=100_000, text!("frames-count"), |field| field);
         ui.label(text!("frames-unit"));
         if let Some(FrameTimes { step_s, .. }) = event_frames {
             ui.label(format!("{} s", decimal(step_s, 1))).on_hover_text(text!("frames-step"));
         } else {
-            // At most about a century between frames.
-            number_field::show(ui, DragValue::new(&mut panel.step_s), NumberKind::Seconds, -3.2e9..=3.2e9, text!("frames-step"));
+            let range = -MAX_STEP_S..=MAX_STEP_S;
+            number_field::show(ui, &mut panel.step_s, NumberKind::Seconds, range, text!("frames-step"), |field| field);
         }
         ui.label(text!("frames-apart"));
     });
@@ -117,7 +121,7 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
         option_fields(ui, &mut animation.options, [text!("animation-width"), text!("animation-height"), text!("animation-labels")]);
     });
     ui.horizontal_wrapped(|ui| {
-        number_field::show(ui, DragValue::new(&mut animation.frames_per_s), NumberKind::Whole, 1..=100, text!("animation-rate"));
+        number_field::show(ui, &mut animation.frames_per_s, NumberKind::Whole, 1..=100, text!("animation-rate"), |field| field);
         ui.label(text!("animation-rate-unit"));
         let centred = Checkbox::new(&mut animation.is_centred_on_displayed_time, text!("animation-centred"));
         ui.add_enabled(!frames_span_event, centred).on_hover_text(text!("animation-centred-hint"));
