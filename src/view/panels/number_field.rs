@@ -141,15 +141,16 @@ fn is_typing(ui: &Ui) -> bool {
 }
 
 /// Shows a widget with the value that its text belongs to: while the text has the focus, the value does not change under it. `add`: adds the widget, given its
-/// value and whether the user has typed.
-fn with_edited_value<N: Numeric>(ui: &mut Ui, value: &mut N, add: impl FnOnce(&mut Ui, &mut N, bool) -> Response) -> Response {
+/// value and whether the user has typed; it also returns whether a typed text counts.
+fn with_edited_value<N: Numeric>(ui: &mut Ui, value: &mut N, add: impl FnOnce(&mut Ui, &mut N, bool) -> (Response, bool)) -> Response {
     let id = ui.next_auto_id().with(EDITED_VALUE);
     let edited = EditedValue::load(ui, id);
     let is_typed = edited.is_some_and(|edited| edited.is_typed || is_typing(ui));
     let before = edited.map_or(*value, |edited| N::from_f64(edited.value));
     let mut shown = before;
-    let response = add(ui, &mut shown, is_typed);
-    if shown != before {
+    let (response, text_counts) = add(ui, &mut shown, is_typed);
+    // A typed text counts also if its number is the one that the field shows: meanwhile `value` may be another.
+    if text_counts || shown != before {
         *value = shown;
     }
     // The focus may also be on the rail of a slider, which has no text.
@@ -197,11 +198,12 @@ impl FieldText {
         number
     }
 
-    /// Leaves the reply to a text, if one was typed, for [`take_reply`].
-    fn store_reply(&self, ui: &Ui) {
-        if let Some(reply) = self.reply.take() {
-            ui.ctx().data_mut(|data| data.insert_temp(Id::unique(REPLY), reply));
-        }
+    /// Leaves the reply to a text, if one was typed, for [`take_reply`]. Returns whether the text counts.
+    fn store_reply(&self, ui: &Ui) -> bool {
+        let Some(reply) = self.reply.take() else { return false };
+        let counts = reply.is_empty();
+        ui.ctx().data_mut(|data| data.insert_temp(Id::unique(REPLY), reply));
+        counts
     }
 }
 
@@ -242,8 +244,7 @@ pub(crate) fn show<N: Numeric>(
             .custom_formatter(move |number, decimals| writer.write(number, decimals))
             .custom_parser(move |typed| reader.read(typed));
         let response = ui.add(field);
-        text.store_reply(ui);
-        response
+        (response, text.store_reply(ui))
     });
     response.on_hover_text(name).accessible_name(name)
 }
@@ -266,8 +267,7 @@ pub(crate) fn slider<N: Numeric>(
                 .custom_formatter(move |number, decimals| writer.write(number, decimals))
                 .custom_parser(move |typed| reader.read(typed));
             let response = ui.add(slider);
-            text.store_reply(ui);
-            response
+            (response, text.store_reply(ui))
         })
     }
 }
