@@ -126,14 +126,14 @@ fn the_phase_functions_of_air_agree_with_those_of_the_tests() {
     const TOLERANCE: f64 = 1e-11;
     let functions = [PhaseFunction::Rayleigh].into_iter().chain(AerosolPhase::samples().into_iter().map(PhaseFunction::Aerosol));
     for (function, channel) in functions.flat_map(|function| [0, 1, 2].map(|channel| (function, channel))) {
-        let greatest_error = |cosine_offset: f64| {
-            let error = |c: f64| {
+        let error = |cosine_offset: f64| {
+            let error_at = |c: f64| {
                 let tests_own = photons::per_steradian(function, channel, c + cosine_offset);
                 (phase::per_steradian(function, c)[channel] / tests_own - 1.0).abs()
             };
-            phase_cosines().into_iter().map(error).fold(0.0, larger)
+            phase_cosines().into_iter().map(error_at).fold(0.0, larger)
         };
-        let (found, of_other_cosine) = (greatest_error(0.0), greatest_error(-1e-6));
+        let (found, of_other_cosine) = (error(0.0), error(-1e-6));
         assert!(found < TOLERANCE, "{function:?}, {channel}: src/scene/atmosphere/phase.rs and tests/support/photons.rs differ by {found}");
         let is_detected = of_other_cosine > 10.0 * TOLERANCE;
         assert!(is_detected || is_isotropic(function, channel), "{function:?}, {channel}: a wrong cosine is not detected");
