@@ -56,7 +56,8 @@ fn distance_to_sphere(p: DVec3, direction: DVec3, radius: f64, crossing: Crossin
     (discriminant > 0.0 && distance > 0.0).then_some(distance)
 }
 
-fn henyey_greenstein(g: f64, cosine: f64) -> f64 {
+/// Arguments in the order of `src/scene/atmosphere/phase.rs`.
+fn henyey_greenstein(cosine: f64, g: f64) -> f64 {
     (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5))
 }
 
@@ -66,7 +67,7 @@ pub fn per_steradian(phase: PhaseFunction, channel: usize, cosine: f64) -> f64 {
         PhaseFunction::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cosine * cosine),
         // Destructured without `..`, so that a new parameter is a compile error.
         PhaseFunction::Aerosol(AerosolPhase { function, asymmetry }) => match function {
-            AerosolFunction::HenyeyGreenstein => henyey_greenstein(asymmetry[channel], cosine),
+            AerosolFunction::HenyeyGreenstein => henyey_greenstein(cosine, asymmetry[channel]),
         },
     }
 }
@@ -203,7 +204,7 @@ impl<'a> Air<'a> {
         }
         // In the second third, the cosine of the zenith angle is the square of a uniform number, so its density is 1 / (2 sqrt(cosine)).
         let horizon_density = azimuth_density(direction.y.atan2(direction.x)) / (2.0 * direction.z.sqrt());
-        let density = (direction.z / PI + horizon_density + henyey_greenstein(AROUND_SUN, direction.dot(glow))) / 3.0;
+        let density = (direction.z / PI + horizon_density + henyey_greenstein(direction.dot(glow), AROUND_SUN)) / 3.0;
         Some((direction, 1.0 / density))
     }
 

@@ -1,7 +1,8 @@
 //! Phase functions of the air, per steradian and linear sRGB channel: the mean over all directions is 1 / (4 pi).
 //!
 //! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 for forward scattering. Out: the phase function's value, and the
-//! mean cosine. Always: the value is that of the shader's function (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares the two.
+//! mean cosine. Always: the value is that of the shader's function (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares them, also
+//! with the tests' own functions.
 //! docs/phase-function.md says how to change a phase function.
 
 use crate::catalog::{AerosolFunction, AerosolPhase, PhaseFunction};
