@@ -14,6 +14,7 @@ mod compare;
 mod encoded_map;
 mod glyph_atlas;
 mod integrity;
+mod jpeg;
 pub(crate) mod levels;
 mod map_decoding;
 mod map_entry;
@@ -163,6 +164,9 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
     let format = format.ok_or_else(|| {
         unreadable(format!("it is none of {}", formats.iter().map(|f| f.extensions_str()[0].to_uppercase()).collect::<Vec<_>>().join(", ")))
     })?;
+    if format == ImageFormat::Jpeg {
+        return jpeg::decode(name, encoded, max_megapixels, max_side);
+    }
     let mut reader = ImageReader::with_format(Cursor::new(encoded), format);
     let mut limits = Limits::default();
     let max_pixels = u64::from(max_megapixels) * 1_000_000;
