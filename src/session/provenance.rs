@@ -10,6 +10,7 @@
 use super::images::{PROVENANCE_CHUNK, is_exr};
 use super::{Session, Sources};
 use crate::catalog::{Body, Catalog, DataLayer, NaifId};
+use crate::files::is_there;
 use crate::image::{TEXT_HEAD_BYTES, exr_head_text, png_head_text, verify_exr, verify_png};
 use crate::render::plan::SKY_DECODING;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
@@ -78,7 +79,7 @@ fn source_digests(catalog: &Catalog, sources: &Sources) -> BTreeMap<String, Stri
     });
     let files = files.chain([MILKY_WAY_FILE]);
     // If several folders have a file of this name, the session reads the first one.
-    let found = files.filter_map(|name| Some((name, sources.map_and_mesh_folders().map(|f| f.join(name)).find(|path| path.is_file())?)));
+    let found = files.filter_map(|name| Some((name, sources.map_and_mesh_folders().map(|f| f.join(name)).find(|path| is_there(path))?)));
     let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
     let images =
         if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
