@@ -35,7 +35,7 @@ pub use map_decoding::{MapDecoding, OpacityTexels};
 pub use maps::{MapOrigin, MapStore};
 pub use mip_level::Level;
 use mips::RowThreads;
-pub use panorama::{Panorama, read_panorama};
+pub use panorama::{BrightPanorama, Panorama, read_panorama};
 pub use poles::PoleFilter;
 pub use stored_maps::{StoredMaps, StoredMapsStatus};
 pub use write::{write_exr, write_png};

@@ -274,8 +274,10 @@ impl Provenance {
 impl Session {
     /// Digest of a panorama's texels, axes and unit.
     fn sky_digest(&self, map: &SkyMap) -> String {
-        let texels = self.maps.get_decoded(&map.file, SKY_DECODING).map_or(Vec::new(), |t| t.levels[0].bytes().to_vec());
-        hex_digest([texels, format!("{} {}", map.frame.name(), map.unit_radiance).into_bytes()])
+        let texels = |file: &str| self.maps.get_decoded(file, SKY_DECODING).map_or(Vec::new(), |t| t.levels[0].bytes().to_vec());
+        let bright = map.bright.iter().flat_map(|bright| [texels(&bright.file), bright.unit_radiance.to_string().into_bytes()]);
+        let parts = [texels(&map.file), format!("{} {}", map.frame.name(), map.unit_radiance).into_bytes()];
+        hex_digest(parts.into_iter().chain(bright))
     }
 
     /// The provenance of a request that this session draws.
