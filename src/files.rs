@@ -20,6 +20,8 @@ use tempfile::NamedTempFile;
 
 /// Prefix of the names of temporary files.
 const TEMPORARY_PREFIX: &str = ".orrery-writing-";
+/// U+FEFF, in front of the texts of some editors.
+const BYTE_ORDER_MARK: char = '\u{feff}';
 /// Age above which a temporary file is taken for one that a killed process left behind, since writing a file never takes this long.
 const STALE_AGE: Duration = Duration::from_secs(86_400);
 
@@ -71,12 +73,20 @@ pub(crate) fn read_part(path: &Path, start: u64, count: usize) -> Result<(Vec<u8
     Ok((bytes, length))
 }
 
-/// The text of a regular UTF-8 file of at most `max_bytes`.
+/// The text without the byte order mark that some editors write in front of it.
+pub(crate) fn without_byte_order_mark(text: &str) -> &str {
+    text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)
+}
+
+/// The text of a regular UTF-8 file of at most `max_bytes`, without a byte order mark.
 ///
 /// # Errors
 /// Those of [`read_bytes`], or the content is not UTF-8.
 pub(crate) fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
-    String::from_utf8(read_bytes(path, max_bytes)?).map_err(|_| Error::new(ErrorKind::InvalidData, "not UTF-8 text"))
+    let mut text = String::from_utf8(read_bytes(path, max_bytes)?).map_err(|_| Error::new(ErrorKind::InvalidData, "not UTF-8 text"))?;
+    let mark_bytes = text.len() - without_byte_order_mark(&text).len();
+    text.drain(..mark_bytes);
+    Ok(text)
 }
 
 /// Who may read a file that this module writes.
@@ -384,6 +394,10 @@ mod tests {
         assert!(read_part(folder.path(), 0, 1).is_err() && read_part(&folder.path().join("b"), 0, 1).is_err());
         std::fs::write(&path, [0xff]).expect("a file");
         assert_eq!(read_text(&path, 5).expect_err("no text").to_string(), "not UTF-8 text");
+        for (written, read) in [("\u{feff}a\u{feff}", "a\u{feff}"), ("\u{feff}", ""), ("a", "a"), ("", "")] {
+            std::fs::write(&path, written).expect("a file");
+            assert_eq!(read_text(&path, 9).expect("text"), read, "{written:?}");
+        }
     }
 
     /// Reading the pipe or the device would block or never end.
