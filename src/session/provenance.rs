@@ -55,6 +55,10 @@ fn hex_digest(parts: impl IntoIterator<Item = Vec<u8>>) -> String {
 
 /// The first 8 bytes of a file's SHA-256 as hexadecimal digits, or `none` if the file cannot be read.
 fn file_digest(path: &Path) -> String {
+    // A pipe or a device would never end.
+    if !path.is_file() {
+        return "none".into();
+    }
     let read = || -> std::io::Result<String> {
         let (mut file, mut hash, mut block) = (BufReader::new(File::open(path)?), Sha256::new(), vec![0; 1 << 20]);
         loop {
