@@ -4,7 +4,7 @@
 
 use super::{CliError, Common};
 use crate::catalog::{BodyKind, Catalog};
-use crate::image::{MapOrigin, MapStore};
+use crate::image::{MapOrigin, MapStore, TexelFormat};
 use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
 use crate::session::{Meshes, RendererPreference, Session, SessionError, Sources, cache_folder, read_catalog};
@@ -94,7 +94,7 @@ fn report_textures(common: &Common, catalog: &Catalog, out: &mut String) {
     if let Some(folder) = common.textures.as_ref().filter(|folder| !folder.is_dir()) {
         push_line!(out, "textures  {}: there is no such folder; --textures takes a folder of maps", folder.display());
     }
-    let store = MapStore::new(common.textures.clone());
+    let store = MapStore::with_limit(common.textures.clone(), common.max_megapixels);
     let meshes = Meshes::new(common.textures.iter().chain(&common.catalogs).cloned());
     let (mut embedded, mut from_folder, mut without_map) = (0, 0, Vec::new());
     for body in catalog.bodies() {
@@ -103,7 +103,12 @@ fn report_textures(common: &Common, catalog: &Catalog, out: &mut String) {
         for file in maps.chain(body.overlays.iter().map(|overlay| &overlay.file)) {
             match store.origin(file) {
                 MapOrigin::Embedded => embedded += 1,
-                MapOrigin::Folder(_) => from_folder += 1,
+                MapOrigin::Folder(_) => {
+                    from_folder += 1;
+                    if let Err(why) = store.get(file, TexelFormat::Rgba8Unorm) {
+                        push_line!(out, "textures  {why}");
+                    }
+                }
                 MapOrigin::Missing => {
                     push_line!(out, "textures  {file} of {} is missing; put it into the folder of --textures", body.name)
                 }

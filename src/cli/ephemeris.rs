@@ -8,6 +8,7 @@ use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
 use super::frames::step_seconds;
 use super::output::print_result;
+use super::stdin_lines::answer_lines;
 use super::view_args::parse_time_or_now;
 use super::{CliError, Common, inputs};
 use crate::catalog::{Catalog, NaifId};
@@ -18,7 +19,6 @@ use crate::time::Instant;
 use crate::wording::{echo, suggestion_or_list};
 use clap::Args;
 use serde_json::{Value, json};
-use std::io::BufRead;
 
 #[derive(Args, Debug, Default)]
 #[command(
@@ -250,27 +250,16 @@ fn parse_time(text: &str) -> Result<Instant, String> {
     parse_time_or_now(text).map_err(|e| e.to_string())
 }
 
-/// Answers each line of standard input with one line: `{"ok": …}` or `{"error": …}`.
+/// Answers each line of standard input.
 fn answer_stdin(catalog: &Catalog, ephemeris: &Ephemeris, source: Option<Source>, quantity: Quantity) -> Result<(), CliError> {
-    for line in std::io::stdin().lock().split(b'\n') {
-        let line = line.map_err(|e| CliError::Failed(format!("standard input: {e}")))?;
-        let answer = String::from_utf8(line)
-            .map_err(|_| "not UTF-8 text".to_owned())
-            .and_then(|line| Query::from_json(line.trim(), source, quantity))
-            .and_then(|q| {
-                if quantity == Quantity::State {
-                    q.state(catalog, ephemeris).map(|a| as_json(&a))
-                } else {
-                    q.apparent_or_orientation(catalog, ephemeris, quantity)
-                }
-            });
-        let reply = match answer {
-            Ok(a) => json!({ "ok": a }),
-            Err(e) => json!({ "error": e }),
-        };
-        print_result(&format!("{reply}\n"))?;
-    }
-    Ok(())
+    answer_lines(|line| {
+        let query = Query::from_json(line, source, quantity)?;
+        if quantity == Quantity::State {
+            query.state(catalog, ephemeris).map(|answer| as_json(&answer))
+        } else {
+            query.apparent_or_orientation(catalog, ephemeris, quantity)
+        }
+    })
 }
 
 fn as_json(answer: &SourcedState) -> Value {

@@ -48,6 +48,7 @@ mod shader;
 mod shader_export;
 mod shader_report;
 mod stability;
+mod stdin_lines;
 mod video_output;
 mod view;
 mod view_args;

@@ -3,12 +3,11 @@
 //! In: a query as a JSON argument, or queries as JSON lines on standard input. Out: the answers as JSON, one per line.
 
 use super::output::{print_message, print_result};
+use super::stdin_lines::answer_lines;
 use super::{CliError, Common};
 use crate::probe::{Prober, queries_json, queries_text};
 use crate::render::software::{Options, Precision, SoftwareRenderer};
 use crate::session::Session;
-use serde_json::json;
-use std::io::BufRead;
 
 #[derive(clap::Args, Debug)]
 #[command(
@@ -49,19 +48,6 @@ pub(crate) fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
             let answer = prober.answer(query).map_err(|e| CliError::Failed(e.to_string()))?;
             print_result(&format!("{answer}\n"))
         }
-        _ => {
-            for line in std::io::stdin().lock().split(b'\n') {
-                let line = line.map_err(|e| CliError::Failed(format!("standard input: {e}")))?;
-                let answer = String::from_utf8(line)
-                    .map_err(|_| "not UTF-8 text".to_owned())
-                    .and_then(|query| prober.answer(query.trim()).map_err(|e| e.to_string()));
-                let reply = match answer {
-                    Ok(answer) => json!({ "ok": answer }),
-                    Err(e) => json!({ "error": e }),
-                };
-                print_result(&format!("{reply}\n"))?;
-            }
-            Ok(())
-        }
+        _ => answer_lines(|query| prober.answer(query).map_err(|e| e.to_string())),
     }
 }

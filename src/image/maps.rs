@@ -11,7 +11,7 @@ use super::mip_level::Level;
 use super::mips::RowThreads;
 use super::stored_maps::StoredMaps;
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, SharedTexture, TexelFormat, Texture};
-use crate::files::{check_inside, read_bytes};
+use crate::files::{check_inside, is_there, read_bytes};
 use orrery_textures::MAPS;
 use parking_lot::Mutex;
 use rayon::prelude::*;
@@ -28,7 +28,7 @@ const MIN_IDLE: Duration = Duration::from_secs(5);
 /// Where the map of a given name would be read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MapOrigin {
-    /// The file in the user's folder.
+    /// The file in the user's folder, or whatever has its name there: reading it may fail.
     Folder(PathBuf),
     /// A map that is embedded in the program.
     Embedded,
@@ -108,7 +108,7 @@ impl MapStore {
 
     /// Where `name` would be read from, without reading it.
     pub fn origin(&self, name: &str) -> MapOrigin {
-        if let Some(path) = self.folder.as_ref().map(|f| f.join(name)).filter(|p| p.is_file()) {
+        if let Some(path) = self.folder.as_ref().map(|f| f.join(name)).filter(|p| is_there(p)) {
             return MapOrigin::Folder(path);
         }
         if MAPS.iter().any(|(n, _)| *n == name) { MapOrigin::Embedded } else { MapOrigin::Missing }
@@ -200,6 +200,25 @@ impl MapStore {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A link to a drive that is not mounted, or a folder, is not a reason to draw the embedded map in place of the user's.
+    #[test]
+    fn what_stands_in_the_place_of_a_map_is_named() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::create_dir(folder.path().join("moon.jpg")).expect("made");
+        let store = MapStore::new(Some(folder.path().to_owned()));
+        let error_of = |name: &str| store.get(name, TexelFormat::Rgba8Srgb).expect_err(name).to_string();
+        let error = error_of("moon.jpg");
+        assert!(error.contains(&folder.path().join("moon.jpg").display().to_string()) && error.contains("this is a folder"), "{error}");
+        assert_eq!(store.origin("titan.jpg"), MapOrigin::Embedded, "negative control: nothing has this name in the folder");
+        assert!(store.get("titan.jpg", TexelFormat::Rgba8Srgb).is_ok());
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(folder.path().join("not mounted"), folder.path().join("ariel.jpg")).expect("made");
+            let error = error_of("ariel.jpg");
+            assert!(error.ends_with("ariel.jpg: not an image that can be read: a link to a file that does not exist"), "{error}");
+        }
+    }
 
     #[test]
     fn unused_maps_are_dropped_above_the_budget() {

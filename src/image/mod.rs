@@ -14,6 +14,7 @@ mod compare;
 mod encoded_map;
 mod glyph_atlas;
 mod integrity;
+mod jpeg;
 pub(crate) mod levels;
 mod map_decoding;
 mod map_entry;
@@ -34,7 +35,7 @@ pub use map_decoding::{MapDecoding, OpacityTexels};
 pub use maps::{MapOrigin, MapStore};
 pub use mip_level::Level;
 use mips::RowThreads;
-pub use panorama::{Panorama, read_panorama};
+pub use panorama::{BrightPanorama, Panorama, read_panorama};
 pub use poles::PoleFilter;
 pub use stored_maps::{StoredMaps, StoredMapsStatus};
 pub use write::{write_exr, write_png};
@@ -163,6 +164,9 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
     let format = format.ok_or_else(|| {
         unreadable(format!("it is none of {}", formats.iter().map(|f| f.extensions_str()[0].to_uppercase()).collect::<Vec<_>>().join(", ")))
     })?;
+    if format == ImageFormat::Jpeg {
+        return jpeg::decode(name, encoded, max_megapixels, max_side);
+    }
     let mut reader = ImageReader::with_format(Cursor::new(encoded), format);
     let mut limits = Limits::default();
     let max_pixels = u64::from(max_megapixels) * 1_000_000;

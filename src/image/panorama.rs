@@ -2,7 +2,8 @@
 //!
 //! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
 //! in the middle and increasing to the left, north up, and the luminance that the texel value 1 represents. The values of an EXR are taken to
-//! be in cd/m². Always: the texture is 8-bit sRGB, which every device can filter; the brightest ten-thousandth of an EXR's pixels is clipped.
+//! be in cd/m². Always: a texture is 8-bit sRGB, which every device can filter. It spans almost four decades, too few for an EXR with stars; what exceeds its
+//! value 1 is therefore in a second texture, which is added to the first. Together they span seven decades below the brightest value.
 //!
 //! Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 at its centre, `px` is to its right, `py`
 //! contains the north pole.
@@ -25,8 +26,14 @@ const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
 /// Largest width of a panorama that is made from a cube, texels.
 const MAX_WIDTH_FROM_CUBE: usize = 8192;
-/// Fraction of an EXR's pixels that are brighter than the texel value 1, and are therefore clipped.
-const CLIPPED_FRACTION: f64 = 1e-4;
+/// Face texels are sampled at least at this rate per texel, along each axis. With 2, the light of a single texel is kept within 7 %, at a face's edge 14 %.
+const SAMPLES_PER_FACE_TEXEL: f64 = 2.0;
+/// Largest fraction of an EXR's pixels that exceed the texel value 1 only because they are the brightest.
+const BRIGHT_FRACTION: f64 = 1e-4;
+/// Largest texel value 1 as a multiple of the median: the steps of 8 bits are 6 % at the median then.
+const MAX_MEDIANS_IN_UNIT: f32 = 100.0;
+/// Smallest texel value 1 as a fraction of the maximum: the first step of the second texture. With less, values between both textures would be lost.
+const MIN_UNIT_OF_MAXIMUM: f32 = 3e-4;
 
 /// A panorama.
 #[derive(Clone, Debug)]
@@ -35,6 +42,16 @@ pub struct Panorama {
     pub texture: Texture,
     /// Luminance that the texel value 1 represents, cd/m²; `None` unless the file holds linear floats: 8-bit values have no unit.
     pub unit_cd_m2: Option<f64>,
+    /// The excess over the texel value 1, to be added; `None` if no value exceeds it.
+    pub bright: Option<BrightPanorama>,
+}
+
+/// What exceeds the value 1 of a panorama's texture.
+#[derive(Clone, Debug)]
+pub struct BrightPanorama {
+    pub texture: Texture,
+    /// Luminance that the texel value 1 represents, cd/m².
+    pub unit_cd_m2: f64,
 }
 
 fn unreadable(path: &Path, reason: impl Into<String>) -> ImageError {
@@ -89,7 +106,7 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
         decoded.push(image);
     }
     let faces: Vec<LinearImage> = decoded.into_iter().map(LinearImage::of).collect();
-    linear_panorama(path, LinearImage::from_cube(&faces))
+    linear_panorama(path, LinearImage::from_cube(&faces, SAMPLES_PER_FACE_TEXEL))
 }
 
 /// Path of a face of the cube.
@@ -145,20 +162,60 @@ impl LinearImage {
         row(y).lerp(row(y1), p.y.fract() as f32)
     }
 
-    /// Resamples six faces to an equirectangular image.
-    fn from_cube(faces: &[Self]) -> Self {
+    /// Resamples six faces to an equirectangular image. `samples_per_face_texel`: see [`SAMPLES_PER_FACE_TEXEL`].
+    fn from_cube(faces: &[Self], samples_per_face_texel: f64) -> Self {
         let side = faces[0].width;
         let width = (4 * side).min(MAX_WIDTH_FROM_CUBE);
         let height = width / 2;
-        let texel = |k: usize| {
-            let longitude = TAU * (0.5 - ((k % width) as f64 + 0.5) / width as f64);
-            let latitude = PI * (0.5 - ((k / width) as f64 + 0.5) / height as f64);
+        // Latitude and longitude at a position in the panorama, texels.
+        let angles = |x: f64, y: f64| (PI * (0.5 - y / height as f64), TAU * (0.5 - x / width as f64));
+        let on_face = |latitude: f64, longitude: f64| {
             let (forward, left, up) = (latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
-            let (face, position) = cube_face(DVec3::new(-left, up, forward));
-            faces[face].sample((position * 0.5 + 0.5) * side as f64).to_array()
+            cube_face(DVec3::new(-left, up, forward))
+        };
+        // The mean over the texel's area: a face's texels are up to three times smaller at its corners than in its middle.
+        let texel = |k: usize| {
+            let (column, row) = ((k % width) as f64, (k / width) as f64);
+            let (latitude, longitude) = angles(column + 0.5, row + 0.5);
+            let (_, middle) = on_face(latitude, longitude);
+            // The smaller side of the face's texels there, radians.
+            let face_texel_rad = 2.0 / side as f64 / (1.0 + middle.length_squared());
+            let samples = |length_rad: f64| (samples_per_face_texel * length_rad / face_texel_rad).ceil().max(1.0) as usize;
+            let (columns, rows) = (samples(TAU / width as f64 * latitude.cos()), samples(PI / height as f64));
+            let mut sum = Vec3::ZERO;
+            for sample in 0..columns * rows {
+                let x = column + ((sample % columns) as f64 + 0.5) / columns as f64;
+                let y = row + ((sample / columns) as f64 + 0.5) / rows as f64;
+                let (latitude, longitude) = angles(x, y);
+                let (face, position) = on_face(latitude, longitude);
+                sum += faces[face].sample((position * 0.5 + 0.5) * side as f64);
+            }
+            (sum / (columns * rows) as f32).to_array()
         };
         let values = (0..width * height).into_par_iter().flat_map_iter(texel).collect();
         Self { width, height, values, was_linear: faces.iter().all(|f| f.was_linear) }
+    }
+
+    /// The value that becomes the texel value 1, and the largest value.
+    fn unit_and_maximum(&self) -> (f32, f32) {
+        if !self.was_linear {
+            return (1.0, 1.0);
+        }
+        // The brightest channel of each pixel.
+        let mut maxima: Vec<f32> = self.values.as_chunks::<3>().0.iter().map(|t| Vec3::from_array(*t).max_element()).collect();
+        let mut quantile = |fraction: f64| {
+            let index = ((maxima.len() as f64 * fraction) as usize).min(maxima.len() - 1);
+            *maxima.select_nth_unstable_by(index, f32::total_cmp).1
+        };
+        let (median, nearly_all, maximum) = (quantile(0.5), quantile(1.0 - BRIGHT_FRACTION), quantile(1.0));
+        let unit = nearly_all.min(MAX_MEDIANS_IN_UNIT * median).max(MIN_UNIT_OF_MAXIMUM * maximum);
+        if unit > 0.0 { (unit, maximum) } else { (1.0, 1.0) }
+    }
+
+    /// The texels whose linear values are those of the image, transformed by `value_of`, as 8-bit sRGB.
+    fn encoded(&self, value_of: impl Fn(f32) -> f32 + Sync) -> Vec<u8> {
+        let encode = |v: f32| (linear_to_srgb(f64::from(value_of(v).clamp(0.0, 1.0))) * 255.0).round() as u8;
+        self.values.as_chunks::<3>().0.par_iter().flat_map_iter(|[r, g, b]| [encode(*r), encode(*g), encode(*b), 255]).collect()
     }
 }
 
@@ -178,39 +235,32 @@ fn cube_face(d: DVec3) -> (usize, DVec2) {
     }
 }
 
-/// The panorama of an image in linear light. The texel value 1 is the image value 1 or, for an EXR, the value that [`CLIPPED_FRACTION`] of its pixels exceed.
+/// The panorama of an image in linear light.
 fn linear_panorama(path: &Path, image: LinearImage) -> Result<Panorama, ImageError> {
-    // The value of the image that becomes the texel value 1.
-    let unit = if image.was_linear {
-        // The brightest channel of each pixel.
-        let mut maxima: Vec<f32> = image.values.as_chunks::<3>().0.iter().map(|t| Vec3::from_array(*t).max_element()).collect();
-        let index = ((maxima.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(maxima.len() - 1);
-        let (_, unit, _) = maxima.select_nth_unstable_by(index, f32::total_cmp);
-        if *unit > 0.0 { *unit } else { 1.0 }
-    } else {
-        1.0
-    };
-    let encode = |v: f32| (linear_to_srgb(f64::from((v / unit).clamp(0.0, 1.0))) * 255.0).round() as u8;
-    let texels = image.values.as_chunks::<3>().0;
-    let bytes: Vec<u8> = texels.par_iter().flat_map_iter(|[r, g, b]| [encode(*r), encode(*g), encode(*b), 255]).collect();
-    let (size, unit_cd_m2) = ((image.width as u32, image.height as u32), image.was_linear.then_some(f64::from(unit)));
+    let (unit, maximum) = image.unit_and_maximum();
+    let texels = image.encoded(|v| v / unit);
+    let excess = maximum - unit;
+    let bright_texels = (excess > 0.0).then(|| image.encoded(|v| (v - unit) / excess));
+    let (size, was_linear) = ((image.width as u32, image.height as u32), image.was_linear);
     drop(image);
-    with_mips(path, size, bytes, unit_cd_m2)
+    let bright = match bright_texels {
+        Some(texels) => Some(BrightPanorama { texture: with_mips(path, size, texels)?, unit_cd_m2: f64::from(excess) }),
+        None => None,
+    };
+    Ok(Panorama { texture: with_mips(path, size, texels)?, unit_cd_m2: was_linear.then_some(f64::from(unit)), bright })
 }
 
 /// The panorama of an image in sRGB, whose bytes are kept: decoding to linear light and back would take twice the memory and time.
 fn srgb_panorama(path: &Path, image: DynamicImage) -> Result<Panorama, ImageError> {
     let mut rgba = image.into_rgba8();
     rgba.pixels_mut().for_each(|p| p.0[3] = 255);
-    let unit_cd_m2 = None;
-    with_mips(path, rgba.dimensions(), rgba.into_raw(), unit_cd_m2)
+    Ok(Panorama { texture: with_mips(path, rgba.dimensions(), rgba.into_raw())?, unit_cd_m2: None, bright: None })
 }
 
-/// The panorama of encoded texels, with its mip chain.
-fn with_mips(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>, unit_cd_m2: Option<f64>) -> Result<Panorama, ImageError> {
+/// The texture of encoded texels, with its mip chain.
+fn with_mips(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>) -> Result<Texture, ImageError> {
     let decoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
-    let texture = Texture::with_decoding(width, height, rgba, decoding, RowThreads::All);
-    Ok(Panorama { texture: texture.map_err(|e| unreadable(path, e.to_string()))?, unit_cd_m2 })
+    Texture::with_decoding(width, height, rgba, decoding, RowThreads::All).map_err(|e| unreadable(path, e.to_string()))
 }
 
 #[cfg(test)]
@@ -272,7 +322,7 @@ mod tests {
             LinearImage { width: side, height: side, values, was_linear: false }
         };
         let faces: Vec<LinearImage> = axes.map(face).into();
-        let sky = LinearImage::from_cube(&faces);
+        let sky = LinearImage::from_cube(&faces, SAMPLES_PER_FACE_TEXEL);
         assert_eq!((sky.width, sky.height), (256, 128));
         for (x, y, d) in [
             (128, 64, DVec3::Z),
@@ -284,6 +334,58 @@ mod tests {
         ] {
             let difference = (sky.texel(x, y) - paint(d)).abs().max_element();
             assert!(difference < 0.02, "{x}, {y}: {difference}");
+        }
+    }
+
+    /// Single texels of a cube's face keep their light, in its middle and at its edges and corners.
+    #[test]
+    fn a_cube_keeps_the_light_of_stars() {
+        let side = 48_usize;
+        // Light in the panorama over that of the face's texel, for a star in a texel of the face pz.
+        let kept = |x: usize, y: usize, samples_per_face_texel: f64| {
+            let mut faces: Vec<LinearImage> =
+                (0..6).map(|_| LinearImage { width: side, height: side, values: vec![0.0; 3 * side * side], was_linear: true }).collect();
+            faces[4].values[3 * (y * side + x)] = 1.0;
+            let sky = LinearImage::from_cube(&faces, samples_per_face_texel);
+            let texel_rad = PI / sky.height as f64;
+            let texel_sr = |k: usize| (((k / sky.width) as f64 + 0.5) * texel_rad).sin() * texel_rad.powi(2);
+            let light: f64 = (0..sky.width * sky.height).map(|k| f64::from(sky.values[3 * k]) * texel_sr(k)).sum();
+            let middle = |k: usize| (k as f64 + 0.5) / side as f64 * 2.0 - 1.0;
+            light / ((2.0 / side as f64).powi(2) / (1.0 + middle(x).powi(2) + middle(y).powi(2)).powf(1.5))
+        };
+        let stars: Vec<(usize, usize)> = (1..side - 1).step_by(5).flat_map(|y| [(1, y), (2, y), (24, y), (45, y + 1)]).collect();
+        let worst = |samples: f64| stars.iter().map(|(x, y)| (kept(*x, *y, samples) - 1.0).abs()).fold(0.0, f64::max);
+        // 10 %: with these samples the weights of bilinear interpolation add up to 1 within 7 % over all texels but the outermost.
+        let (averaged, single) = (worst(SAMPLES_PER_FACE_TEXEL), worst(0.0));
+        assert!(averaged < 0.1, "{averaged}");
+        assert!(single > 0.2, "negative control, one sample per texel: {single}");
+    }
+
+    /// Both a faint sky and a few pixels 10,000 times as bright are in the textures of an EXR, however many pixels are bright.
+    #[test]
+    fn an_exr_keeps_its_faint_and_its_bright_values() {
+        let linear = |level: u8| crate::units::srgb_to_linear(f64::from(level) / 255.0);
+        for bright_pixels in [0, 1, 48, 60, 3000] {
+            let (width, height) = (1024, 512);
+            let mut values = vec![1e-3_f32; 3 * width * height];
+            values[..3 * bright_pixels].fill(10.0);
+            let image = LinearImage { width, height, values, was_linear: true };
+            let sky = linear_panorama(Path::new("sky.exr"), image).expect("a panorama");
+            let (faint, unit) = (sky.texture.levels[0].bytes(), sky.unit_cd_m2.expect("a unit"));
+            assert_eq!(sky.bright.is_some(), bright_pixels > 0, "{bright_pixels}");
+            // Luminance of a texel's red. The poles' rows are filtered, so the faint one is read at the equator.
+            let at = |k: usize| linear(faint[4 * k]) * unit;
+            let equator = at(width * height / 2);
+            // 4 %: half a step of 8 bits at a hundredth of the unit, where steps are 6 %.
+            assert!((equator / 1e-3 - 1.0).abs() < 0.04, "{bright_pixels}: {equator}");
+            // Without the second texture, which is the negative control, the bright pixels are a hundred times too faint.
+            if let Some(bright) = &sky.bright {
+                let of_bright = |bytes: &[u8]| linear(bytes.iter().step_by(4).copied().max().unwrap_or(0));
+                assert!(of_bright(faint) * unit < 0.2, "{bright_pixels}");
+                let bytes = bright.texture.levels[0].bytes();
+                assert!(bright.unit_cd_m2 + unit > 9.99 && bytes[4 * (width * height / 2)] == 0, "{bright_pixels}");
+                assert!(bright_pixels < 3000 || of_bright(bytes) > 0.99, "{bright_pixels}");
+            }
         }
     }
 }

@@ -27,13 +27,14 @@ const EXTENSION: &str = "levels";
 
 /// The source files whose code determines the levels. After a change to any of them, even of a comment, entries written before count as those of another
 /// version of the program.
-const SOURCES: [&str; 7] = [
+const SOURCES: [&str; 8] = [
     include_str!("map_entry.rs"),
     include_str!("encoded_map.rs"),
     include_str!("map_decoding.rs"),
     include_str!("mips.rs"),
     include_str!("poles.rs"),
     include_str!("mod.rs"),
+    include_str!("jpeg.rs"),
     include_str!("../units.rs"),
 ];
 /// The libraries that decode images, whose versions are in the lock file.

@@ -5,7 +5,7 @@
 //! axes has changed by `SUN_DIRECTION_TOLERANCE_RAD`. An error is a single line.
 
 use crate::catalog::{Body, NaifId};
-use crate::files::{check_inside, read_text};
+use crate::files::{check_inside, is_there, read_text};
 use crate::memo::Memo;
 use crate::mesh::{Mesh, ShapeParameters, obj};
 use glam::DVec3;
@@ -68,7 +68,7 @@ impl Meshes {
 
     fn read(&self, body: &Body) -> Result<Arc<Mesh>, String> {
         let mesh = body.mesh.as_ref().ok_or_else(|| format!("the catalog has no mesh of {}", body.name))?;
-        let Some((folder, path)) = self.folders.iter().map(|f| (f, f.join(&mesh.file))).find(|(_, path)| path.is_file()) else {
+        let Some((folder, path)) = self.folders.iter().map(|f| (f, f.join(&mesh.file))).find(|(_, path)| is_there(path)) else {
             let searched: Vec<_> = self.folders.iter().map(|f| f.display().to_string()).collect();
             return Err(format!(
                 "mesh {} is not in {}",

@@ -10,6 +10,7 @@
 use super::images::{PROVENANCE_CHUNK, is_exr};
 use super::{Session, Sources};
 use crate::catalog::{Body, Catalog, DataLayer, NaifId};
+use crate::files::is_there;
 use crate::image::{TEXT_HEAD_BYTES, exr_head_text, png_head_text, verify_exr, verify_png};
 use crate::render::plan::SKY_DECODING;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
@@ -54,6 +55,10 @@ fn hex_digest(parts: impl IntoIterator<Item = Vec<u8>>) -> String {
 
 /// The first 8 bytes of a file's SHA-256 as hexadecimal digits, or `none` if the file cannot be read.
 fn file_digest(path: &Path) -> String {
+    // A pipe or a device would never end.
+    if !path.is_file() {
+        return "none".into();
+    }
     let read = || -> std::io::Result<String> {
         let (mut file, mut hash, mut block) = (BufReader::new(File::open(path)?), Sha256::new(), vec![0; 1 << 20]);
         loop {
@@ -78,7 +83,7 @@ fn source_digests(catalog: &Catalog, sources: &Sources) -> BTreeMap<String, Stri
     });
     let files = files.chain([MILKY_WAY_FILE]);
     // If several folders have a file of this name, the session reads the first one.
-    let found = files.filter_map(|name| Some((name, sources.map_and_mesh_folders().map(|f| f.join(name)).find(|path| path.is_file())?)));
+    let found = files.filter_map(|name| Some((name, sources.map_and_mesh_folders().map(|f| f.join(name)).find(|path| is_there(path))?)));
     let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
     let images =
         if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
@@ -273,8 +278,10 @@ impl Provenance {
 impl Session {
     /// Digest of a panorama's texels, axes and unit.
     fn sky_digest(&self, map: &SkyMap) -> String {
-        let texels = self.maps.get_decoded(&map.file, SKY_DECODING).map_or(Vec::new(), |t| t.levels[0].bytes().to_vec());
-        hex_digest([texels, format!("{} {}", map.frame.name(), map.unit_radiance).into_bytes()])
+        let texels = |file: &str| self.maps.get_decoded(file, SKY_DECODING).map_or(Vec::new(), |t| t.levels[0].bytes().to_vec());
+        let bright = map.bright.iter().flat_map(|bright| [texels(&bright.file), bright.unit_radiance.to_string().into_bytes()]);
+        let parts = [texels(&map.file), format!("{} {}", map.frame.name(), map.unit_radiance).into_bytes()];
+        hex_digest(parts.into_iter().chain(bright))
     }
 
     /// The provenance of a request that this session draws.

@@ -7,7 +7,7 @@ use crate::image::{ImageError, MapStore, read_panorama};
 use crate::render::plan::SKY_DECODING;
 use crate::scene::CD_M2_PER_RADIANCE;
 use crate::scene::sky::frames::SkyFrame;
-use crate::scene::sky::map::SkyMap;
+use crate::scene::sky::map::{BrightSkyMap, SkyMap};
 use crate::units::luminance;
 use crate::wording::echo;
 use std::path::Path;
@@ -47,7 +47,12 @@ pub(super) fn read_sky(
     let file = format!("--sky {name}");
     let width = panorama.texture.levels[0].width;
     maps.insert(&file, SKY_DECODING, panorama.texture);
-    Ok(Some(SkyMap { file, frame, width, unit_radiance, brightest_value: 1.0, is_milky_way: false }))
+    let bright = panorama.bright.map(|bright| {
+        let bright_file = format!("{file}, bright values");
+        maps.insert(&bright_file, SKY_DECODING, bright.texture);
+        BrightSkyMap { file: bright_file, unit_radiance: bright.unit_cd_m2 / CD_M2_PER_RADIANCE }
+    });
+    Ok(Some(SkyMap { file, frame, width, unit_radiance, brightest_value: 1.0, bright, is_milky_way: false }))
 }
 
 #[cfg(test)]

@@ -127,6 +127,11 @@ fn pipes_and_devices_in_the_place_of_files_are_refused() {
         }
         let out = orrery(&path_of("cache"), &[&view[..], &["--textures", path_text(&textures)]].concat());
         assert!(out.status.success(), "{kind}: {}", stderr_text(&out));
+        // An image stores digests of its maps.
+        let (size, output) = (["--size", "8x8", "--textures", path_text(&textures), "-o"], path_of(&format!("{kind}-map.png")));
+        let args = [&["render", "--target", "moon", "--time", "2024-01-01"][..], &size, &[path_text(&output)]].concat();
+        let out = orrery(&path_of("cache"), &args);
+        assert!(out.status.success() && stderr_text(&out).contains("moon.jpg"), "{kind}: {}", stderr_text(&out));
     }
 }
 

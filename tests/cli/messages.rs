@@ -179,7 +179,8 @@ fn invalid_json_lines_get_short_errors_in_order() {
 fn a_field_given_twice_is_an_error_of_its_line() {
     use std::io::Write;
     let line = r#"{"body":"mars","center":"sun","time":"2024-01-01"}"#;
-    let lines = format!("{}\n{line}\n", line.replace("\"time\"", "\"time\":\"2023-01-01\",\"time\""));
+    // A byte order mark in front of the first line is not part of it; in front of another it is an error.
+    let lines = format!("\u{feff}{}\n{line}\n\u{feff}{line}\n", line.replace("\"time\"", "\"time\":\"2023-01-01\",\"time\""));
     let mut child = Command::new(crate::support::program::path())
         .args(["ephemeris", "--stdin", "--cache", path_text(&CACHE)])
         .stdin(std::process::Stdio::piped())
@@ -192,7 +193,7 @@ fn a_field_given_twice_is_an_error_of_its_line() {
         String::from_utf8_lossy(&out.stdout).lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
     let error = answers[0]["error"].as_str().unwrap_or_default();
     assert!(error.starts_with("field `time` is given twice"), "{answers:?}");
-    assert!(answers.len() == 2 && answers[1].get("ok").is_some(), "{answers:?}");
+    assert!(answers.len() == 3 && answers[1].get("ok").is_some() && answers[2].get("error").is_some(), "{answers:?}");
 }
 
 #[test]

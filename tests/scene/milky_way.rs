@@ -228,6 +228,25 @@ fn a_users_panorama_is_placed_in_its_frame() {
     }
 }
 
+/// An EXR with a bright patch of 0.2 % of the sky, 10,000 times as bright as the rest: both are drawn with their luminances.
+#[test]
+fn an_exr_panorama_keeps_faint_and_bright_light() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sky = folder.path().join("sky.exr");
+    // Around longitude 90, latitude 30.
+    let luminance = |x: u32, y: u32| if x.abs_diff(90) < 6 && y.abs_diff(60) < 6 { 10.0_f32 } else { 1e-3 };
+    let pixels = image::Rgb32FImage::from_fn(360, 180, |x, y| image::Rgb([luminance(x, y); 3]));
+    image::DynamicImage::ImageRgb32F(pixels).save(&sky).expect("written");
+    let sources = Sources { sky: Some(sky), cache: Some(folder.path().join("cache")), ..Sources::default() };
+    let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
+    let light = |longitude: f64, latitude: f64| {
+        mean(&draw(&session, &towards(sources.sky_frame.icrf_from_frame() * unit_vector(longitude, latitude), 1.0, MILKY_WAY)))
+    };
+    let (bright, faint) = (light(90.0, 30.0), light(270.0, -30.0));
+    // 5 %: half a step of the 8-bit texel is 3 % at a hundredth of the texel value 1, where the faint light is.
+    assert!((bright / faint / 1e4 - 1.0).abs() < 0.05, "{bright:e} {faint:e}");
+}
+
 /// A file that is not a sky panorama gives one line that names the file and the cause.
 #[test]
 fn a_bad_panorama_gives_one_error_line() {

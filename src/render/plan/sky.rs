@@ -17,6 +17,8 @@ const BACKGROUND_MODULE: &str = "sky_background";
 /// Bindings of the texture and the sampler in this module and in sky_image.wesl.
 const MAP_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
+/// Binding of the texture of bright values in the first of them.
+const BRIGHT_MAP_BINDING: u32 = 3;
 
 /// How a panorama of the sky is decoded.
 pub(crate) const SKY_DECODING: MapDecoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
@@ -28,12 +30,15 @@ static BLACK_MAP: LazyLock<SharedTexture> =
 /// The diffuse sky. `opacity`: the alpha that it writes; 0 in a face of a dome or sphere, because the face is later blended over the stars.
 pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacity: f32) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(sky) = &scene.background else { return Ok(Vec::new()) };
-    let map = sky.map_file.as_ref().map_or_else(|| Ok(BLACK_MAP.clone()), |file| provider.map(file, SKY_DECODING))?;
+    let map = |file: &Option<String>| file.as_ref().map_or_else(|| Ok(BLACK_MAP.clone()), |file| provider.map(file, SKY_DECODING));
+    let texture = |binding, map| TextureBinding { binding, source: TextureSource::Image(map) };
+    let textures = vec![texture(MAP_BINDING, map(&sky.map_file)?), texture(BRIGHT_MAP_BINDING, map(&sky.bright_file)?)];
     let draw = simple_draw(BACKGROUND_MODULE, scene, provider, |w| {
         w.vec3("middle", sky.middle)?;
         w.vec3("right", sky.right)?;
         w.vec3("up", sky.up)?;
         w.vec3("map_radiance", Vec3::splat(sky.map_radiance))?;
+        w.vec3("bright_radiance", Vec3::splat(sky.bright_radiance))?;
         w.f32("map_level", sky.map_level)?;
         w.vec3("zodiacal_radiance", Vec3::splat(sky.zodiacal_radiance))?;
         w.vec3("to_sun", sky.to_sun)?;
@@ -45,7 +50,6 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacit
         w.f32("fades_into_corona", sky.fades_into_corona)?;
         w.f32("opacity", opacity)
     })?;
-    let textures = vec![TextureBinding { binding: MAP_BINDING, source: TextureSource::Image(map) }];
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
     Ok(vec![PlanDraw { textures, samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state }], ..draw }])
 }

@@ -33,6 +33,9 @@ pub struct SkyBackground {
     pub up: Vec3,
     /// Radiance of the panorama's linear value 1; 0 if it is not drawn.
     pub map_radiance: f32,
+    /// The panorama that is added (`SkyMap::bright`), and the radiance of its linear value 1; 0 without it.
+    pub bright_file: Option<String>,
+    pub bright_radiance: f32,
     /// Mip level of the panorama.
     pub map_level: f32,
     /// `zodiacal::unit_radiance`, with the user's boost; 0 if zodiacal light is not drawn.
@@ -89,7 +92,7 @@ pub(crate) fn background(
             reason!("of-white", light = format_args!("{light:.1e}"), threshold = format_args!("{VISIBLE_LIGHT:.1e}"))
         }
     };
-    let max_map_radiance = map.brightest_value * map.unit_radiance * boost;
+    let max_map_radiance = map.brightest_radiance() * boost;
     let milky_way = if !request.layers.milky_way {
         decided("milky-way", false, reason!("set-by-you"))
     } else if is_map_unreadable {
@@ -121,12 +124,15 @@ pub(crate) fn background(
     let texel_rad = TAU / f64::from(map.width);
     let axis = |v: DVec3| narrow(map_from_icrf * v);
     let (inner_deg, outer_deg) = zodiacal::CORONA_BLEND_DEG;
+    let bright = map.bright.as_ref().filter(|_| draws_map);
     let background = SkyBackground {
         map_file: draws_map.then(|| map.file.clone()),
         middle: axis(camera.forward),
         right: axis(camera.right * camera.tan_half_fov.x),
         up: axis(camera.up * camera.tan_half_fov.y),
         map_radiance: narrow_scalar(if draws_map { map.unit_radiance * boost } else { 0.0 }),
+        bright_file: bright.map(|b| b.file.clone()),
+        bright_radiance: narrow_scalar(bright.map_or(0.0, |b| b.unit_radiance * boost)),
         map_level: narrow_scalar((camera.pixel_tangent() / texel_rad).log2().max(0.0)),
         zodiacal_radiance: narrow_scalar(if draws_zodiacal { zodiacal_unit } else { 0.0 }),
         to_sun: axis(to_sun),

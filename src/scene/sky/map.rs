@@ -17,8 +17,19 @@ pub struct SkyMap {
     pub unit_radiance: f64,
     /// Mean linear value of the brightest region; 1 for a panorama of the user.
     pub brightest_value: f64,
+    /// Light that is added to that of the texels: what exceeds the linear value 1.
+    pub bright: Option<BrightSkyMap>,
     /// Whether this is the built-in Milky Way, for the text of the decision.
     pub is_milky_way: bool,
+}
+
+/// A second panorama with the same axes and size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BrightSkyMap {
+    /// The name under which the texture is looked up.
+    pub file: String,
+    /// Radiance that the linear value 1 stands for.
+    pub unit_radiance: f64,
 }
 
 /// File of the built-in panorama.
@@ -32,6 +43,11 @@ const CLOUD_S10: f64 = 820.0;
 const CLOUD_LINEAR_VALUE: f64 = 0.3385;
 
 impl SkyMap {
+    /// Radiance of the brightest region.
+    pub(crate) fn brightest_radiance(&self) -> f64 {
+        self.brightest_value * self.unit_radiance + self.bright.as_ref().map_or(0.0, |bright| bright.unit_radiance)
+    }
+
     /// The built-in Milky Way. Stars are filtered out of it, because they are drawn from the star catalog. With the star cloud at `CLOUD_S10`,
     /// the mean over the sky is 71 stars of tenth magnitude per square degree, and the stars to V 7 add 26. The sum agrees with the roughly 100 of
     /// integrated starlight (Roach & Megill 1961, ApJ 133, 228).
@@ -43,6 +59,7 @@ impl SkyMap {
             width: 2048,
             unit_radiance,
             brightest_value: CLOUD_LINEAR_VALUE,
+            bright: None,
             is_milky_way: true,
         }
     }
