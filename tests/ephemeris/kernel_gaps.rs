@@ -82,6 +82,22 @@ fn a_message_names_the_gap_of_a_kernel() {
     assert!(text.contains("from 2000-01-01 to 2029-12-31, not at"), "{text}");
 }
 
+/// A date alone would say that the kernel has the time. 2000-01-01T12:00:00 TDB is 11:58:55.816 UTC, and TDB differs from TT by less than 2 ms.
+#[test]
+fn an_end_on_the_day_of_the_time_has_its_time_of_day() {
+    let kernels = [vec![(0.0, 10.0), (20.0, 30.0)]];
+    for (time, expected) in [
+        ("2000-01-01T00:00:00Z", "from 2000-01-01T11:58:55.81"),
+        ("2009-12-31T23:59:30Z", "from 2000-01-01 to 2029-12-31, except from 2009-12-31T23:58:53.81"),
+    ] {
+        let text = message(&kernels, time).expect("outside");
+        assert!(text.contains(expected) && text.contains(&format!("not at {time}")), "{text}");
+    }
+    // Control: on another day the date suffices.
+    let text = message(&kernels, "1999-12-31T00:00:00Z").expect("outside");
+    assert!(text.contains("from 2000-01-01 to 2029-12-31, not at 1999-12-31T00:00:00Z"), "{text}");
+}
+
 /// With a cycle no chain of centres ends, and nothing relative to it has a place. The shipped kernel has the Moon relative to the Earth, the catalog has Io
 /// relative to Jupiter.
 #[test]
