@@ -216,6 +216,16 @@ fn report_parent_cycles(bodies: &[Body], parent_lines: &BTreeMap<i32, SourceLine
     }
 }
 
+/// The body or barycentre other than body `id` whose NAIF code is this normalized name: a look-up by the code would find body `id`, because names come first.
+/// Normalized names have no minus sign.
+fn owner_of_code(normalized: &str, id: i32, drafts: &BTreeMap<i32, BodyDraft>) -> Option<String> {
+    let code: i32 = normalized.parse().ok()?;
+    if (0..=9).contains(&code) {
+        return Some("a barycentre".into());
+    }
+    [code, -code].into_iter().find(|other| *other != id && drafts.contains_key(other)).map(|other| format!("body {other}"))
+}
+
 /// Turns drafts into bodies: checks that required fields are present, that names are unique, and that the bodies named as parents and by rings,
 /// atmospheres and overlays exist.
 fn assemble(
@@ -235,6 +245,9 @@ fn assemble(
             let normalized = normalized_name(name);
             if is_name_of_barycenter(&normalized) {
                 problems.add(source_line, format!("the name \"{name}\" is that of a barycentre"));
+            }
+            if let Some(owner) = owner_of_code(&normalized, *id, &drafts) {
+                problems.add(source_line, format!("the name \"{name}\" is the NAIF code of {owner}"));
             }
             let Some((other_id, other_line)) =
                 owner_by_normalized_name.insert(normalized, (*id, source_line)).filter(|(other_id, _)| other_id != id)

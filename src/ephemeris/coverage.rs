@@ -42,10 +42,13 @@ fn joined(mut spans: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     all
 }
 
-/// The date of an instant, without the time of day.
-fn date_text(tdb_s: f64) -> String {
-    let text = Instant::from_tdb_seconds_past_j2000(tdb_s).to_utc_iso();
-    text.split_once('T').map_or(text.clone(), |(date, _)| date.to_owned())
+/// An end of a span that does not contain `t`: its date, and the time of day only if `t` is on the same day.
+fn end_text(end_s: f64, t: Instant) -> String {
+    let text = Instant::from_tdb_seconds_past_j2000(end_s).to_utc_iso();
+    match text.split_once('T') {
+        Some((date, _)) if !t.to_utc_iso().starts_with(date) => date.to_owned(),
+        _ => text,
+    }
 }
 
 /// Number of links by which kernels or series lead from a body to the solar system's barycentre. The links of the series are counted; a kernel may need fewer.
@@ -110,7 +113,7 @@ impl Ephemeris {
             Some(Source::Kernel) => message!("error-longer-than-kernel"),
             _ => message!("error-longer-kernel"),
         };
-        let [first, last, time] = [date_text(first), date_text(last), t.to_utc_iso()].map(Argument::Time);
+        let [first, last, time] = [end_text(first, t), end_text(last, t), t.to_utc_iso()].map(Argument::Time);
         let tdb_s = t.tdb_seconds_past_j2000();
         let mut gaps = spans.windows(2).map(|pair| (pair[0].1, pair[1].0));
         EphemerisError(match gaps.find(|(start, end)| (*start..*end).contains(&tdb_s)) {
@@ -118,7 +121,7 @@ impl Ephemeris {
                 message!("error-time-outside", sources = sources, body = &body, first = first, last = last, time = time, other = advice)
             }
             Some((start, end)) => {
-                let [until, again] = [date_text(start), date_text(end)].map(Argument::Time);
+                let [until, again] = [end_text(start, t), end_text(end, t)].map(Argument::Time);
                 message!(
                     "error-time-in-gap",
                     sources = sources,

@@ -36,6 +36,7 @@ mod time_grid;
 pub mod topocentric;
 #[doc(hidden)]
 pub mod two_body;
+mod user_kernel;
 
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::message::{Argument, Message, message};
@@ -210,12 +211,6 @@ impl Ephemeris {
             recent_centres: Mutex::default(),
             earth_rotation: orientation::EarthRotation::default(),
         })
-    }
-
-    /// Adds the user's SPK (bytes of the file) with precedence over the shipped kernel.
-    pub fn with_kernel(mut self, name: &str, bytes: Vec<u8>) -> Result<Self, EphemerisError> {
-        self.kernels.insert(0, spk::Spk::parse(name, &bytes)?);
-        Ok(self)
     }
 
     /// Geometric state of `body` relative to `center`, ICRF. `source`: the one to use where there is a choice, or [`BEST_SOURCE`].

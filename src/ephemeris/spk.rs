@@ -199,6 +199,11 @@ impl Spk {
         self.segment(target, tdb_s).map(|segment| (segment.center, segment.state(tdb_s)))
     }
 
+    /// All segments; those of one target in order of precedence.
+    pub fn segments(&self) -> impl Iterator<Item = &Segment> + '_ {
+        self.by_target.values().flatten()
+    }
+
     /// The segment of `target` that covers the instant.
     pub fn segment(&self, target: i32, tdb_s: f64) -> Option<&Segment> {
         self.by_target.get(&target)?.iter().find(|s| s.covers(tdb_s))

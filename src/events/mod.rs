@@ -29,8 +29,8 @@ pub use path::{CutVertex, EclipsePath, cut_at_antimeridian};
 pub use solar::{SolarEclipse, SolarType};
 pub use transit::{Transit, transits};
 
-use crate::catalog::Catalog;
-use crate::ephemeris::{Ephemeris, EphemerisError};
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use lunation::{Phase, Syzygy};
@@ -41,7 +41,7 @@ use std::ops::Range;
 /// Eclipses of the Sun whose greatest phase is in `from..to`.
 ///
 /// # Errors
-/// The catalog lacks a body, or the ephemeris does not cover the span.
+/// The catalog lacks a body, or the ephemeris does not cover the span; if an eclipse is possible near its ends, two days before and after it, too.
 pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<SolarEclipse>, EphemerisError> {
     let with_saros_member = true;
     find_solar(catalog, ephemeris, from..to, with_saros_member)
@@ -94,7 +94,14 @@ fn find_solar(
     let radii = BodyRadii::of(catalog)?;
     let eclipse_at = |new_moon| solar::eclipse_at(ephemeris, radii, new_moon);
     let set_member = |e: &mut SolarEclipse, member| e.saros_member = member;
-    eclipses_at_phase(Phase::New, span, |e| e.greatest, eclipse_at, with_saros_member.then_some(set_member))
+    eclipses_at_phase(
+        Phase::New,
+        span,
+        |t| check_covered(ephemeris, t),
+        |e| e.greatest,
+        eclipse_at,
+        with_saros_member.then_some(set_member),
+    )
 }
 
 /// As [`find_solar`].
@@ -107,18 +114,41 @@ fn find_lunar(
     let radii = BodyRadii::of(catalog)?;
     let eclipse_at = |full_moon| lunar::eclipse_at(ephemeris, radii, full_moon);
     let set_member = |e: &mut LunarEclipse, member| e.saros_member = member;
-    eclipses_at_phase(Phase::Full, span, |e| e.greatest, eclipse_at, with_saros_member.then_some(set_member))
+    eclipses_at_phase(
+        Phase::Full,
+        span,
+        |t| check_covered(ephemeris, t),
+        |e| e.greatest,
+        eclipse_at,
+        with_saros_member.then_some(set_member),
+    )
+}
+
+/// Checks that the ephemeris has the Sun, the Earth and the Moon at `t`.
+///
+/// # Errors
+/// The ephemeris does not cover `t`.
+fn check_covered(ephemeris: &Ephemeris, t: Instant) -> Result<(), EphemerisError> {
+    ephemeris.state(NaifId::EARTH, NaifId::SUN, t, BEST_SOURCE)?;
+    ephemeris.state(NaifId::MOON, NaifId::EARTH, t, BEST_SOURCE)?;
+    Ok(())
 }
 
 /// The eclipses that `eclipse_at` finds at the new or full moons of a span. `set_member` stores an eclipse's number within its Saros series; with
 /// `None`, the numbers are not computed.
+///
+/// `check_covered` is called at the ends of the span and at each of its phases: `eclipse_at` rules out most phases without the ephemeris, and a span may have
+/// no phase at all, but the answer that there is no eclipse is for covered spans only.
 fn eclipses_at_phase<E>(
     phase: Phase,
     span: Range<Instant>,
+    check_covered: impl Fn(Instant) -> Result<(), EphemerisError>,
     greatest: impl Fn(&E) -> Instant,
     eclipse_at: impl Fn(Syzygy) -> Result<Option<E>, EphemerisError>,
     set_member: Option<impl Fn(&mut E, Option<i64>)>,
 ) -> Result<Vec<E>, EphemerisError> {
+    check_covered(span.start)?;
+    check_covered(span.end)?;
     let mut found = Vec::new();
     let mut starts = SeriesStarts::default();
     // The mean new or full moon and the greatest eclipse differ by less than a day.
@@ -130,6 +160,9 @@ fn eclipses_at_phase<E>(
         syzygy = syzygy.next();
     }
     while syzygy.mean_instant() < last {
+        if span.contains(&syzygy.mean_instant()) {
+            check_covered(syzygy.mean_instant())?;
+        }
         if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| span.contains(&greatest(e))) {
             if let Some(set_member) = &set_member {
                 // `None` if the series may have begun before the span of the ephemeris.
@@ -146,17 +179,46 @@ fn eclipses_at_phase<E>(
 mod tests {
     use super::*;
 
+    fn instant(text: &str) -> Instant {
+        Instant::parse(text).expect("a time")
+    }
+
+    /// The mean new moons from `from` to `to` at which `has_eclipse`, if the ephemeris covers all times but those of `gap`.
+    fn new_moons(from: &str, to: &str, gap: Range<Instant>, has_eclipse: bool) -> Result<usize, EphemerisError> {
+        let check_covered = |t: Instant| if gap.contains(&t) { Err(EphemerisError::other("not covered")) } else { Ok(()) };
+        // As the real functions: the ephemeris is asked only if an eclipse is possible.
+        let eclipse_at = |syzygy: Syzygy| match has_eclipse {
+            true => check_covered(syzygy.mean_instant()).map(|()| Some(syzygy)),
+            false => Ok(None),
+        };
+        let no_member: Option<fn(&mut Syzygy, Option<i64>)> = None;
+        let span = instant(from)..instant(to);
+        eclipses_at_phase(Phase::New, span, check_covered, |syzygy| syzygy.mean_instant(), eclipse_at, no_member).map(|found| found.len())
+    }
+
     /// A span may begin a day after the ephemeris does.
     #[test]
     fn no_phase_before_the_margin_is_computed() {
-        let span = Instant::parse("2024-01-01").expect("a time")..Instant::parse("2025-01-01").expect("a time");
-        let covered_from = span.start.plus_seconds(-SECONDS_PER_DAY);
-        let eclipse_at = |syzygy: Syzygy| match syzygy.mean_instant() < covered_from {
-            true => Err(EphemerisError::other("not covered")),
-            false => Ok(Some(syzygy)),
-        };
-        let no_member: Option<fn(&mut Syzygy, Option<i64>)> = None;
-        let found = eclipses_at_phase(Phase::New, span, |syzygy| syzygy.mean_instant(), eclipse_at, no_member).expect("covered");
-        assert_eq!(found.len(), 13, "the new moons of 2024, from 11 January to 30 December");
+        let before = instant("-1000-01-01")..instant("2024-01-01").plus_seconds(-SECONDS_PER_DAY);
+        assert_eq!(new_moons("2024-01-01", "2025-01-01", before, true), Ok(13), "the new moons of 2024, from 11 January to 30 December");
+    }
+
+    /// Mean elements tell of any year that an eclipse is impossible: "no eclipse" must still be an error where the ephemeris has no positions.
+    #[test]
+    fn no_eclipse_is_an_answer_only_for_spans_that_are_covered() {
+        let count = |from, to, (gap_start, gap_end)| new_moons(from, to, instant(gap_start)..instant(gap_end), false);
+        // Mean new moons of 2024: 11 January, 9 February, 10 March.
+        let february = ("2024-02-01", "2024-02-28");
+        assert_eq!(count("2024-03-01", "2024-04-01", february), Ok(0), "the gap is before the span");
+        assert_eq!(count("2024-01-15", "2024-01-31", february), Ok(0), "the gap is after the span");
+        for (from, to, gap, what) in [
+            ("2024-02-03", "2024-02-25", february, "the entire span"),
+            ("2024-02-12", "2024-02-20", february, "a span without a new moon"),
+            ("2024-01-15", "2024-02-05", february, "the end"),
+            ("2024-02-20", "2024-03-05", february, "the beginning"),
+            ("2024-01-01", "2024-04-01", ("2024-02-07", "2024-02-12"), "a new moon between the ends"),
+        ] {
+            assert!(count(from, to, gap).is_err(), "{what}");
+        }
     }
 }

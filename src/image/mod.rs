@@ -119,7 +119,8 @@ impl ImageError {
 }
 
 fn unreadable_text(reason: &str) -> String {
-    format!("not an image that can be read: {reason}")
+    // Some reasons of decoders end with a line break.
+    format!("not an image that can be read: {}", reason.trim_end())
 }
 
 fn too_large_text(width: u32, height: u32, max_megapixels: u32) -> String {
@@ -244,5 +245,20 @@ impl Texture {
             weight_sum += weight * f64::from(level.width);
         }
         sum.map(|s| s / weight_sum)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line break at the end would be printed as `\n`.
+    #[test]
+    fn reasons_of_decoders_end_without_a_line_break() {
+        let error = |reason: &str| ImageError::Unreadable { name: "a.jpg".into(), reason: reason.into() };
+        for reason in ["expected 162 but found 143", "expected 162 but found 143\n"] {
+            assert_eq!(error(reason).to_string(), "a.jpg: not an image that can be read: expected 162 but found 143");
+            assert_eq!(error(reason).file_and_reason().1, "not an image that can be read: expected 162 but found 143");
+        }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! In: an [`Obj`] and the body's [`ShapeParameters`]. Out: a [`Mesh`]. Missing data are computed: a normal as the mean of the faces around its position,
 //! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. If a triangle crosses the map's seam, its texture
-//! coordinates continue beyond the map's edge (the sampler repeats). A corner at a pole takes the mean longitude of the other two. A triangle that contains a
-//! pole is split into three there. Triangles without an area are dropped.
+//! coordinates continue beyond the map's edge (the sampler repeats). A corner at a pole takes the mean longitude of the other two. A triangle that has a
+//! pole inside or on an edge is split there, into three or two. Triangles without an area are dropped.
 
 use super::obj::{Corner, Obj};
 use super::self_shadow::{RayCastMesh, RayCastVertex};
@@ -57,8 +57,8 @@ pub enum ShapeError {
 const FARTHEST_VERTEX_RANGE: std::ops::RangeInclusive<f64> = 0.2..=4.0;
 /// Maximum number of boxes of triangles that a line through the shape's box may meet on average. For a round shape it is 3, whatever its number of triangles.
 const MAX_OVERLAP: f64 = 64.0;
-/// Smallest barycentric weight with which a point counts as inside a triangle, not on its edge; allows for rounding.
-const MIN_INNER_WEIGHT: f64 = 1e-9;
+/// A point counts as on a triangle's edge if its barycentric weight for the opposite corner is at most this, positive or negative; allows for rounding.
+const MAX_EDGE_WEIGHT: f64 = 1e-9;
 /// A corner is at a pole if its distance from the axis of rotation, in the unit-sphere frame, is below this.
 const AXIS_TOLERANCE: f64 = 1e-7;
 
@@ -137,13 +137,15 @@ impl ShapeParameters {
     }
 }
 
-/// Barycentric coordinates of the point where the axis of rotation intersects a triangle; `None` if the axis misses the triangle or meets an edge.
+/// Barycentric coordinates of the point where the axis of rotation intersects a triangle; on an edge, the coordinate of the opposite corner is exactly 0.
+/// `None` if the axis misses the triangle or meets a corner.
 fn pole_weights(positions: [DVec3; 3]) -> Option<DVec3> {
     let p = positions.map(DVec3::truncate);
     let weights = DVec3::new(p[1].perp_dot(p[2]), p[2].perp_dot(p[0]), p[0].perp_dot(p[1]));
     let sum = weights.x + weights.y + weights.z;
-    let weights = weights / sum;
-    (sum != 0.0 && weights.min_element() > MIN_INNER_WEIGHT).then_some(weights)
+    let weights = (weights / sum).to_array().map(|weight| if weight.abs() > MAX_EDGE_WEIGHT { weight } else { 0.0 });
+    let is_at_corner = weights.iter().filter(|weight| **weight != 0.0).count() < 2;
+    (sum != 0.0 && weights.iter().all(|weight| *weight >= 0.0) && !is_at_corner).then_some(DVec3::from_array(weights))
 }
 
 /// Makes the texture coordinates of a triangle's corners continuous across the seam and at a pole.
@@ -256,6 +258,8 @@ impl Mesh {
             t.iter().for_each(|c| normal_sums[position_ids[c.position as usize] as usize] += area_vector(t));
         }
         let mut builder = MeshBuilder::default();
+        // The id and the position of a pole on an edge, by the ids of the edge's ends: both triangles of the edge share them.
+        let mut poles_on_edges: FxHashMap<[u32; 2], (u32, DVec3)> = FxHashMap::default();
         for t in &triangles_with_area {
             let face_normal = area_vector(t).normalize();
             let has_file_uv = t.iter().all(|c| c.texture.is_some());
@@ -287,11 +291,17 @@ impl Mesh {
                     };
                     let mut position_km = interpolated(|c| c.position_km);
                     (position_km.x, position_km.y) = (0.0, 0.0);
+                    // An id that no position of the file and no earlier pole has.
+                    let mut pole_id = (positions_km.len() + builder.vertices.len()) as u32;
+                    if let Some(opposite) = (0..3).find(|k| weights[*k] == 0.0) {
+                        let mut ends = [corner_ids[(opposite + 1) % 3], corner_ids[(opposite + 2) % 3]];
+                        ends.sort_unstable();
+                        (pole_id, position_km) = *poles_on_edges.entry(ends).or_insert((pole_id, position_km));
+                    }
                     let normal = interpolated(|c| c.normal).try_normalize().unwrap_or(face_normal);
                     let pole = Vertex { position_km, normal, uv: shape.map_coordinates(position_km), colour: interpolated(|c| c.colour) };
-                    // An id that no position of the file and no earlier pole has.
-                    let pole_id = (positions_km.len() + builder.vertices.len()) as u32;
-                    for [a, b] in [[0, 1], [1, 2], [2, 0]] {
+                    // The triangle opposite a corner of weight 0 has no area.
+                    for [a, b, _] in [[0, 1, 2], [1, 2, 0], [2, 0, 1]].into_iter().filter(|[.., opposite]| weights[*opposite] > 0.0) {
                         builder.add_triangle(shape, [corner_ids[a], corner_ids[b], pole_id], [corners[a], corners[b], pole], has_file_uv);
                     }
                 }
@@ -382,6 +392,35 @@ mod tests {
         assert!(poles.clone().count() == 3 && poles.into_iter().all(|k| vertex(&mesh.map_coordinates, 2, k)[1] == 0.0));
         let beside = text.replace("v -0.3", "v 0.3");
         assert_eq!(Mesh::of(&parse(&beside).expect("reads"), &ROUND).expect("a mesh").triangle_count(), 1);
+    }
+
+    /// The diagonal of a square over the pole: each half is cut there, so that each triangle spans a quarter of the map, and none half of it.
+    #[test]
+    fn an_edge_over_a_pole_is_cut_there() {
+        let text = "v 1 0.2 1\nv -0.2 1 1\nv -1 -0.2 1\nv 0.2 -1 1\nf 1 2 3\nf 1 3 4\n";
+        let mesh_of = |text: &str| Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a mesh");
+        let triangles_and_poles = |mesh: &Mesh| {
+            let is_pole = |k: &&u32| vertex(&mesh.positions, 3, **k)[..2] == [0.0, 0.0];
+            (mesh.triangle_count(), mesh.indices.iter().filter(is_pole).count())
+        };
+        let mesh = mesh_of(text);
+        assert_eq!(triangles_and_poles(&mesh), (4, 4));
+        for t in mesh.indices.chunks_exact(3) {
+            let poles: Vec<u32> = t.iter().copied().filter(|k| vertex(&mesh.positions, 3, *k) == [0.0, 0.0, 1.0]).collect();
+            assert!(poles.len() == 1 && vertex(&mesh.map_coordinates, 2, poles[0])[1] == 0.0, "{t:?}");
+            let u: Vec<f32> = t.iter().map(|k| vertex(&mesh.map_coordinates, 2, *k)[0]).collect();
+            let (low, high) = (u.iter().copied().fold(f32::MAX, f32::min), u.iter().copied().fold(f32::MIN, f32::max));
+            // A quarter, with the rounding of f32.
+            assert!((high - low - 0.25).abs() < 1e-6, "{u:?}");
+        }
+        // Both halves have the same pole: it hides from neither of its triangles. The square faces the Sun at the zenith.
+        assert!(mesh.sun_altitudes(DVec3::Z, 0.01).iter().all(|altitude| *altitude > 1.0));
+        // Controls: of a diagonal beside the pole, one half is cut into three triangles and the other is left; a corner at the pole needs no cut.
+        assert_eq!(triangles_and_poles(&mesh_of(&text.replace("v 1 0.2 1", "v 1 0.3 1"))), (4, 3));
+        assert_eq!(triangles_and_poles(&mesh_of("v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n")), (1, 1));
+        // With texture coordinates of the file nothing is cut.
+        let with_uv = text.replace("f 1 2 3\nf 1 3 4", "vt 0 0\nf 1/1 2/1 3/1\nf 1/1 3/1 4/1");
+        assert_eq!(mesh_of(&with_uv).triangle_count(), 2);
     }
 
     #[test]

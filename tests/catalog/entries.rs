@@ -442,6 +442,11 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
         ),
         (moon(50_001, "EMB", "Mars"), vec![(3, "the name \"EMB\" is that of a barycentre")]),
         (moon(50_001, "Pluto-Barycentre", "Mars"), vec![(3, "the name \"Pluto-Barycentre\" is that of a barycentre")]),
+        // Names are looked up before codes. A number that is no other body's code is a name as any other.
+        (moon(50_001, "599", "Mars"), vec![(3, "the name \"599\" is the NAIF code of body 599")]),
+        (moon(50_001, "5", "Mars"), vec![(3, "the name \"5\" is the NAIF code of a barycentre")]),
+        ("[[body]]\nid = 401\naliases = [\"402\"]\n".to_owned(), vec![(3, "the name \"402\" is the NAIF code of body 402")]),
+        (moon(50_001, "50001", "Mars") + &moon(50_002, "433", "Mars"), vec![]),
     ] {
         let found = problems(&text);
         assert_eq!(found.len(), expected.len(), "{found:?}");

@@ -357,11 +357,11 @@ fn meaningless_values_are_refused_by_option_name() {
     let pixel = |effects: &str| format!(r#"{{"q":"pixel","view":{view},"size":[8,8],"x":4,"y":4,"effects":"{effects}"}}"#);
     assert!(error_line(&orrery(&cache, &["probe", &pixel("marz:-atmosphere")]), "a body of an effect").contains("`Mars`"));
     assert!(orrery(&cache, &["probe", &pixel("mars:-atmosphere")]).status.success());
-    // A cache that cannot be read is an error, and not reported as empty.
+    // A cache that cannot be read is an error, and not reported as empty or as cleared.
     std::fs::create_dir_all(cache.join("orrery")).expect("a folder");
     let _ = std::fs::remove_dir_all(cache.join("orrery/shaders"));
     std::fs::write(cache.join("orrery/shaders"), "a file").expect("a file");
-    for args in [["library", "status"], ["library", "verify"]] {
+    for args in [["library", "status"], ["library", "verify"], ["library", "clear"]] {
         let out = orrery(&cache, &args);
         assert!(out.status.code() == Some(1) && stderr_text(&out).contains("shaders cannot be read"), "{args:?}: {}", stderr_text(&out));
     }

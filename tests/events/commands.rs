@@ -163,6 +163,25 @@ fn a_span_may_begin_or_end_now() {
     assert_eq!(find(&["--from", "now", "--to", "1990-01-01"]).status.code(), Some(1));
 }
 
+/// No eclipse is possible in these spans by mean elements, which are good for any year; beyond the ephemeris that is no answer.
+#[test]
+fn a_span_beyond_the_ephemeris_is_an_error_even_if_no_eclipse_is_possible_in_it() {
+    for (from, to) in
+        [("5000-01-01", "5000-02-01"), ("3001-01-09", "3001-03-30"), ("3000-12-20", "3001-03-30"), ("-5000-01-01", "-5000-01-20")]
+    {
+        for kind in ["solar", "lunar"] {
+            let out = find(&["--from", from, "--to", to, "--kind", kind]);
+            let stderr_text = String::from_utf8_lossy(&out.stderr);
+            assert_eq!(out.status.code(), Some(1), "{from} to {to}, {kind}: {stderr_text}");
+            assert!(stderr_text.contains("the sources have Earth from") && stderr_text.trim_end().lines().count() == 1, "{stderr_text}");
+        }
+    }
+    // Control: spans without an eclipse that are covered.
+    for (from, to) in [("3000-12-20", "3001-01-05"), ("2024-06-01", "2024-06-20")] {
+        assert_eq!(json(&["--from", from, "--to", to]), serde_json::json!([]), "{from} to {to}");
+    }
+}
+
 #[test]
 fn invalid_arguments_get_one_clear_line() {
     for (args, message_part) in [

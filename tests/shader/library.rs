@@ -418,7 +418,9 @@ fn unreadable_library_folders_are_reported() {
     let (library, _) = open(dir.path());
     assert!(library.status().unreadable.is_some_and(|why| why.contains("shaders cannot be read")));
     assert!(library.verify().unreadable.is_some());
+    assert!(library.clear().is_err_and(|e| e.to_string().contains("shaders cannot be read")));
     // A folder that does not exist yet counts as empty.
     let (library, _) = open(&dir.path().join("none"));
     assert_eq!((library.status().unreadable, library.verify().unreadable), (None, None));
+    assert!(library.clear().is_ok_and(|removed| removed == 0));
 }

@@ -74,7 +74,8 @@ fn the_events_before_the_ends_of_the_ephemeris_are_found() {
         }
         assert!(are_same(&found, &expected), "{start}: {found:?} instead of {expected:?}");
         let why = search.failure().expect("the ephemeris ends first").to_string();
-        assert!(why.contains("from -3001-11-23 to 3001-01-08"), "{why}");
+        // An end on the day of the failed step has its time of day.
+        assert!(why.contains("from -3001-11-23") && why.contains(" to 3001-01-08"), "{why}");
         // Negative control: a search of the whole span fails.
         let century_end = parse_time(start).plus_seconds(if is_backward { -CENTURY_S } else { CENTURY_S });
         let (from, to) = if is_backward { (century_end, parse_time(start)) } else { (parse_time(start), century_end) };

@@ -2,7 +2,8 @@
 //!
 //! In: the label's text and the image's bytes. Out: heights in kilometres, the western edge of the map and the radius of its reference sphere. Supported are
 //! detached labels (in a file of their own), 16-bit integers and 32-bit floating point, both byte orders, SCALING_FACTOR and OFFSET, metres and kilometres,
-//! simple cylindrical maps of the entire Moon, and longitudes positive east or west. Anything else is rejected with an error that names the keyword.
+//! other bytes around the samples of a line, simple cylindrical maps of the entire Moon, and longitudes positive east or west. Anything else, such as a sample
+//! without a height, is rejected with an error that names the keyword.
 
 use super::{DEFAULT_SPHERE_KM, check_size};
 use crate::wording::echo;
@@ -41,6 +42,23 @@ fn number(keyword: &str, text: &str) -> Result<f64, String> {
 /// The number of a keyword, or a default if the label lacks it.
 fn number_or(label: &str, keyword: &str, default: f64) -> Result<f64, String> {
     value(label, keyword).map_or(Ok(default), |v| number(keyword, v))
+}
+
+/// The whole number of a keyword, or a default if the label lacks it.
+fn count_or(label: &str, keyword: &str, default: usize) -> Result<usize, String> {
+    value(label, keyword).map_or(Ok(default), |v| v.parse().map_err(|_| format!("{keyword} = {}: not a whole number", echo(v))))
+}
+
+/// The keywords of the values, before scaling, that stand for samples without a height.
+const NO_HEIGHT_KEYWORDS: [&str; 2] = ["MISSING_CONSTANT", "INVALID_CONSTANT"];
+
+/// The values that stand for samples without a height, each with its keyword and value as in the label.
+fn no_height_values(label: &str) -> Result<Vec<(String, f32)>, String> {
+    let given = NO_HEIGHT_KEYWORDS.into_iter().filter_map(|keyword| Some((keyword, value(label, keyword)?)));
+    // PDS's words for a keyword that has no value.
+    let with_value = given.filter(|(_, text)| !["N/A", "UNK", "NULL"].iter().any(|word| word.eq_ignore_ascii_case(text)));
+    // As f32, because the decimals of a label need not give the exact value of a 32-bit sample.
+    with_value.map(|(keyword, text)| Ok((format!("{keyword} = {}", echo(text)), number(keyword, text)? as f32))).collect()
 }
 
 /// The name of the image file that a label refers to.
@@ -132,8 +150,13 @@ pub(super) fn heights(label: &str, image: &[u8]) -> Result<LabelledHeights, Stri
     };
     let (rows, columns) = (count("LINES")?, count("LINE_SAMPLES")?);
     check_size(columns, rows)?;
+    let bands = count_or(label, "BANDS", 1)?;
+    if bands != 1 {
+        return Err(format!("BANDS = {bands}: only images of one band are supported"));
+    }
     let sample = Sample::of(label)?;
-    if let Some(other) = value(label, "MAP_PROJECTION_TYPE").filter(|p| !["SIMPLE CYLINDRICAL", "EQUIRECTANGULAR"].contains(p)) {
+    let is_supported = |projection: &str| ["SIMPLE CYLINDRICAL", "EQUIRECTANGULAR"].iter().any(|p| p.eq_ignore_ascii_case(projection));
+    if let Some(other) = value(label, "MAP_PROJECTION_TYPE").filter(|p| !is_supported(p)) {
         return Err(format!("MAP_PROJECTION_TYPE = {}: only simple cylindrical maps of the whole Moon are supported", echo(other)));
     }
     let poles_deg = [("MAXIMUM_LATITUDE", 90.0), ("MINIMUM_LATITUDE", -90.0)];
@@ -156,12 +179,25 @@ pub(super) fn heights(label: &str, image: &[u8]) -> Result<LabelledHeights, Stri
     };
     let sphere_km = if offset == 0.0 { DEFAULT_SPHERE_KM } else { offset * km_per_unit };
     let image = image.get(image_offset(label)?..).unwrap_or_default();
-    let needed_bytes = columns * rows * sample.bytes();
+    // Each line may have other bytes before and after its samples.
+    let (prefix_bytes, suffix_bytes) = (count_or(label, "LINE_PREFIX_BYTES", 0)?, count_or(label, "LINE_SUFFIX_BYTES", 0)?);
+    let line_bytes = (columns * sample.bytes()).saturating_add(prefix_bytes).saturating_add(suffix_bytes);
+    let needed_bytes = line_bytes.saturating_mul(rows);
     if image.len() < needed_bytes {
         return Err(format!("its image has {} bytes; {columns} x {rows} heights need {needed_bytes}", image.len()));
     }
-    let heights_km =
-        image.chunks_exact(sample.bytes()).take(columns * rows).map(|bytes| (sample.value(bytes) * factor * km_per_unit) as f32).collect();
+    let no_height = no_height_values(label)?;
+    let mut heights_km = Vec::with_capacity(columns * rows);
+    for (row, line) in image.chunks_exact(line_bytes).take(rows).enumerate() {
+        for (column, bytes) in line[prefix_bytes..].chunks_exact(sample.bytes()).take(columns).enumerate() {
+            let value = sample.value(bytes);
+            if let Some((constant, _)) = no_height.iter().find(|(_, constant)| value as f32 == *constant) {
+                let (row, column) = (row + 1, column + 1);
+                return Err(format!("row {row}, column {column}: no height ({constant}); only maps without gaps are supported"));
+            }
+            heights_km.push((value * factor * km_per_unit) as f32);
+        }
+    }
     // Columns run eastward even if longitudes are positive west; only the sign of the longitude differs.
     let west_deg = number_or(label, "WESTERNMOST_LONGITUDE", 0.0)?;
     let west_deg = match value(label, "POSITIVE_LONGITUDE_DIRECTION").map(str::to_ascii_uppercase).as_deref() {
@@ -258,13 +294,63 @@ END_OBJECT\r
     }
 
     #[test]
+    fn lines_may_have_other_bytes_around_their_samples() {
+        let plain = image(LITTLE_ENDIAN);
+        for (before, after) in [(6, 0), (0, 5), (3, 2)] {
+            let keywords = format!("LINES = 2\r\n  LINE_PREFIX_BYTES = {before}\r\n  LINE_SUFFIX_BYTES = {after}");
+            let text = LABEL.replace("LINES = 2", &keywords);
+            let bytes: Vec<u8> =
+                plain.chunks_exact(8).flat_map(|line| [&vec![7; before][..], line, &vec![9; after][..]].concat()).collect();
+            let read = heights(&text, &bytes).expect("read");
+            assert_eq!(read.heights_km, heights(LABEL, &plain).expect("read").heights_km, "{before} before, {after} after");
+            assert!(heights(&text, &bytes[1..]).is_err(), "cut short");
+        }
+        for keyword in ["LINE_PREFIX_BYTES", "LINE_SUFFIX_BYTES"] {
+            for (count, named) in [("-1", keyword), ("x", keyword), ("18446744073709551615", "bytes")] {
+                let why = heights(&LABEL.replace("LINES = 2", &format!("LINES = 2\r\n {keyword} = {count}")), &plain).err();
+                assert!(why.as_ref().is_some_and(|why| why.contains(named)), "{keyword} = {count}: {why:?}");
+            }
+        }
+    }
+
+    /// -32768 half metres are -16.4 km, near enough to the Moon's lowest height to be drawn.
+    #[test]
+    fn samples_without_a_height_are_refused_by_keyword() {
+        let read = |constant: &str, bytes: &[u8]| heights(&LABEL.replace("LINES = 2", &format!("LINES = 2\r\n  {constant}")), bytes).err();
+        let mut with_gap = image(LITTLE_ENDIAN);
+        with_gap[10..12].copy_from_slice(&i16::MIN.to_le_bytes());
+        for keyword in ["MISSING_CONSTANT", "INVALID_CONSTANT"] {
+            let why = read(&format!("{keyword} = -32768"), &with_gap).expect("a gap");
+            assert!(why.starts_with("row 2, column 2: ") && why.contains(keyword), "{why}");
+            assert!(read(&format!("{keyword} = 16#8000#"), &with_gap).is_some_and(|why| why.starts_with(keyword)), "another notation");
+        }
+        // Controls: a map that has all its heights, and keywords without a value.
+        assert_eq!(read("MISSING_CONSTANT = -32768", &image(LITTLE_ENDIAN)), None);
+        assert_eq!(read("MISSING_CONSTANT = \"N/A\"", &with_gap), None);
+        assert_eq!(read("", &with_gap), None);
+        // The decimals of a 32-bit constant are rounded.
+        let real_label = LABEL.replace("LSB_INTEGER", "PC_REAL").replace("SAMPLE_BITS = 16", "SAMPLE_BITS = 32");
+        let real_label = real_label.replace("LINES = 2", "LINES = 2\r\n  MISSING_CONSTANT = -3.40282265508890E+38");
+        let bytes: Vec<u8> = [0.0; 7].into_iter().chain([f32::from_bits(0xFF7F_FFFB)]).flat_map(f32::to_le_bytes).collect();
+        assert!(heights(&real_label, &bytes).is_err_and(|why| why.starts_with("row 2, column 4: ")));
+    }
+
+    #[test]
+    fn keywords_may_have_values_in_lower_case() {
+        let text =
+            LABEL.replace("SIMPLE CYLINDRICAL", "Simple Cylindrical").replace("METER", "meter").replace("LSB_INTEGER", "lsb_integer");
+        assert!(heights(&text, &image(LITTLE_ENDIAN)).is_ok());
+    }
+
+    #[test]
     fn unsupported_labels_are_rejected_by_keyword() {
         let whole = image(LITTLE_ENDIAN);
         for (from, to, named) in [
             ("  LINES = 2\r", "", "LINES"),
             ("LINES = 2", "LINES = two", "LINES"),
             ("SAMPLE_BITS = 16", "SAMPLE_BITS = 8", "SAMPLE_BITS"),
-            ("SIMPLE CYLINDRICAL", "POLAR STEREOGRAPHIC", "MAP_PROJECTION_TYPE"),
+            ("SIMPLE CYLINDRICAL", "Polar Stereographic", "MAP_PROJECTION_TYPE"),
+            ("LINES = 2", "BANDS = 2\r\n  LINES = 2", "BANDS"),
             ("MAXIMUM_LATITUDE = 90", "MAXIMUM_LATITUDE = 60", "MAXIMUM_LATITUDE"),
             ("METER", "FATHOM", "UNIT"),
             ("0.5", "much", "SCALING_FACTOR"),

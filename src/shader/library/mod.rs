@@ -419,6 +419,9 @@ impl ShaderLibrary {
     }
 
     /// Removes every entry of every generator, and temporary files of crashed writers. Returns the number of files removed.
+    ///
+    /// # Errors
+    /// A file cannot be removed, or a folder cannot be read, so that entries may be left in it.
     pub fn clear(&self) -> std::io::Result<u64> {
         let mut removed = 0;
         for folder in self.folders() {
@@ -429,7 +432,7 @@ impl ShaderLibrary {
             let _ = std::fs::remove_dir(&folder);
         }
         self.modules.lock().clear();
-        Ok(removed)
+        self.unreadable().map_or(Ok(removed), |why| Err(std::io::Error::other(why)))
     }
 
     /// The first folder that exists and cannot be read.
