@@ -5,7 +5,8 @@
 //!
 //! egui moves the keyboard focus once per pass, and on Escape removes it before any field has read its text. If a frame takes a second, the
 //! keys `/`, the letters of a word, Enter and Escape can arrive in the same frame. If one pass handled them all, the letters would act as
-//! shortcuts.
+//! shortcuts. A press elsewhere ends a text field (`theme::apply` tells egui so), which then reads its text. The release is a click, by which a button may hide
+//! the field, so that it needs a later pass.
 
 use egui::{Context, Event, Key, Plugin, RawInput, Ui};
 
@@ -36,12 +37,16 @@ fn can_move_focus(event: &Event) -> bool {
 }
 
 /// Number of events that one pass can handle. The pass ends before a typed event that follows a possible move of the focus. It also ends before an event
-/// that can end a text field, if an event of this pass was typed.
-fn events_in_pass(events: &[Event]) -> usize {
+/// that can end a text field, if an event of this pass was typed. `is_editing`: whether a text field has the focus; then the pass also ends after a press of a
+/// pointer's button.
+fn events_in_pass(events: &[Event], is_editing: bool) -> usize {
     let (mut has_typed, mut may_have_moved_focus) = (false, false);
     for (index, event) in events.iter().enumerate() {
         if (may_have_moved_focus && is_typed(event)) || (has_typed && can_end_field(event)) {
             return index;
+        }
+        if is_editing && matches!(event, Event::PointerButton { pressed: true, .. }) {
+            return index + 1;
         }
         has_typed |= is_typed(event);
         may_have_moved_focus |= can_move_focus(event);
@@ -55,9 +60,9 @@ impl Plugin for InputOrder {
     }
 
     /// Passes on as many of the waiting and the new events as one pass can handle.
-    fn input_hook(&mut self, _: &Context, input: &mut RawInput) {
+    fn input_hook(&mut self, ctx: &Context, input: &mut RawInput) {
         self.waiting.append(&mut input.events);
-        let later_events = self.waiting.split_off(events_in_pass(&self.waiting));
+        let later_events = self.waiting.split_off(events_in_pass(&self.waiting, ctx.text_edit_focused()));
         input.events = std::mem::replace(&mut self.waiting, later_events);
     }
 
@@ -108,5 +113,7 @@ mod tests {
             |pressed| Event::PointerButton { pos: position, button: egui::PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
         let events = [Event::PointerMoved(position), button(true), Event::PointerMoved(position), button(false), Event::Zoom(1.0)];
         assert_eq!(passes(&events), [events.to_vec()]);
+        // While a text is edited, it is read between the press and the release.
+        assert_eq!([false, true].map(|is_editing| events_in_pass(&events, is_editing)), [5, 2]);
     }
 }
