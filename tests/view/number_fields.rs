@@ -96,11 +96,17 @@ fn type_and_hide(window: &mut Window, field: &str, text: &str, button: &str, cli
     window.run_steps(3);
 }
 
+/// The click of a screen reader, which has no pointer and takes the focus from no field.
+fn click_by_screen_reader(window: &mut Window, place: Pos2) {
+    window.query_all_by_role(Role::Button).find(|button| button.rect().center() == place).expect("a button").click_accesskit();
+    window.run_steps(1);
+}
+
 /// The button is shown before the field, and so hides it in the pass of the click.
 #[test]
 fn a_click_on_a_button_that_hides_the_field_counts() {
     let mut window = window_without_images(MARS);
-    for click_as_chosen in [click, click_in_one_frame] {
+    for click_as_chosen in [click, click_in_one_frame, click_by_screen_reader] {
         for (field, text, button, expected, reply) in [
             (FRAMES, "12", "Information", 12.0, ""),
             (FRAMES, "7.5", "Information", 12.0, "“7.5” is not a whole number"),
