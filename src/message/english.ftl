@@ -245,6 +245,7 @@ error-request = { $detail }
 error-unknown = { $detail }
 error-catalog = { $detail }
 error-shader = { $detail }
+error-key = { $detail }
 error-map = { $detail }
 error-drawing = { $detail }
 error-gpu = { $detail }

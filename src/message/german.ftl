@@ -246,6 +246,7 @@ error-request = Diese Ansicht ist nicht möglich: { $detail }
 error-unknown = Nicht gefunden: { $detail }
 error-catalog = Ein Katalog ist fehlerhaft: { $detail }
 error-shader = Ein Shader ist nicht verwendbar: { $detail }
+error-key = Das ist kein Shader-Schlüssel: { $detail }
 error-map = Eine Karte ist nicht lesbar: { $detail }
 error-drawing = Das Bild kann nicht gezeichnet werden: { $detail }
 error-gpu = Keine GPU ist verwendbar: { $detail }

@@ -105,4 +105,11 @@ impl BodyReport {
     pub fn has_direction(&self) -> bool {
         self.distance_km > 0.0
     }
+
+    /// Takes the values that another viewer sees; what is drawn, where, and why, stays.
+    pub(crate) fn take_values(&mut self, seen: Self) {
+        let drawn = std::mem::replace(self, seen);
+        (self.appearance, self.placement, self.decisions) = (drawn.appearance, drawn.placement, drawn.decisions);
+        (self.features, self.invented) = (drawn.features, drawn.invented);
+    }
 }

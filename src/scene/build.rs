@@ -145,7 +145,7 @@ impl<'a> SceneBuilder<'a> {
 
     /// Whether the camera is at this body's centre, so that the body is not drawn.
     fn camera_is_at_centre_of(&self, body: &Body) -> bool {
-        self.viewer.at_centre_of == Some(body.id)
+        self.viewer.at_centre_of.is_some_and(|centre| centre.id == body.id)
     }
 
     /// The files and tables that [`Self::build`] needs for the complete scene. `known`: what has been loaded so far, and which files cannot be read; the

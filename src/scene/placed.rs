@@ -89,12 +89,14 @@ pub(crate) fn place<'a>(
 ) -> Result<PlacedBody<'a>, SceneError> {
     let camera = &viewer.camera;
     let body_under_camera = viewer.stands_on.filter(|under| under.id == body.id);
-    let (position_km, emitted_at) = match body_under_camera {
-        _ if viewer.at_centre_of == Some(body.id) => (camera.position_km, request.time),
-        Some(under) => (under.centre_km, request.time),
+    let body_around_camera = viewer.at_centre_of.filter(|around| around.id == body.id);
+    let camera_is_at_centre = body_around_camera.is_some();
+    let (position_km, emitted_at) = match body_under_camera.or(body_around_camera) {
+        Some(body_with_camera) => (body_with_camera.centre_km, request.time),
         None => ephemeris.light_time_position(body.id, camera.position_km, request.time)?,
     };
-    let astrometric_km = position_km - camera.position_km;
+    // The eyes of a stereo pair are beside the centre. As for the view, the body has no direction.
+    let astrometric_km = if camera_is_at_centre { DVec3::ZERO } else { position_km - camera.position_km };
     let distance_km = astrometric_km.length();
     let body_from_icrf = ephemeris.body_from_icrf(body.id, emitted_at)?;
     let mut placement = Placement { centre_km: astrometric_km, body_from_icrf, radii_km: body.radii_km };
@@ -111,7 +113,6 @@ pub(crate) fn place<'a>(
     } else {
         ephemeris.light_time_position(NaifId::SUN, position_km, emitted_at)?.0 - position_km
     };
-    let camera_is_at_centre = viewer.at_centre_of == Some(body.id);
     if !camera_is_at_centre && placement.camera_is_inside() {
         return Err(SceneError::Inside(body.name.clone()));
     }

@@ -6,7 +6,7 @@
 use super::{Session, SessionError, Stage};
 use crate::render::plan::{self, Plan, PlanError, SamplingQuality};
 use crate::scene::camera::geometry::{ImageGeometry, WarpedGeometry};
-use crate::scene::composite::{Composite, CompositeFrames, FrameRequest};
+use crate::scene::composite::{Arrangement, Composite, CompositeFrames, FrameRequest};
 use crate::scene::request::{Projection, ViewRequest};
 use crate::scene::{Scene, SceneBuilder};
 use std::sync::Arc;
@@ -60,11 +60,13 @@ impl Session {
             (unwarped.width, unwarped.height) = (side_px(height * aspect), side_px(height));
         }
         let mut frames = CompositeFrames::of(&self.catalog, &self.ephemeris, &unwarped)?;
-        let exposure = {
+        let (exposure, values) = {
             let FrameRequest { request, viewer } = &frames.meter;
             let new_builder = || SceneBuilder::with_viewer(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
-            let (builder, _) = self.metered_builder(new_builder)?;
-            builder.exposure().clone()
+            let (builder, resources) = self.metered_builder(new_builder)?;
+            // Faces see the values of the view themselves.
+            let is_stereo = matches!(frames.arrangement, Arrangement::Eyes(_));
+            (builder.exposure().clone(), if is_stereo { builder.values_of_bodies(&resources) } else { Vec::new() })
         };
         frames.set_exposure(&exposure);
         let mut scenes = Vec::new();
@@ -74,7 +76,7 @@ impl Session {
             scene.exposure = exposure.clone();
             scenes.push(scene);
         }
-        let composite = Composite::new(&self.catalog, &unwarped, frames.arrangement, &frames.meter.viewer, scenes);
+        let composite = Composite::new(&self.catalog, &unwarped, frames.arrangement, &frames.meter.viewer, values, scenes);
         composite.map(|c| (c, screen_px)).ok_or_else(|| SessionError::from(PlanError::Module("an image without a frame".into())))
     }
 }

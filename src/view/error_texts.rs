@@ -11,6 +11,7 @@ use crate::message::{Argument, Message, message};
 use crate::render::plan::PlanError;
 use crate::scene::SceneError;
 use crate::session::{RendererError, SessionError};
+use crate::shader::key::KeyTextError;
 use crate::view::app::view_state::ViewStateError;
 use crate::view::language::message_text;
 use crate::view::link::ViewTextError;
@@ -46,6 +47,7 @@ fn error_message(error: &(dyn Error + 'static)) -> Message {
         Some(ViewStateError::Request(e)) => scene_error_message(e),
         Some(ViewStateError::Field(_) | ViewStateError::NoSuchBody(_)) => message!("error-request", detail = detail()),
         None if error.is::<ImageError>() => message!("error-map", detail = detail()),
+        None if error.is::<KeyTextError>() => message!("error-key", detail = detail()),
         None => message!("error-other", detail = detail()),
     }
 }
@@ -81,6 +83,7 @@ mod tests {
     use crate::catalog::{Catalog, NaifId};
     use crate::ephemeris::{BEST_SOURCE, Ephemeris};
     use crate::scene::SceneError;
+    use crate::shader::key::ShaderKey;
     use crate::time::Instant;
     use crate::view::language::{Language, set};
 
@@ -93,7 +96,9 @@ mod tests {
         let late = Instant::parse("9999-12-31T00:00:00Z").expect("a time");
         let outside = || ephemeris.state(NaifId::MOON, NaifId::EARTH, late, BEST_SOURCE).expect_err("too late");
         let denied = || "Permission denied (os error 13)".to_owned();
-        let errors: [(Box<dyn Error>, &str); 8] = [
+        let misspelt = "lambert.albdo.sun1".parse::<ShaderKey>().expect_err("no such word");
+        let errors: [(Box<dyn Error>, &str); 9] = [
+            (Box::new(misspelt), "Das ist kein Shader-Schlüssel: shader key `lambert.albdo.sun1`: `albdo` "),
             (boxed(SessionError::Ephemeris(outside())), "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis "),
             (boxed(SessionError::Scene(SceneError::Inside("Moon".into()))), "Die Kamera ist im Inneren von Mond: "),
             (boxed(SessionError::File { path: "a.toml".into(), why: denied() }), "a.toml kann nicht gelesen werden: keine Berechtigung"),

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
+use orrery::scene::Scene;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::labels::{Label, LabelLayer, LabelMetrics, LabelSide, label_rect};
 use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Stereo, StereoLayout, ToneMap, ViewRequest};
@@ -283,4 +284,37 @@ fn the_scene_of_a_stereo_pair_has_its_texts_where_they_are_drawn() {
             assert!(!at(-1.5) && at(0.5) && at(1.5), "{layout:?}: {corner}");
         }
     }
+}
+
+/// Distance, size, phase, magnitude and sub-points are those of the view, between the eyes. They were those of the left eye, which here is millions of
+/// kilometres from the Earth's centre, and the Earth was beside itself.
+#[test]
+fn the_values_of_a_stereo_pair_are_those_of_the_view() {
+    let time = Instant::parse("2024-01-20T16:30:00Z").expect("a time");
+    let position = Position::Centre(NaifId::EARTH);
+    let single = ViewRequest { position, width: 400, height: 300, fov_deg: Some(45.0), ..ViewRequest::of(JUPITER, time) };
+    let scene = |request: &ViewRequest| {
+        let sampling = SamplingQuality { samples: 1, anisotropy: 1 };
+        SESSION.draw(request, sampling, FrameImages::Display).expect("drawn").scene
+    };
+    let values = |scene: &Scene, id: NaifId| {
+        let body = scene.body(id).expect("in the catalog");
+        let sub_points = [Some(body.sub_observer), body.sub_solar].map(|p| p.map(|p| [p.lat_centric_deg, p.lon_east_deg]));
+        let numbers = [body.distance_km, body.angular_diameter_deg, body.diameter_px, body.phase_angle_deg];
+        (numbers, body.magnitude, sub_points, body.sun_altitude_deg)
+    };
+    let view = scene(&single);
+    for (layout, width) in [(StereoLayout::SideBySide, 800), (StereoLayout::Anaglyph, 400), (StereoLayout::Interlaced, 400)] {
+        let stereo = Some(Stereo { layout, eye_separation_km: None });
+        let pair = scene(&ViewRequest { composition: Composition { stereo, ..Composition::default() }, width, ..single.clone() });
+        for id in [JUPITER, NaifId(501), NaifId::SUN, NaifId::MOON, NaifId::EARTH] {
+            assert_eq!(values(&pair, id), values(&view, id), "{layout:?}: {id:?}");
+        }
+        // The comparison must be able to fail: what is drawn is where the left eye sees it, at another distance.
+        let [from_eye_km, from_view_km] = [&pair, &view].map(|s| s.body(JUPITER).expect("in the catalog").placement.centre_km.length());
+        assert!((from_eye_km - from_view_km).abs() > 1e3, "{layout:?}: {from_eye_km} and {from_view_km} km");
+    }
+    // The sub-solar latitude of the Earth is the declination of the Sun, -20.1 degrees on this day (Astronomical Almanac).
+    let declination_deg = view.body(NaifId::EARTH).and_then(|earth| earth.sub_solar).expect("lit by the Sun").lat_centric_deg;
+    assert!((declination_deg + 20.1).abs() < 0.1, "{declination_deg}");
 }

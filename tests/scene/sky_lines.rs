@@ -385,15 +385,15 @@ fn visible_stars_have_names() {
     assert!(scene(&at_stops(19.0, Layers { star_names: false, ..named })).line_texts.is_none());
 }
 
-/// Spica, eight pixels inside the right limb of the Moon, has no name, though there would be room for it beside the limb, and no click selects it; eight
-/// pixels outside it has one.
+/// Spica, eight pixels inside the right limb of the Moon, has no name, though there would be room for it beside the limb, no click selects it, and it has no
+/// place for a ring around it; eight pixels outside it has these.
 #[test]
 fn a_body_hides_the_names_of_the_stars_behind_it() {
     const MOON_RADIUS_KM: f64 = 1737.4;
     let index = SESSION.catalog().stars().index_of_hip(65_474).expect("in the catalog");
     let spica = SESSION.catalog().stars().stars()[index].direction.normalize();
     let right = spica.cross(DVec3::Z).normalize();
-    // Whether the star has a name, and whether a click outside the limb selects it.
+    // Whether the star has a name, whether a click outside the limb selects it, and whether it has a place for a ring.
     let shown = |beyond_limb_px: f64| {
         let request = ViewRequest {
             exposure: orrery::scene::request::ExposureRequest::Stops(19.0),
@@ -405,7 +405,10 @@ fn a_body_hides_the_names_of_the_stars_behind_it() {
         let offset_km = -20.0 * MOON_RADIUS_KM * (spica * cos - right * sin);
         let built = scene(&ViewRequest { position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf }, ..request });
         let selected = orrery::scene::labels::star_at(&built, DVec2::new(260.0, 200.0)) == Some(index);
-        (built.line_texts.is_some_and(|layer| layer.texts.iter().any(|t| t.text == "Spica")), selected)
+        let has_place = orrery::scene::labels::star_px(&built, index).is_some();
+        // The Moon is drawn over the star.
+        assert!(built.stars.iter().any(|sprite| sprite.star == Some(index)), "the star is not in the frame");
+        (built.line_texts.is_some_and(|layer| layer.texts.iter().any(|t| t.text == "Spica")), selected, has_place)
     };
-    assert_eq!((shown(-8.0), shown(8.0)), ((false, false), (true, true)));
+    assert_eq!((shown(-8.0), shown(8.0)), ((false, false, false), (true, true, true)));
 }

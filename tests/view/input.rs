@@ -102,7 +102,7 @@ pub(super) fn click(window: &mut Window, pos: Pos2) {
 }
 
 /// Presses and releases in one frame.
-fn click_in_one_frame(window: &mut Window, pos: Pos2) {
+pub(super) fn click_in_one_frame(window: &mut Window, pos: Pos2) {
     window.hover_at(pos);
     window.run_steps(1);
     window.input_mut().events.extend([primary_button(pos, true), primary_button(pos, false)]);

@@ -144,6 +144,35 @@ fn the_focused_entry_of_every_list_has_a_ring() {
     assert!(count > 36, "{count} lists");
 }
 
+/// After Escape the focus was nowhere, so that the next Tab went to the first control of the window.
+#[test]
+fn escape_gives_the_focus_back_to_the_button_of_the_menu() {
+    let mut window = window_without_images(NaifId(599));
+    for (role, name) in [(Role::Button, "Layers"), (Role::Button, "Calendar"), (Role::ComboBox, "Kind of event")] {
+        for moves in [&[][..], &[Key::Tab], &[Key::ArrowDown, Key::ArrowDown]] {
+            let shown = buttons(&window).len();
+            window.get_by_role_and_label(role, name).focus();
+            window.run_steps(2);
+            window.key_press(Key::Enter);
+            window.run_steps(PASSES_OF_FADE);
+            assert!(buttons(&window).len() > shown, "{name} is not open");
+            for key in moves {
+                window.key_press(*key);
+                window.run_steps(3);
+            }
+            close(&mut window);
+            assert_eq!(buttons(&window).len(), shown, "{name} is still open");
+            assert!(window.get_by_role_and_label(role, name).is_focused(), "{name}, {moves:?}");
+        }
+    }
+    // Escape on the button itself, and a menu that was opened without the focus: neither leaves the focus on the button.
+    close(&mut window);
+    window.get_by_role_and_label(Role::Button, "Layers").click_accesskit();
+    window.run_steps(PASSES_OF_FADE);
+    close(&mut window);
+    assert!(!window.get_by_role_and_label(Role::Button, "Layers").is_focused());
+}
+
 /// The tests must be able to fail: a menu in egui's own style.
 #[test]
 fn a_menu_in_the_style_of_egui_has_no_ring() {

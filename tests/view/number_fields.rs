@@ -1,10 +1,10 @@
 //! Number fields, and the numbers beside sliders, under the keyboard: a typed text counts as a whole or not at all, however fast it is typed, and also if the
 //! value changes meanwhile; what leaves a value as it is.
 
-use crate::view::input::{Window, advance, type_text, window_without_images};
+use crate::view::input::{Window, advance, click, click_in_one_frame, type_text, window_without_images};
 use crate::view::interface::CpuTestRenderer;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers};
+use egui::{Event, Key, Modifiers, Pos2, SurrenderFocusOn};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
@@ -77,6 +77,52 @@ fn a_typed_text_counts_as_a_whole_or_not_at_all() {
             assert_eq!((value(&window, field), window.state().reply_text()), (expected, reply), "{field}: {text}, at once: {is_at_once}");
         }
     }
+}
+
+/// Types a text into a field, clicks a button of the top bar that hides the field, and shows the field again.
+fn type_and_hide(window: &mut Window, field: &str, text: &str, button: &str, click_as_chosen: fn(&mut Window, Pos2)) {
+    (window.state_mut().tab, window.state_mut().body_browser_shown) = (Some(Tab::Share), true);
+    window.state_mut().show_reply("");
+    window.run_steps(3);
+    enter_field(window, field);
+    type_letters(window, text);
+    // The top bar is the first to show its buttons.
+    let top = |a: &Pos2, b: &Pos2| a.y.total_cmp(&b.y);
+    let place = window.query_all_by_role_and_label(Role::Button, button).map(|node| node.rect().center()).min_by(top).expect(button);
+    click_as_chosen(window, place);
+    window.run_steps(3);
+    assert!(window.query_by_role_and_label(Role::SpinButton, field).is_none(), "{button} does not hide {field}");
+    (window.state_mut().tab, window.state_mut().body_browser_shown) = (Some(Tab::Share), true);
+    window.run_steps(3);
+}
+
+/// The click of a screen reader, which has no pointer and takes the focus from no field.
+fn click_by_screen_reader(window: &mut Window, place: Pos2) {
+    window.query_all_by_role(Role::Button).find(|button| button.rect().center() == place).expect("a button").click_accesskit();
+    window.run_steps(1);
+}
+
+/// The button is shown before the field, and so hides it in the pass of the click.
+#[test]
+fn a_click_on_a_button_that_hides_the_field_counts() {
+    let mut window = window_without_images(MARS);
+    for click_as_chosen in [click, click_in_one_frame, click_by_screen_reader] {
+        for (field, text, button, expected, reply) in [
+            (FRAMES, "12", "Information", 12.0, ""),
+            (FRAMES, "7.5", "Information", 12.0, "“7.5” is not a whole number"),
+            (FRAMES, "34", "Share", 34.0, ""),
+            (LATITUDE, "33.9 S", "Bodies", -33.9, ""),
+            (LATITUDE, "95", "Bodies", -33.9, "“95” is not between -90° and 90°"),
+            (LATITUDE, "12", "Bodies", 12.0, ""),
+        ] {
+            type_and_hide(&mut window, field, text, button, click_as_chosen);
+            assert_eq!((value(&window, field), window.state().reply_text()), (expected, reply), "{field}: {text}, {button}");
+        }
+    }
+    // The comparison must be able to fail: egui's own way, by which the field is gone before it loses the focus.
+    window.ctx.options_mut(|options| options.input_options.surrender_focus_on = SurrenderFocusOn::Clicks);
+    type_and_hide(&mut window, FRAMES, "56", "Information", click);
+    assert_eq!(value(&window, FRAMES), 34.0, "a lost text is not detected");
 }
 
 #[test]

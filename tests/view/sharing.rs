@@ -86,6 +86,29 @@ fn saved_images_overwrite_no_file_and_their_path_is_shown() {
     assert!(window.state().reply_text().contains(&path_of("none").display().to_string()), "{}", window.state().reply_text());
 }
 
+/// The size that is being typed when Ctrl+S is pressed counts; one that Escape drops does not.
+#[test]
+fn ctrl_s_saves_an_image_of_the_typed_size() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, is_dropped, size) in [("a.png", false, (30, 16)), ("b.png", true, (24, 16))] {
+        let path = folder.path().join(name);
+        let mut window = sharing(&path);
+        window.get_by_role_and_label(Role::SpinButton, "Width, pixels").focus();
+        window.run_steps(2);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.run_steps(2);
+        window.event(Event::Text("30".into()));
+        window.run_steps(2);
+        if is_dropped {
+            window.key_press(Key::Escape);
+            window.run_steps(3);
+        }
+        window.key_press_modifiers(Modifiers::COMMAND, Key::S);
+        settle(&mut window);
+        assert_eq!(image::image_dimensions(&path).expect("an image"), size, "{name}: {}", window.state().reply_text());
+    }
+}
+
 /// A window with the Share panel, set to record small animations in `file`.
 fn animating(file: &Path) -> Window {
     let mut window = sharing(&file.with_extension("png"));

@@ -1,6 +1,6 @@
 //! The time bar: calendar, rate, neighbouring events. Also hints, messages, and clicks on bodies.
 
-use crate::view::input::{Window, advance, click, window_without_images};
+use crate::view::input::{Window, advance, click, type_text, window_without_images};
 use crate::view::interface::{harness, interface, settle};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton};
@@ -40,6 +40,60 @@ fn a_day_is_chosen_from_the_calendar_and_escape_closes_it() {
     window.key_press(Key::Escape);
     window.run_steps(3);
     assert!(window.query_by_label("Next month").is_none() && !window.state().quit_requested);
+}
+
+/// Gives the date field the focus and types a text into it.
+fn type_date(window: &mut Window, text: &str) {
+    window.state_mut().show_reply("");
+    window.get_by_role_and_label(Role::TextInput, "Date and time").focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(2);
+    type_text(window, text);
+}
+
+#[test]
+fn a_typed_date_counts_by_tab_and_by_a_click_elsewhere_but_not_by_escape() {
+    const START: &str = "2017-05-17T00:00:00Z";
+    let leave_by: [(&str, fn(&mut Window)); 4] = [
+        ("Enter", |window| window.key_press(Key::Enter)),
+        ("Tab", |window| window.key_press(Key::Tab)),
+        ("a click in the image", |window| {
+            let place = window.get_by_label_contains("The sky:").rect().center();
+            click(window, place);
+        }),
+        ("a click on a button", |window| {
+            let place = window.get_by_role_and_label(Role::Button, "Bodies").rect().center();
+            click(window, place);
+        }),
+    ];
+    for (how, leave) in leave_by {
+        for (text, expected, reply) in [
+            ("8.4.2024 18:17", "2024-04-08T18:17:00Z", ""),
+            ("1 January 2025", "2025-01-01T00:00:00Z", ""),
+            ("99.99.2024", START, "99.99.2024"),
+        ] {
+            let mut window = window_without_images(NaifId(499));
+            type_date(&mut window, text);
+            leave(&mut window);
+            window.run_steps(4);
+            let answer = window.state().reply_text();
+            assert!(utc(&window) == expected && answer.contains(reply) && answer.is_empty() == reply.is_empty(), "{how}: {text}: {answer}");
+        }
+    }
+    // These must leave the time: Escape, and a field that is only visited.
+    let mut window = window_without_images(NaifId(499));
+    for text in ["8.4.2024 18:17", "99.99.2024"] {
+        type_date(&mut window, text);
+        window.key_press(Key::Escape);
+        window.run_steps(4);
+        assert_eq!((utc(&window).as_str(), window.state().reply_text()), (START, ""), "{text}");
+    }
+    window.get_by_role_and_label(Role::TextInput, "Date and time").focus();
+    window.run_steps(2);
+    window.key_press(Key::Tab);
+    window.run_steps(4);
+    assert_eq!((utc(&window).as_str(), window.state().reply_text()), (START, ""), "visited");
 }
 
 /// Hour, minute and second are below the days, with a colon between each two.

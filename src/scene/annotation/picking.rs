@@ -29,10 +29,10 @@ pub fn snapped_px(labels: &[Label], scene: &Scene, click_px: DVec2) -> DVec2 {
     body.or_else(|| star_at(scene, click_px).and_then(|star| star_px(scene, star))).unwrap_or(click_px)
 }
 
-/// The position of a star on the screen, if it is drawn. `star`: index into the star catalog.
+/// The position of a star on the screen, if it is drawn and no body hides it. `star`: index into the star catalog.
 pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
-    let in_image = scene.stars.iter().find(|s| s.star == Some(star)).map(|s| sprite_px(scene, s))?;
-    scene.geometry.screen_of_image(in_image)
+    let sprite = scene.stars.iter().find(|s| s.star == Some(star) && !is_hidden(scene, s))?;
+    scene.geometry.screen_of_image(sprite_px(scene, sprite))
 }
 
 /// Whether a body covers the centre of a sprite. The body in which the camera is covers nothing.

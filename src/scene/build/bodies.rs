@@ -16,12 +16,12 @@ use crate::scene::camera::Placement;
 use crate::scene::decision::{Decision, invented_text};
 use crate::scene::draw::features::{Detail, PixelView, Shape};
 use crate::scene::draw::{Draw, Point};
-use crate::scene::features::inputs::FrameContext;
+use crate::scene::features::inputs::{FrameContext, diameter_px};
 use crate::scene::features::{self, DecidedBody};
 use crate::scene::light::{glare, magnitude};
 use crate::scene::placed::PlacedBody;
 use crate::scene::point;
-use crate::scene::resources::Context;
+use crate::scene::resources::{Context, Resources};
 use crate::scene::surface::detail;
 use crate::scene::visibility::{hidden, lunar_limb, points};
 use glam::{DMat3, DVec3};
@@ -87,6 +87,25 @@ impl BodiesInFrame {
             point::set_sprite_radius(p, white, drawn_part_of_glare);
         }
         self.points.retain(|p| point::reaches_frame(camera, p.centre.truncate().as_dvec2(), p.radius_px.into()));
+    }
+}
+
+impl SceneBuilder<'_> {
+    /// One report per body of the catalog, in its order, with the values that the viewer sees, but without decisions and draws.
+    pub(crate) fn values_of_bodies(&self, resources: &Resources) -> Vec<BodyReport> {
+        let context = self.context(resources);
+        let mut of_placed = self.placed.iter().map(|p| {
+            let undecided = DecidedBody {
+                appearance: Appearance::NotShown,
+                diameter_px: diameter_px(&self.viewer.camera, p),
+                decisions: Vec::new(),
+                draws: Vec::new(),
+                point: None,
+                disc_glare: None,
+            };
+            report(p, undecided, &[], magnitude::magnitude(context, p, &self.placed))
+        });
+        self.unplaced_reports.iter().filter_map(|unplaced| unplaced.clone().or_else(|| of_placed.next())).collect()
     }
 }
 

@@ -32,14 +32,15 @@ pub struct Viewer {
     pub sky_aberration_velocity_km_s: DVec3,
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,
-    /// The body or barycentre at whose centre the camera is; a body there is not drawn.
-    pub at_centre_of: Option<NaifId>,
+    /// The body or barycentre at whose centre the camera is; a body there is not drawn. The eyes of a stereo pair are beside the centre, which stays in its
+    /// place.
+    pub at_centre_of: Option<BodyUnderCamera>,
     /// The body on whose ground the camera stands.
     pub stands_on: Option<BodyUnderCamera>,
 }
 
-/// The body on whose ground a camera stands. Viewer and body move together, so light time and aberration between them cancel (to second order in v/c, 1e-8),
-/// and the body's geometric position is used.
+/// The body on whose ground a camera stands, or at whose centre it is. Viewer and body move together, so light time and aberration between them cancel (to
+/// second order in v/c, 1e-8), and the body's geometric position is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyUnderCamera {
     pub id: NaifId,
@@ -151,7 +152,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             reference_body = body;
             let State { pos_km, vel_km_s } = states.state(body)?;
             velocity_km_s = vel_km_s;
-            at_centre_of = Some(body);
+            at_centre_of = Some(BodyUnderCamera { id: body, centre_km: pos_km });
             pos_km
         }
         Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
@@ -190,7 +191,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
                 }
             };
             let to_target = apparent_km - position_km;
-            if to_target.length() < MIN_DISTANCE_KM || at_centre_of == Some(target) {
+            if to_target.length() < MIN_DISTANCE_KM || at_centre_of.is_some_and(|centre| centre.id == target) {
                 return Err(SceneError::Request("the camera is at the centre of what it looks at: choose another place or target".into()));
             }
             if fov_deg.is_none() && matches!(request.position, Position::Centre(_)) {

@@ -18,6 +18,7 @@ use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics};
 use crate::scene::annotation::line_texts::{PlacedText, TextLayer};
 use crate::scene::annotation::margin::Margin;
+use crate::scene::body_report::BodyReport;
 use crate::scene::camera::geometry::{ImageGeometry, StereoGeometry};
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::draw::PixelView;
@@ -61,18 +62,19 @@ pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
     /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points, labels and names. Otherwise it is the
-    /// scene of the first frame; for a stereo pair, with the geometry of the pair and the texts of both eyes.
+    /// scene of the first frame; for a stereo pair, with the geometry of the pair, the texts of both eyes, and the values of bodies midway between the eyes.
     pub whole_image: Scene,
 }
 
 impl Composite {
     /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter_viewer`: the viewer of the light meter's frame; for a
-    /// stereo pair, midway between the eyes.
+    /// stereo pair, midway between the eyes. `values`: for a stereo pair, the bodies as that viewer sees them.
     pub(crate) fn new(
         catalog: &Catalog,
         request: &ViewRequest,
         arrangement: Arrangement,
         meter_viewer: &Viewer,
+        values: Vec<BodyReport>,
         mut scenes: Vec<Scene>,
     ) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
@@ -126,6 +128,7 @@ impl Composite {
             let right_image_px = if is_side_by_side { f64::from(width) } else { 0.0 };
             let shifts_px = [-f64::from(columns[0]), right_image_px - f64::from(columns[1])];
             whole.set_texts_of_eyes(request, &scenes, shifts_px);
+            whole.bodies.iter_mut().zip(values).for_each(|(body, seen)| body.take_values(seen));
         }
         Some(Self { scenes, arrangement, whole_image: whole })
     }

@@ -42,8 +42,7 @@ pub(crate) struct FrameContext<'a> {
 pub(crate) struct DecisionInputs<'c, 'a> {
     pub frame: &'c FrameContext<'c>,
     pub placed: &'c PlacedBody<'a>,
-    /// Diameter of a circle with the area of the body's outline, if the outline is an ellipse in front of the camera. Otherwise, also behind the camera, an
-    /// estimate from radius and distance: rings may reach into the frame wherever their globe is. 0 with the camera at the centre.
+    /// See [`diameter_px`].
     pub diameter_px: f64,
     /// The rectangle that bounds the globe or mesh in the image; `None` if the body is outside the image.
     pub rect: Option<ClipRect>,
@@ -57,14 +56,20 @@ pub(crate) struct DecisionInputs<'c, 'a> {
     pub glare_fraction: f64,
 }
 
+/// Diameter of a circle with the area of the body's outline, if the outline is an ellipse in front of the camera. Otherwise, also behind the camera, an
+/// estimate from radius and distance: rings may reach into the frame wherever their globe is. 0 with the camera at the centre.
+pub(crate) fn diameter_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
+    match placed.outline {
+        Outline::Ellipse { area_px, .. } => 2.0 * (area_px / PI).sqrt(),
+        _ if placed.distance_km <= 0.0 => 0.0,
+        Outline::Open | Outline::Beside | Outline::Behind => 2.0 * placed.body.radii_km.x / placed.distance_km / camera.pixel_tangent(),
+    }
+}
+
 impl<'c, 'a> DecisionInputs<'c, 'a> {
     pub(crate) fn of(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'a>) -> Self {
         let camera = frame.camera;
-        let diameter_px = match placed.outline {
-            Outline::Ellipse { area_px, .. } => 2.0 * (area_px / PI).sqrt(),
-            _ if placed.distance_km <= 0.0 => 0.0,
-            Outline::Open | Outline::Beside | Outline::Behind => 2.0 * placed.body.radii_km.x / placed.distance_km / camera.pixel_tangent(),
-        };
+        let diameter_px = diameter_px(camera, placed);
         let mesh = meshes::mesh_of(frame.context, placed.body);
         let rect = mesh.map_or_else(|| placed.outline.rect(camera), |m| meshes::rect(camera, &placed.placement, m));
         let ring_view = ring_view(frame, placed).filter(|v| rect.is_some() || v.meets_frame());

@@ -10,14 +10,22 @@ use std::fmt::Display;
 /// Largest exponent of ten, positive or negative, that [`number_text`] replaces by digits.
 const MAX_REPLACED_EXPONENT: i32 = 9;
 
-/// A number with a fixed number of decimals.
+/// A number with a fixed number of decimals. A negative number that is rounded to 0 has no sign.
 pub(crate) fn decimal(value: impl Display, decimals: usize) -> String {
-    localised(format!("{value:.decimals$}"))
+    localised(without_minus_zero(format!("{value:.decimals$}"), ""))
 }
 
-/// A number with its sign, `+` or `-`, and a fixed number of decimals.
+/// A number with its sign, `+` or `-`, and a fixed number of decimals. A negative number that is rounded to 0 has the sign of 0, `+`.
 pub(crate) fn signed(value: impl Display, decimals: usize) -> String {
-    localised(format!("{value:+.decimals$}"))
+    localised(without_minus_zero(format!("{value:+.decimals$}"), "+"))
+}
+
+/// The text of a number; if it is a minus sign before zeros, with `sign` in place of the minus sign.
+fn without_minus_zero(number: String, sign: &str) -> String {
+    match number.strip_prefix('-') {
+        Some(zeros) if zeros.bytes().all(|b| matches!(b, b'0' | b'.')) => format!("{sign}{zeros}"),
+        _ => number,
+    }
 }
 
 /// A number's text with the decimal mark of the language in place of the point.
@@ -58,9 +66,9 @@ fn without_exponent(number: &str) -> Option<String> {
     Some(grouped(value, usize::try_from(decimals).unwrap_or(0)))
 }
 
-/// The text of sliders and number fields, for egui.
+/// The text of sliders and number fields, for egui. A negative number that is rounded to 0 has no sign.
 pub(crate) fn field_text(value: f64, decimals: std::ops::RangeInclusive<usize>) -> String {
-    localised(egui::emath::format_with_decimals_in_range(value, decimals))
+    localised(without_minus_zero(egui::emath::format_with_decimals_in_range(value, decimals), ""))
 }
 
 /// A typed number, with a decimal point, or with the decimal mark of the language. `None` also for the words `inf` and `nan`, for which a field
@@ -121,6 +129,20 @@ mod tests {
         ] {
             assert_eq!(grouped(value, decimals), text, "{value}");
         }
+        for (value, decimals, plain, with_sign, of_field) in [
+            (-0.0, 1, "0.0", "+0.0", "0.0"),
+            (-0.004, 2, "0.00", "+0.00", "0.00"),
+            (-0.006, 2, "-0.01", "-0.01", "-0.01"),
+            (-0.4, 0, "0", "+0", "0"),
+            (-10.0, 1, "-10.0", "-10.0", "-10.0"),
+            (0.0, 1, "0.0", "+0.0", "0.0"),
+        ] {
+            let texts = [decimal(value, decimals), signed(value, decimals), field_text(value, decimals..=decimals)];
+            assert_eq!(texts, [plain, with_sign, of_field], "{value}");
+        }
+        set(Language::German);
+        assert_eq!([decimal(-0.004, 2), signed(-0.004, 2), field_text(-0.0, 1..=1)], ["0,00", "+0,00", "0,0"]);
+        set(Language::English);
     }
 
     /// In German a point separates thousands; where a decimal point makes sense, it is one in every language.

@@ -5,9 +5,11 @@
 //!
 //! egui moves the keyboard focus once per pass, and on Escape removes it before any field has read its text. If a frame takes a second, the
 //! keys `/`, the letters of a word, Enter and Escape can arrive in the same frame. If one pass handled them all, the letters would act as
-//! shortcuts.
+//! shortcuts. A press elsewhere ends a text field (`theme::apply` tells egui so), which then reads its text. The release is a click, by which a button may hide
+//! the field, so that it needs a later pass. So does what acts elsewhere without a press.
 
-use egui::{Context, Event, Key, Plugin, RawInput, Ui};
+use egui::accesskit::Action;
+use egui::{Context, Event, Id, Key, Plugin, RawInput, Ui};
 
 /// Delays events whose effect depends on where an earlier event moves the keyboard focus.
 #[derive(Default)]
@@ -35,13 +37,30 @@ fn can_move_focus(event: &Event) -> bool {
     can_end_field(event) || matches!(event, Event::Text(text) if text == "/")
 }
 
+/// Whether an event acts elsewhere than in a text field with the focus, but takes the focus from no field: a screen reader's click, or Ctrl+S, which saves an
+/// image of the size in the fields.
+fn acts_elsewhere(event: &Event, field: Id) -> bool {
+    match event {
+        Event::AccessKitActionRequest(request) => request.action == Action::Click && request.target_node != field.accesskit_id(),
+        Event::Key { key: Key::S, pressed, modifiers, .. } => *pressed && modifiers.command,
+        _ => false,
+    }
+}
+
 /// Number of events that one pass can handle. The pass ends before a typed event that follows a possible move of the focus. It also ends before an event
-/// that can end a text field, if an event of this pass was typed.
-fn events_in_pass(events: &[Event]) -> usize {
+/// that can end a text field, if an event of this pass was typed. `edited`: the text field with the focus, if any; then the pass also ends after a press of a
+/// pointer's button, and before an event that acts elsewhere.
+fn events_in_pass(events: &[Event], edited: Option<Id>) -> usize {
     let (mut has_typed, mut may_have_moved_focus) = (false, false);
     for (index, event) in events.iter().enumerate() {
         if (may_have_moved_focus && is_typed(event)) || (has_typed && can_end_field(event)) {
             return index;
+        }
+        if edited.is_some_and(|field| acts_elsewhere(event, field)) {
+            return index;
+        }
+        if edited.is_some() && matches!(event, Event::PointerButton { pressed: true, .. }) {
+            return index + 1;
         }
         has_typed |= is_typed(event);
         may_have_moved_focus |= can_move_focus(event);
@@ -54,10 +73,19 @@ impl Plugin for InputOrder {
         "order of input"
     }
 
-    /// Passes on as many of the waiting and the new events as one pass can handle.
-    fn input_hook(&mut self, _: &Context, input: &mut RawInput) {
+    /// Passes on as many of the waiting and the new events as one pass can handle; none if a text field must read its text before the first of them.
+    fn input_hook(&mut self, ctx: &Context, input: &mut RawInput) {
         self.waiting.append(&mut input.events);
-        let later_events = self.waiting.split_off(events_in_pass(&self.waiting));
+        let edited = ctx.memory(|memory| memory.focused()).filter(|_| ctx.text_edit_focused());
+        let count = events_in_pass(&self.waiting, edited);
+        if let Some(field) = edited
+            && count == 0
+            && !self.waiting.is_empty()
+        {
+            // In this pass the field reads its text.
+            ctx.memory_mut(|memory| memory.surrender_focus(field));
+        }
+        let later_events = self.waiting.split_off(count);
         input.events = std::mem::replace(&mut self.waiting, later_events);
     }
 
@@ -108,5 +136,20 @@ mod tests {
             |pressed| Event::PointerButton { pos: position, button: egui::PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
         let events = [Event::PointerMoved(position), button(true), Event::PointerMoved(position), button(false), Event::Zoom(1.0)];
         assert_eq!(passes(&events), [events.to_vec()]);
+        // While a text is edited, it is read between the press and the release.
+        assert_eq!([None, Some(Id::unique("field"))].map(|edited| events_in_pass(&events, edited)), [5, 2]);
+    }
+
+    /// The image that Ctrl+S saves has the size that was typed.
+    #[test]
+    fn an_edited_text_is_read_before_a_shortcut_acts_elsewhere() {
+        let key_with = |key, modifiers| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
+        let edited = Some(Id::unique("field"));
+        let text = Event::Text("4".into());
+        for (key, modifiers, count) in [(Key::S, Modifiers::COMMAND, 1), (Key::S, Modifiers::NONE, 2), (Key::A, Modifiers::COMMAND, 2)] {
+            let events = [text.clone(), key_with(key, modifiers)];
+            assert_eq!([edited, None].map(|edited| events_in_pass(&events, edited)), [count, 2], "{key:?}");
+            assert_eq!(events_in_pass(&events[1..], edited), count - 1, "{key:?}");
+        }
     }
 }

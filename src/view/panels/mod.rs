@@ -119,6 +119,8 @@ pub struct Interface {
     is_styled: bool,
     /// Whether a control had the keyboard focus at the end of the last frame.
     had_keyboard_focus: bool,
+    /// The control that had the keyboard focus when no menu or list was open last.
+    focused_before_menu: Option<egui::Id>,
     /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::show_reply()`].
     reply: String,
     /// When the reply disappears, in egui's time (`InputState::time`); `None` from [`Self::show_reply()`] until the next frame, which sets it.
@@ -174,6 +176,7 @@ impl Interface {
             file_dialog: None,
             is_styled: false,
             had_keyboard_focus: false,
+            focused_before_menu: None,
             reply: String::new(),
             reply_until_s: None,
             is_reply_refusal: false,

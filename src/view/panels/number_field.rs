@@ -208,7 +208,7 @@ impl FieldText {
 }
 
 /// Whether Escape was pressed in this pass or in the one before. egui takes the focus from a field at once, and lets it read its text in both.
-fn is_cancelled(ui: &Ui) -> bool {
+pub(super) fn is_cancelled(ui: &Ui) -> bool {
     let pass = ui.ctx().cumulative_pass_nr();
     // A shortcut may have consumed the key, but not the raw event.
     let is_escape = |event: &Event| matches!(event, Event::Key { key: Key::Escape, pressed: true, .. });

@@ -63,6 +63,7 @@ const HELP_WIDTH_IN_LINE_HEIGHTS: f32 = 72.0;
 
 /// Handles the keys pressed in this frame.
 pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
+    return_focus(interface, ctx);
     if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::F11)) {
         interface.fullscreen = !interface.fullscreen;
     }
@@ -157,6 +158,17 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
         if ctx.memory(|m| m.focused().is_none()) && take_key(key) {
             actions.push(action);
         }
+    }
+}
+
+/// When Escape closes a menu or list that was opened with the keyboard, gives the focus back to its button. egui itself only takes the focus away.
+fn return_focus(interface: &mut Interface, ctx: &egui::Context) {
+    if !Popup::is_any_open(ctx) {
+        interface.focused_before_menu = ctx.memory(|m| m.focused());
+    } else if let Some(button) = interface.focused_before_menu
+        && ctx.input(|i| i.key_pressed(Key::Escape))
+    {
+        ctx.memory_mut(|m| m.request_focus(button));
     }
 }
 

@@ -22,7 +22,7 @@ use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, Color32, ComboBox, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
+use egui::{Button, Color32, ComboBox, Grid, PopupCloseBehavior, Slider, TextEdit, TextStyle};
 use std::sync::Arc;
 
 /// The first event that a search finds, pending. An error is formatted later, because the language may change before it arrives.
@@ -122,7 +122,7 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     }
     if response.lost_focus() {
         let typed = interface.time_bar.typed.take();
-        if let Some(typed) = typed.filter(|_| ui.input(|i| i.key_pressed(Key::Enter))) {
+        if let Some(typed) = typed.filter(|_| !number_field::is_cancelled(ui)) {
             match typed_time(&typed, time_zone, interface.viewer.now()) {
                 Some(time) => actions.push(Action::SetTime(time)),
                 None => interface.refuse_view(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),

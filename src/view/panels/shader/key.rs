@@ -8,6 +8,7 @@ use super::descriptions::{is_switch, meaning, value_text};
 use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, Dimension, ShaderKey, reductions};
+use crate::view::error_texts::error_text;
 use crate::view::language::text;
 use crate::view::panels::theme::{MIN_LIST_HEIGHT, SMALL_TEXT_POINTS};
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
@@ -22,6 +23,13 @@ pub(crate) struct KeyPage {
     typed: String,
     /// The error in the last key that was entered; empty if there is none.
     error: String,
+}
+
+impl KeyPage {
+    /// Drops the error, whose text is in the language of the window at the time of the error.
+    pub(crate) fn forget_failure(&mut self) {
+        self.error.clear();
+    }
 }
 
 /// Shows the page, and stores the features that the user changes.
@@ -58,7 +66,7 @@ fn key_field(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatur
                     *edited = *key.features();
                     page.error.clear();
                 }
-                Err(e) => page.error = e.to_string(),
+                Err(e) => page.error = error_text(&e),
             }
         }
     });

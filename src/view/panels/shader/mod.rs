@@ -146,6 +146,7 @@ impl ShaderPanel {
     pub(crate) fn forget_failures(&mut self) {
         self.queries.forget_failures();
         self.key_comparison.forget_failure();
+        self.key.forget_failure();
     }
 
     /// Whether the Probe page is shown, so that the viewport marks its pixel.
