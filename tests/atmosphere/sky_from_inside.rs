@@ -53,13 +53,14 @@ fn are_equal(a: f64, b: f64, white: f64) -> bool {
     (a - b).abs() <= (1e-3 * a.max(b)).max(1e-6 * white)
 }
 
-/// Whether somewhere the sky is brighter than at the same altitude and angle on the side of the Sun, by more than a quarter. (The vertical of the view is not
-/// the normal of the ellipsoid: on Uranus the two differ by 1.2 degrees, and the paths through the air by a tenth.)
+/// Whether somewhere the sky is more than 1.5 times as bright as at the same altitude and angle on the side of the Sun. By a tenth it may be brighter, because
+/// on Uranus the view's vertical and the normal of the ellipsoid differ by 1.2 degrees; and by a fifth under a Sun 8 degrees below the horizon, because gas
+/// scatters more light straight back than to the side.
 fn is_brighter_away_from_the_sun(light: &[f64], white: f64) -> bool {
     let side = light.len().isqrt();
     light.iter().enumerate().skip(side / 2 * side).any(|(k, away)| {
         let towards = light[(side - 1 - k / side) * side + k % side];
-        *away > 1.25 * towards + MIN_OF_WHITE * white
+        *away > 1.5 * towards + MIN_OF_WHITE * white
     })
 }
 
