@@ -30,7 +30,7 @@ fn time() -> Instant {
 }
 
 /// The bodies with a sky, each with its name.
-fn bodies() -> Vec<(NaifId, String)> {
+pub(super) fn bodies() -> Vec<(NaifId, String)> {
     let with_sky = SESSION.catalog().bodies().iter().filter(|b| b.atmosphere.is_some() && b.id != TRITON);
     let bodies: Vec<_> = with_sky.map(|b| (b.id, b.name.clone())).collect();
     assert!(bodies.len() >= 9, "{bodies:?}");
@@ -39,9 +39,9 @@ fn bodies() -> Vec<(NaifId, String)> {
 
 /// A place near the equator: its vertical (away from the body's centre), the horizontal direction below or above which the Sun is, and the direction
 /// across, all in body axes; and the position of a camera at eye level.
-struct Place {
-    vertical: DVec3,
-    sunward: DVec3,
+pub(super) struct Place {
+    pub vertical: DVec3,
+    pub sunward: DVec3,
     across: DVec3,
     position: Position,
 }
@@ -53,7 +53,7 @@ impl Place {
     }
 
     /// The same with another height of the camera.
-    fn at_height(id: NaifId, sun_altitude_deg: f64, height_km: f64) -> Self {
+    pub fn at_height(id: NaifId, sun_altitude_deg: f64, height_km: f64) -> Self {
         let to_sun_km = SESSION.ephemeris().state(NaifId::SUN, id, time(), None).expect("placed").state.pos_km;
         let sun = SESSION.ephemeris().body_from_icrf(id, time()).expect("an orientation") * to_sun_km.normalize();
         let (sin, cos) = sun_altitude_deg.to_radians().sin_cos();
@@ -72,7 +72,7 @@ impl Place {
     }
 
     /// A view along a direction, with another direction upwards.
-    fn view(&self, id: NaifId, direction: DVec3, up: DVec3, fov_deg: f64) -> ViewRequest {
+    pub fn view(&self, id: NaifId, direction: DVec3, up: DVec3, fov_deg: f64) -> ViewRequest {
         ViewRequest {
             // As a target the ground would outweigh the sky.
             target: None,

@@ -11,5 +11,6 @@ mod night_sky;
 mod refracted_limb;
 mod shadows;
 mod single_scattering;
+mod sky_from_inside;
 mod skylight;
 mod top_of_air;

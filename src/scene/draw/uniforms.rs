@@ -226,7 +226,8 @@ uniforms! {
         /// includes an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's
         /// brightness.
         pub blend_mode: f32 = "air_blend_mode",
-        /// Weight of mode 1 or 2 in a mixture with mode 0: 1 for a camera above the air, less for one in it; 0 if `blend_mode` is 0.
+        /// Weight of mode 1 or 2 in a mixture with mode 0: 1 for a camera above the air, less for one in it; 0 if `blend_mode` is 0. In the draw of the sky the
+        /// shader gives mode 2 less weight: none to rays that rise from a camera in the air.
         pub map_weight: f32 = "air_map_weight",
         /// Radiance of the night sky, as it lights the ground. In a draw of the sky: of the airglow above the camera, 0 for a camera outside the air.
         pub night_radiance: f32 = "air_night_radiance",
