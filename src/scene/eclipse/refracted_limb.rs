@@ -33,6 +33,8 @@ pub struct RefractedLimb {
     pub rays: ViewRays,
     /// View rays over the part of the Sun's disc that was drawn unrefracted behind the atmosphere; `None` if no such part is in the image.
     pub unrefracted_sun: Option<ViewRays>,
+    /// Fraction of the Sun's refracted image that is drawn, and of its unrefracted image that is removed: less than 1 on small discs.
+    pub drawn_fraction: f32,
     /// The body's semi-axes divided by its equatorial radius.
     pub axis_ratios: Vec3,
     /// Reversed depth just in front of the body's near side.
@@ -232,13 +234,14 @@ pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_ra
     (!segments.is_empty()).then(|| LimbLight { segments, extent, transmittance: all_light / all_shown, drawn_fraction })
 }
 
-/// The uniforms of one limb; `None` if the atmosphere is outside the image. `tint`: see [`refracted_limbs`].
+/// The uniforms of one limb; `None` if the atmosphere is outside the image. `tint`: see [`refracted_limbs`]. `drawn_fraction`: see [`RefractedLimb`].
 fn refracted_limb(
     camera: &Camera,
     placed: &PlacedBody<'_>,
     sun: &PlacedBody<'_>,
     layers: &RefractingLayers,
     tint: DVec3,
+    drawn_fraction: f64,
 ) -> Option<RefractedLimb> {
     let placement = &placed.placement;
     let top = layers.edges.last()?.z;
@@ -263,11 +266,12 @@ fn refracted_limb(
         body: placed.body.id,
         rays: rays_over(rect),
         unrefracted_sun: sun.outline.rect(camera).and_then(|of_sun| of_sun.intersection(&rect)).map(rays_over),
+        drawn_fraction: narrow_scalar(drawn_fraction),
         axis_ratios: narrow(placement.radii_km / placement.radii_km.x),
         depth: narrow_scalar(depth.min(1.0)),
         sun_direction: narrow(sun_direction).extend(narrow_scalar(cot_sun_angular_radius)),
         sun_basis: [x, y].map(|v| narrow(v).extend(0.0)),
-        sun_limb_darkening: sun_radiance(sun.body).map(|f| narrow(f * tint).extend(0.0)),
+        sun_limb_darkening: sun_radiance(sun.body).map(|f| narrow(f * tint * drawn_fraction).extend(0.0)),
         air_edges,
         air_transmittance: transmittances.map(|v| narrow(v).extend(0.0)).collect(),
     })
@@ -322,8 +326,9 @@ pub(crate) fn refracted_limbs(
             .filter(|reduced_bending| geometry.may_show_sun(p, *reduced_bending))
             .and_then(|_| refraction::layers(p.body, p.body.radii_km.x, OUTLINE_RADIUS, shift_per_bending));
         // A point has no refracted light, so that of a small disc fades.
-        let tint = tint(p.placement.centre_km) * beyond_small_disc(report.diameter_px);
-        let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
+        let drawn_fraction = beyond_small_disc(report.diameter_px);
+        let tint = tint(p.placement.centre_km);
+        let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint * drawn_fraction;
         let shown = layers.map(|layers| {
             let max_radiance =
                 geometry.max_radiance(&layers, centre_radiance, camera.pixel_tangent() * geometry.limb_distance).max_element();
@@ -341,7 +346,7 @@ pub(crate) fn refracted_limbs(
             ),
         };
         if on {
-            all.extend(refracted_limb(camera, p, sun, &layers, tint));
+            all.extend(refracted_limb(camera, p, sun, &layers, tint, drawn_fraction));
         }
     }
     all
