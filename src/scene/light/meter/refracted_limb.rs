@@ -22,8 +22,8 @@ impl<'a> Meter<'_, 'a> {
         let is_off = |p: &PlacedBody<'_>| {
             [Effect::Atmosphere, Effect::RefractedLimb].iter().any(|e| effects.override_of_body(p.body, *e) == Some(false))
         };
-        let light_of = |p| Some((p, limb_light(p, sun, self.camera.pixel_tangent())?));
-        self.placed.iter().filter(|p| !is_off(p)).filter_map(light_of).collect()
+        let pixel_rad = self.camera.pixel_tangent();
+        self.placed.iter().filter(|p| !is_off(p)).filter_map(|p| Some((p, limb_light(p, sun, pixel_rad)?))).collect()
     }
 }
 
