@@ -171,6 +171,7 @@ pub(crate) struct LimbLight {
 const OUTLINE_RADIUS: f64 = 1.0;
 /// Number of segments on the side of the limb nearest to the Sun, and as many on the opposite side.
 const SEGMENTS: u32 = 24;
+
 /// The refracted limb as segments, for the light meter: the arcs where the layers of a body's atmosphere show the Sun, treated as a uniform disc. The limb
 /// is that of a sphere: for an oblate body the arcs are slightly displaced. `pixel_rad`: angle that a pixel spans. `None` if the refractivity is unknown, the
 /// camera is inside the atmosphere, the Sun is nearer than the body, the disc is too small to draw, or no layer shows the Sun.
@@ -209,7 +210,7 @@ pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_ra
         // The part of a range of angles that is on the Sun's disc.
         let part_on_sun = |low: f64, high: f64| (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300);
         // Thickness of the layers that show the Sun, in radii; their transmittance summed over it, and that of the bent light alone.
-        let (mut shown_thickness, mut light, mut bent_light) = (0.0, 0.0, 0.0);
+        let (mut shown_thickness, mut light, mut bent_light) = (0.0_f64, 0.0_f64, 0.0_f64);
         for (layer, transmittances) in layers.edges.iter().zip(&layers.transmittances) {
             let (low, high) = geometry.unrefracted_angles(layer);
             let shown = part_on_sun(low, high) * (layer.z - layer.x);

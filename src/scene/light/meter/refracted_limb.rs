@@ -31,7 +31,7 @@ impl MeteredFrame<'_, '_> {
     /// Of the part of the Sun's disc that no body hides: the fraction that is seen through the air at a limb, and the transmittance of this air.
     pub(super) fn sun_behind_air(&self, sun: &PlacedBody<'_>) -> (f64, f64) {
         let (towards, radius_rad) = (sun.placement.centre_km / sun.distance_km, sun.angular_radius_rad());
-        let (mut clear, mut log_transmittance) = (1.0, 0.0);
+        let (mut clear, mut log_transmittance) = (1.0_f64, 0.0_f64);
         for (p, limb) in &self.limb_lights {
             let Some(top) = air::shell(p.body, &p.placement) else { continue };
             let beside_body = visible_fraction_behind_body(&p.placement, towards, radius_rad);
