@@ -47,6 +47,12 @@ pub fn disc_fraction(diameter_px: f64) -> f64 {
     smooth_rise((POINT_ONLY_BELOW_PX, DISC_ONLY_FROM_PX), diameter_px)
 }
 
+/// 0 up to a diameter of [`DISC_ONLY_FROM_PX`], 1 from [`NO_GLARE_FROM_PX`]. By the logarithm, so that equal factors of zoom take about equal parts of the
+/// glare's width.
+pub(crate) fn beyond_small_disc(diameter_px: f64) -> f64 {
+    smoothstep((diameter_px / DISC_ONLY_FROM_PX).ln() / (NO_GLARE_FROM_PX / DISC_ONLY_FROM_PX).ln())
+}
+
 /// As [`disc_fraction`], but 1 if the user has switched points off. `points`: the user's choice for the effect `points`.
 pub(crate) fn drawn_disc_fraction(points: Option<bool>, diameter_px: f64) -> f64 {
     if points == Some(false) { 1.0 } else { disc_fraction(diameter_px) }
@@ -100,8 +106,7 @@ pub(crate) fn disc_brightness(flux: f64, white: f64, diameter_px: f64) -> f64 {
 
 /// Fraction of a disc's light that is in its glare, and the radius of the glare's sprite. `brightness`: see [`disc_brightness`].
 pub(crate) fn disc_glare(brightness: f64, diameter_px: f64) -> (f64, f64) {
-    // 0 up to `DISC_ONLY_FROM_PX`, 1 from `NO_GLARE_FROM_PX`. By the logarithm, so that equal factors of zoom take about equal parts of the glare's width.
-    let faded = smoothstep((diameter_px / DISC_ONLY_FROM_PX).ln() / (NO_GLARE_FROM_PX / DISC_ONLY_FROM_PX).ln());
+    let faded = beyond_small_disc(diameter_px);
     // Radius of the sprite of a point with this glare. Around a disc the glare begins at the limb.
     let of_point_px = POINT_RADIUS_PX + (1.0 - faded) * (point_radius_px(brightness) - POINT_RADIUS_PX);
     (glare_fraction(of_point_px), (of_point_px + 0.5 * diameter_px).min(MAX_RADIUS_PX))

@@ -171,6 +171,74 @@ fn the_refracted_sun_leaves_a_narrow_field_of_view_gradually() {
     assert!(all.windows(2).all(|w| (w[1] - w[0]).abs() < 5.0), "{all:?}");
 }
 
+/// A view towards the Sun from a height above a body. A straight line to the Sun's centre is nearest to the body at `tangent_km` above its ground. `tilt_rad`:
+/// added to the Sun's distance from the body's centre on the sky.
+fn sunset(id: NaifId, height_km: f64, tangent_km: f64, tilt_rad: f64, target: Option<NaifId>, effects: &str) -> ViewRequest {
+    let time = Instant::parse("2024-10-10T00:00:00Z").expect("a time");
+    let radius_km = SESSION.catalog().body(id).expect("a body").radii_km.x;
+    let to_sun = SESSION.ephemeris().state(NaifId::SUN, id, time, None).expect("a position").state.pos_km.normalize();
+    // Over the equator, where heights are those in the unit-sphere frame.
+    let above_noon = view(id, "2024-10-10T00:00:00Z", Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(9.0) });
+    let body_from_icrf = SESSION.scene(&above_noon).expect("a scene").body(id).expect("there").placement.body_from_icrf;
+    let across = to_sun.cross(body_from_icrf.transpose() * DVec3::Z).normalize();
+    let distance_km = radius_km + height_km;
+    let from_nadir_rad = ((radius_km + tangent_km) / distance_km).min(1.0).asin() + tilt_rad;
+    let zenith = across * from_nadir_rad.sin() - to_sun * from_nadir_rad.cos();
+    ViewRequest {
+        target,
+        position: Position::Offset { body: id, offset_km: zenith * distance_km, axes: Axes::Icrf },
+        look: Look::Along { direction: to_sun, axes: Axes::Icrf },
+        fov_deg: Some(60.0),
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        ..view(id, "2024-10-10T00:00:00Z", Position::Centre(id))
+    }
+}
+
+/// Bodies whose air refracts, and Venus, whose air does not in this program.
+const SETTING_BEHIND: [NaifId; 4] = [NaifId::EARTH, NaifId(499), NaifId(606), NaifId(299)];
+
+fn top_km(id: NaifId) -> f64 {
+    SESSION.catalog().body(id).and_then(|b| b.atmosphere.as_ref()).expect("air").top_km
+}
+
+/// A sunset seen from orbit. While the Sun shines through thin air, the exposure is that without this air's image of the Sun to one and a half stops (the
+/// dimmed Sun is one of several subjects), and until it has set the exposure has no jump. While the Sun in the air had the weight of a bright ring and not of
+/// a small Sun, the images became dots in the dark within seconds: the exposure was 8 to 14 stops shorter.
+#[test]
+fn a_sunset_seen_from_orbit_is_not_exposed_for_the_disc_of_the_sun() {
+    for id in SETTING_BEHIND {
+        let top_km = top_km(id);
+        let at = |part: f64, effects: &str| sunset(id, 4.0 * top_km, part * top_km, 0.0, None, effects);
+        for part in [1.05, 0.99, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5] {
+            let [with, without] = ["", "-refracted-limb"].map(|effects| stops(&at(part, effects)));
+            println!("{id:?}, {part} of the air's height: {with:.2} stops, without the limb {without:.2}");
+            assert!((with - without).abs() < 1.5, "{id:?}, {part} of the air's height: {with} stops, without the limb {without}");
+        }
+        assert_changes_smoothly(&format!("a sunset over {id:?}"), 2.0, 40, |k| at(1.05 - 0.03 * k, ""));
+    }
+}
+
+/// Through the top of the air the exposure of the same setting Sun does not jump, whether it is the target or not. The refracted limb exists above the top
+/// alone: while it was metered as a bright ring, the exposure changed there by 1 stop (the Earth) and 8.7 stops (Mars).
+#[test]
+fn the_exposure_of_a_setting_sun_does_not_jump_at_the_top_of_the_air() {
+    for id in SETTING_BEHIND {
+        let top_km = top_km(id);
+        for target in [None, Some(NaifId::SUN)] {
+            // The same direction of the Sun below and above the top, where a straight line to it is at two thirds of the air's height.
+            let stops_at = |part: f64| {
+                let radius_km = SESSION.catalog().body(id).expect("a body").radii_km.x;
+                let from_nadir = |height_km: f64| ((radius_km + 0.65 * top_km) / (radius_km + height_km)).asin();
+                let tilt_rad = from_nadir(top_km) - from_nadir(part * top_km);
+                stops(&sunset(id, part * top_km, 0.65 * top_km, tilt_rad, target, ""))
+            };
+            let (below, above) = (stops_at(0.998), stops_at(1.002));
+            println!("{id:?}, target {target:?}: {below:.2} and {above:.2} stops");
+            assert!((above - below).abs() < 0.3, "{id:?}, target {target:?}: {below} and {above} stops");
+        }
+    }
+}
+
 /// Shortly before the published law of Mars ends, its dust has much of the law's light, and the ground the rest, at least a quarter. Without its air the image
 /// is exposed for the ground, up to two and a half stops brighter. If the dust counted although it is not drawn, the two exposures would differ by 0.1 stops.
 #[test]

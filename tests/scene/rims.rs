@@ -114,6 +114,35 @@ fn the_exposure_is_continuous_where_a_backlit_disc_becomes_a_point() {
     }
 }
 
+/// The Earth shrinks, from 20 pixels to 3, where its air shows the Sun that a straight line misses: refracted light, which a point does not have, fades with
+/// the disc. While it ended at 4 pixels, the light fell there to a 75th, and the exposure by 10 stops.
+#[test]
+fn the_light_and_the_exposure_of_a_refracted_sun_fade_with_the_disc() {
+    let seen = |diameter_px: f64, effects: &str| {
+        let fov_deg = 0.1_f64;
+        let distance_radii = 2.0 * f64::from(SIDE) / diameter_px / fov_deg.to_radians();
+        let effects = EffectOverrides::parse(effects).expect("effects");
+        ViewRequest { fov_deg: Some(fov_deg), effects, ..view_at("2024-10-10T00:00:00Z", NaifId(399), 179.4, distance_radii) }
+    };
+    let stops = |request: &ViewRequest| SESSION.scene(request).expect("a scene").exposure.stops;
+    let series: Vec<f64> = (0..=95).map(|k| stops(&seen(20.0 * 0.98_f64.powi(k), ""))).collect();
+    let greatest_step = series.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, larger);
+    println!("{:.2} to {:.2} stops, steps of {greatest_step:.2}", series[0], series[series.len() - 1]);
+    assert!(greatest_step < 1.0, "{series:.2?}");
+    let without = stops(&seen(20.0, "-refracted-limb"));
+    assert!(without > series[0] + 6.0, "{without} stops without the refracted Sun, {} with it: the check above cannot fail", series[0]);
+    let light = |diameter_px: f64| {
+        let quality = SamplingQuality { samples: 4, anisotropy: 4 };
+        let hdr = SESSION.draw(&seen(diameter_px, ""), quality, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr;
+        hdr.iter().map(|p| f64::from(p[1])).sum::<f64>()
+    };
+    // A disc of 4 pixels is up to 1.5 times as bright as its point: the glint, and rays through the air at the limb.
+    let (at_8, above_4, below_4) = (light(8.0), light(4.02), light(3.98));
+    println!("light at 8, 4.02 and 3.98 pixels: {at_8:.3e}, {above_4:.3e}, {below_4:.3e}");
+    assert!(above_4 < 2.0 * below_4 && below_4 < 2.0 * above_4, "{above_4} to {below_4}");
+    assert!(at_8 > 10.0 * below_4, "{at_8} to {below_4}: the check above cannot fail");
+}
+
 /// Venus in front of the Sun hides the corona up to eight solar radii: the image is exposed for the corona around it, which is not white all over.
 #[test]
 fn the_corona_around_a_body_that_hides_its_inner_part_is_exposed() {

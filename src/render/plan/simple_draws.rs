@@ -290,8 +290,7 @@ pub(super) fn refracted_limb(
     limb: &RefractedLimb,
     provider: &impl ResourceProvider,
 ) -> Result<(Option<PlanDraw>, PlanDraw), PlanError> {
-    // Values of the uniform `removes_sun`.
-    const REMOVES_SUN: f32 = 1.0;
+    // A value of the uniform `removes_sun`.
     const ADDS_LIGHT: f32 = 0.0;
     let limb_draw = |rays: &ViewRays, removes_sun: f32| -> Result<PlanDraw, PlanError> {
         let draw = simple_draw("refracted_limb", scene, provider, |w| {
@@ -316,7 +315,7 @@ pub(super) fn refracted_limb(
         let scissor = scissor(rays.rect_in_clip, scene.camera.width, scene.camera.height);
         Ok(PlanDraw { vertices: Vertices::Count(6), blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, scissor, ..draw })
     };
-    let occluding = limb.unrefracted_sun.as_ref().map(|rays| limb_draw(rays, REMOVES_SUN)).transpose()?;
+    let occluding = limb.unrefracted_sun.as_ref().map(|rays| limb_draw(rays, limb.drawn_fraction)).transpose()?;
     Ok((occluding, limb_draw(&limb.rays, ADDS_LIGHT)?))
 }
 

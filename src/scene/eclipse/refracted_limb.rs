@@ -4,8 +4,8 @@
 //! outside the atmosphere. The air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore a point in the
 //! shadow receives the same light from that model as from the refracted limb that a camera at this point would see. Below the top of the atmosphere only the
 //! refracted limb shows the Sun: the part of the Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths
-//! are in the body's equatorial radii. shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: bodies in front of the Sun as seen
-//! from the limb, and the Sun's albedo map.
+//! are in the body's equatorial radii. On small discs the light fades, because points have none. shaders/entry/refracted_limb.wesl sums the layers'
+//! light over a pixel. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's albedo map.
 
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};
@@ -19,7 +19,7 @@ use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::eclipse::refraction::{self, RefractingLayers};
 use crate::scene::light::photometry;
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::DISC_ONLY_FROM_PX;
+use crate::scene::point::{DISC_ONLY_FROM_PX, beyond_small_disc};
 use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
@@ -33,6 +33,8 @@ pub struct RefractedLimb {
     pub rays: ViewRays,
     /// View rays over the part of the Sun's disc that was drawn unrefracted behind the atmosphere; `None` if no such part is in the image.
     pub unrefracted_sun: Option<ViewRays>,
+    /// Fraction of the Sun's refracted image that is drawn, and of its unrefracted image that is removed: less than 1 on small discs.
+    pub drawn_fraction: f32,
     /// The body's semi-axes divided by its equatorial radius.
     pub axis_ratios: Vec3,
     /// Reversed depth just in front of the body's near side.
@@ -81,6 +83,8 @@ struct LimbGeometry {
     limb_radius_rad: f64,
     /// Largest error of `limb_radius_rad` for a body that is not a sphere.
     limb_radius_error_rad: f64,
+    /// Distance from the camera to the body's centre, radii of the body.
+    camera_distance: f64,
     /// Distance from the camera to the limb, radii of the body.
     limb_distance: f64,
 }
@@ -94,8 +98,14 @@ impl LimbGeometry {
             separation_rad: crate::ephemeris::angle_rad(placed.placement.centre_km, sun.placement.centre_km),
             limb_radius_rad,
             limb_radius_error_rad: limb_radius_rad * crate::scene::features::choice::ellipsoid_flattening(placed.body),
+            camera_distance,
             limb_distance: (camera_distance * camera_distance - 1.0).max(1e-12).sqrt(),
         }
+    }
+
+    /// Angle between the body's centre and a ray with this impact parameter, radii of the body; a right angle if the camera is nearer to the centre.
+    fn straight_angle(&self, radius: f64) -> f64 {
+        (radius / self.camera_distance).min(1.0).asin()
     }
 
     /// Whether any layer can show the Sun. This test does not need the layers, which take milliseconds to compute. `max_reduced_bending`: see
@@ -103,7 +113,7 @@ impl LimbGeometry {
     fn may_show_sun(&self, placed: &PlacedBody<'_>, max_reduced_bending: f64) -> bool {
         let top_km = placed.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
         // The largest and the smallest angle that `unrefracted_angles` can return.
-        let max_angle = self.limb_radius_rad + top_km / placed.body.radii_km.x / self.limb_distance;
+        let max_angle = self.straight_angle(1.0 + top_km / placed.body.radii_km.x);
         let min_angle = self.limb_radius_rad - max_reduced_bending;
         let margin = self.sun_radius_rad + self.limb_radius_error_rad;
         self.separation_rad - margin <= max_angle.max(-min_angle) && self.separation_rad + margin >= min_angle
@@ -113,7 +123,7 @@ impl LimbGeometry {
     /// would be seen without refraction. Negative if the source is on the other side of the centre. `layer`: radius and reduced bending angle at its lower edge
     /// (x, y) and at its upper edge (z, w).
     fn unrefracted_angles(&self, layer: &DVec4) -> (f64, f64) {
-        let at = |radius: f64, reduced_bending: f64| self.limb_radius_rad + (radius - 1.0) / self.limb_distance - reduced_bending;
+        let at = |radius: f64, reduced_bending: f64| self.straight_angle(radius) - reduced_bending;
         (at(layer.x, layer.y), at(layer.z, layer.w))
     }
 
@@ -140,8 +150,21 @@ pub(crate) struct LimbSegment {
     pub direction: DVec3,
     /// Solid angle, sr: of the layers that show the Sun, or of a strip of the limb one pixel wide, whichever is larger.
     pub solid_angle: f64,
-    /// Mean radiance over that solid angle, brightest channel.
+    /// Mean radiance over that solid angle, brightest channel, as far as it is drawn.
     pub radiance: f64,
+    /// Fraction of this light that comes from where the Sun would not be seen without refraction.
+    pub bent_fraction: f64,
+}
+
+/// A refracted limb, for the light meter.
+pub(crate) struct LimbLight {
+    pub segments: Vec<LimbSegment>,
+    /// Solid angle, sr, of a disc as wide as the arc that shows the Sun: the Sun's in a sunset seen from orbit, the body's if the entire limb shows the Sun.
+    pub extent: f64,
+    /// Mean transmittance of the layers that show the Sun, over the channels.
+    pub transmittance: f64,
+    /// Fraction of the light that is drawn: less than 1 for a small disc.
+    pub drawn_fraction: f64,
 }
 
 /// Radius of the body's outline in the module's unit of length, the body's equatorial radius.
@@ -150,17 +173,18 @@ const OUTLINE_RADIUS: f64 = 1.0;
 const SEGMENTS: u32 = 24;
 
 /// The refracted limb as segments, for the light meter: the arcs where the layers of a body's atmosphere show the Sun, treated as a uniform disc. The limb
-/// is that of a sphere: for an oblate body the arcs are slightly displaced. `pixel_rad`: angle that a pixel spans. Empty if the refractivity is unknown, the
+/// is that of a sphere: for an oblate body the arcs are slightly displaced. `pixel_rad`: angle that a pixel spans. `None` if the refractivity is unknown, the
 /// camera is inside the atmosphere, the Sun is nearer than the body, the disc is too small to draw, or no layer shows the Sun.
-pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Vec<LimbSegment> {
+pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Option<LimbLight> {
     if placed.distance_km <= 0.0 || sun.distance_km <= placed.distance_km || camera_is_inside(placed) {
-        return Vec::new();
+        return None;
     }
     let (geometry, shift_per_bending) = (LimbGeometry::of(placed, sun), refraction::shift_per_bending(placed.distance_km, sun.distance_km));
-    let is_possible = 2.0 * geometry.limb_radius_rad >= DISC_ONLY_FROM_PX * pixel_rad
+    let drawn_fraction = beyond_small_disc(2.0 * geometry.limb_radius_rad / pixel_rad);
+    let is_possible = drawn_fraction > 0.0
         && refraction::max_reduced_bending(placed.body, shift_per_bending).is_some_and(|b| geometry.may_show_sun(placed, b));
     let layers_of_air = || refraction::layers(placed.body, placed.body.radii_km.x, OUTLINE_RADIUS, shift_per_bending);
-    let Some(layers) = is_possible.then(layers_of_air).flatten() else { return Vec::new() };
+    let layers = is_possible.then(layers_of_air).flatten()?;
     let to_body = placed.placement.centre_km / placed.distance_km;
     let to_sun = sun.placement.centre_km / sun.distance_km;
     let x = (to_sun - to_body * to_body.dot(to_sun)).try_normalize().unwrap_or_else(|| to_body.any_orthonormal_vector());
@@ -174,36 +198,51 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
     });
     let step_rad = 2.0 * half_arc / f64::from(SEGMENTS);
     let pixel_width_radii = pixel_rad * geometry.limb_distance;
-    let segment = |angle: f64| {
+    let (sin_limb, cos_limb) = geometry.limb_radius_rad.sin_cos();
+    // Thickness of the layers that show the Sun, and the same times their mean transmittance, summed over all segments.
+    let (mut all_shown, mut all_light) = (0.0, 0.0);
+    let mut segments = Vec::new();
+    for angle in position_angles {
         let (sin, cos) = angle.sin_cos();
         // Angles from the body's centre at which the line at this position angle enters and leaves the Sun's disc; negative on the opposite side.
         let half_chord = (geometry.sun_radius_rad.powi(2) - (geometry.separation_rad * sin).powi(2)).max(0.0).sqrt();
         let (from, to) = (geometry.separation_rad * cos - half_chord, geometry.separation_rad * cos + half_chord);
-        // Thickness of the layers that show the Sun, in radii, and their transmittance summed over it.
-        let (shown_thickness, light) =
-            layers.edges.iter().zip(&layers.transmittances).fold((0.0, 0.0), |(thickness, light), (layer, transmittances)| {
-                let (low, high) = geometry.unrefracted_angles(layer);
-                let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (layer.z - layer.x);
-                (thickness + shown, light + shown * transmittances.max_element())
-            });
-        let width = shown_thickness.max(pixel_width_radii);
-        let (sin_limb, cos_limb) = geometry.limb_radius_rad.sin_cos();
-        LimbSegment {
-            direction: to_body * cos_limb + (x * cos + y * sin) * sin_limb,
-            solid_angle: step_rad * sin_limb * width / geometry.limb_distance,
-            radiance: photometry::sun_disc_radiance() * light / width,
+        // The part of a range of angles that is on the Sun's disc.
+        let part_on_sun = |low: f64, high: f64| (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300);
+        // Thickness of the layers that show the Sun, in radii; their transmittance summed over it, and that of the bent light alone.
+        let (mut shown_thickness, mut light, mut bent_light) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for (layer, transmittances) in layers.edges.iter().zip(&layers.transmittances) {
+            let (low, high) = geometry.unrefracted_angles(layer);
+            let shown = part_on_sun(low, high) * (layer.z - layer.x);
+            let straight_fraction = part_on_sun(geometry.straight_angle(layer.x), geometry.straight_angle(layer.z));
+            shown_thickness += shown;
+            light += shown * transmittances.max_element();
+            bent_light += shown * transmittances.max_element() * (1.0 - straight_fraction);
+            all_light += shown * transmittances.element_sum() / 3.0;
         }
-    };
-    position_angles.map(segment).filter(|segment| segment.radiance > 0.0).collect()
+        all_shown += shown_thickness;
+        if light > 0.0 {
+            let width = shown_thickness.max(pixel_width_radii);
+            segments.push(LimbSegment {
+                direction: to_body * cos_limb + (x * cos + y * sin) * sin_limb,
+                solid_angle: step_rad * sin_limb * width / geometry.limb_distance,
+                radiance: photometry::sun_disc_radiance() * drawn_fraction * light / width,
+                bent_fraction: bent_light / light,
+            });
+        }
+    }
+    let extent = std::f64::consts::PI * (sin_limb * half_arc.sin()).powi(2);
+    (!segments.is_empty()).then(|| LimbLight { segments, extent, transmittance: all_light / all_shown, drawn_fraction })
 }
 
-/// The uniforms of one limb; `None` if the atmosphere is outside the image. `tint`: see [`refracted_limbs`].
+/// The uniforms of one limb; `None` if the atmosphere is outside the image. `tint`: see [`refracted_limbs`]. `drawn_fraction`: see [`RefractedLimb`].
 fn refracted_limb(
     camera: &Camera,
     placed: &PlacedBody<'_>,
     sun: &PlacedBody<'_>,
     layers: &RefractingLayers,
     tint: DVec3,
+    drawn_fraction: f64,
 ) -> Option<RefractedLimb> {
     let placement = &placed.placement;
     let top = layers.edges.last()?.z;
@@ -228,11 +267,12 @@ fn refracted_limb(
         body: placed.body.id,
         rays: rays_over(rect),
         unrefracted_sun: sun.outline.rect(camera).and_then(|of_sun| of_sun.intersection(&rect)).map(rays_over),
+        drawn_fraction: narrow_scalar(drawn_fraction),
         axis_ratios: narrow(placement.radii_km / placement.radii_km.x),
         depth: narrow_scalar(depth.min(1.0)),
         sun_direction: narrow(sun_direction).extend(narrow_scalar(cot_sun_angular_radius)),
         sun_basis: [x, y].map(|v| narrow(v).extend(0.0)),
-        sun_limb_darkening: sun_radiance(sun.body).map(|f| narrow(f * tint).extend(0.0)),
+        sun_limb_darkening: sun_radiance(sun.body).map(|f| narrow(f * tint * drawn_fraction).extend(0.0)),
         air_edges,
         air_transmittance: transmittances.map(|v| narrow(v).extend(0.0)).collect(),
     })
@@ -286,8 +326,10 @@ pub(crate) fn refracted_limbs(
         let layers = reduced_bending
             .filter(|reduced_bending| geometry.may_show_sun(p, *reduced_bending))
             .and_then(|_| refraction::layers(p.body, p.body.radii_km.x, OUTLINE_RADIUS, shift_per_bending));
+        // A point has no refracted light, so that of a small disc fades.
+        let drawn_fraction = beyond_small_disc(report.diameter_px);
         let tint = tint(p.placement.centre_km);
-        let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
+        let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint * drawn_fraction;
         let shown = layers.map(|layers| {
             let max_radiance =
                 geometry.max_radiance(&layers, centre_radiance, camera.pixel_tangent() * geometry.limb_distance).max_element();
@@ -305,7 +347,7 @@ pub(crate) fn refracted_limbs(
             ),
         };
         if on {
-            all.extend(refracted_limb(camera, p, sun, &layers, tint));
+            all.extend(refracted_limb(camera, p, sun, &layers, tint, drawn_fraction));
         }
     }
     all

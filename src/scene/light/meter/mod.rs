@@ -29,6 +29,7 @@ use crate::message::{Argument, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::camera::{Camera, silhouette::Outline};
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
+use crate::scene::eclipse::refracted_limb::LimbLight;
 use crate::scene::eclipse::sun_occluders::evaluate_shadow;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN};
@@ -58,7 +59,7 @@ const TARGET_WEIGHT: f64 = 64.0;
 /// of a targeted Sun's corona, and of the target's refracted limbs.
 const SUN_WEIGHT: f64 = 256.0;
 /// Shares of the frame at which the weight of the Sun's disc is halved, if the Sun is the target and if not. A smaller disc is no longer the subject of the
-/// image but a light source in it.
+/// image but a light source in it. Of refracted limbs: shares of a disc as wide as the arc that shows the Sun.
 const SUN_HALF_WEIGHT_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// Weight of the dark sky: if everything bright in the frame has less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
@@ -133,6 +134,8 @@ struct MeteredFrame<'f, 'a> {
     sky_exposure_radiance: f64,
     /// Bodies of more than a pixel, which may hide others along rays. [`Self::visible_fraction`] lets smaller ones hide the Sun, too.
     resolved_bodies: Vec<&'f PlacedBody<'a>>,
+    /// The bodies whose air shows the Sun at the limb.
+    limb_lights: Vec<(&'f PlacedBody<'a>, LimbLight)>,
 }
 
 impl Meter<'_, '_> {
@@ -146,7 +149,8 @@ impl Meter<'_, '_> {
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
         let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
         let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
-        let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_exposure_radiance: 0.0, resolved_bodies };
+        let limb_lights = sun.map(|sun| self.limb_lights(sun)).unwrap_or_default();
+        let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_exposure_radiance: 0.0, resolved_bodies, limb_lights };
         // `sky_exposure_radiance()` reads the other fields only.
         let frame = MeteredFrame { sky_exposure_radiance: frame.sky_exposure_radiance(), ..frame };
         let mut subjects = Vec::new();
@@ -378,7 +382,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         nearer.iter().map(|o| 1.0 - smoothstep(0.5 + ray_and_limb(&o.placement, direction).inside_rad / spacing)).product()
     }
 
-    /// Meters the visible part of the Sun's disc.
+    /// Meters the visible part of the Sun's disc, of which the air at a limb may dim a part.
     fn sun(&self) -> Option<MeteredSubject> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let area = area_px(camera, sun);
@@ -387,12 +391,13 @@ impl<'a> MeteredFrame<'_, 'a> {
         let dilution = area / (area + (1.0 - self.disc_fraction(sun, 2.0 * (area / PI).sqrt())) / point_peak());
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut mean = LogMean::default();
-        // The Sun's own glare does not reduce its contrast.
-        mean.add(
-            share * share / (share + SUN_HALF_WEIGHT_SHARES[usize::from(!is_target)]),
-            photometry::sun_disc_radiance() * dilution * self.sun_transmittance,
-            self.sky_exposure_radiance,
-        );
+        let weighted_share = share * share / (share + SUN_HALF_WEIGHT_SHARES[usize::from(!is_target)]);
+        let radiance = photometry::sun_disc_radiance() * dilution * self.sun_transmittance;
+        let (behind_air, transmittance) = if share > 0.0 { self.sun_behind_air(sun) } else { (0.0, 1.0) };
+        for (part, transmittance) in [(1.0 - behind_air, 1.0), (behind_air, transmittance)] {
+            // The Sun's own glare does not reduce its contrast.
+            mean.add(weighted_share * part, radiance * transmittance, self.sky_exposure_radiance);
+        }
         let weight = if is_target { SUN_WEIGHT } else { 1.0 };
         let metered = mean.metered(&*sun.body.name, Some(NaifId::SUN), AUTO_EXPOSED_SUN)?;
         Some(MeteredSubject { weight: metered.weight * weight, ..metered })
