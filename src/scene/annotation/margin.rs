@@ -16,8 +16,8 @@ use crate::units::KM_PER_AU;
 use glam::DVec2;
 use std::f64::consts::FRAC_PI_2;
 
-/// Texts, bars and rings. A ring, given by its centre in pixels, is a circle: here the middle of the compass. [`LabelLayer`](super::labels::LabelLayer) adds the
-/// names of surface features to the same lists, with a ring around each landing site.
+/// Texts, bars and rings. A ring, given by its centre in pixels, is a circle: here the middle of the compass. [`LabelLayer`](super::labels::LabelLayer) adds
+/// the names of surface features to the same lists, with a ring around each landing site.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Margin {
     pub texts: Vec<TextLine>,
