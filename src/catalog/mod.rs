@@ -136,7 +136,7 @@ pub(crate) fn normalized_name(name: &str) -> String {
     name.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Whether [`Catalog::find_body_or_barycenter`] takes this normalized name for that of a barycentre, so that no body may have it.
+/// Whether this normalized name is reserved for a barycentre (see [`Catalog::find_body_or_barycenter`]); no body may have such a name.
 fn is_name_of_barycenter(normalized: &str) -> bool {
     matches!(normalized, "ssb" | "emb") || normalized.ends_with(" barycenter")
 }
@@ -232,8 +232,8 @@ impl Catalog {
     /// becomes one of the body's overlays.
     ///
     /// # Errors
-    /// The first error: `read` fails, all layers together exceed the limits on positions and lengths of lines, or a body would get more than [`MAX_OVERLAYS`]
-    /// overlays.
+    /// The first error: `read` fails, all layers together have too many positions or too great a total length of lines, or a body would get more than
+    /// [`MAX_OVERLAYS`] overlays.
     pub fn with_data<E: From<CatalogError>>(mut self, mut read: impl FnMut(DataLayer) -> Result<DataLayer, E>) -> Result<Self, E> {
         let mut layers: Vec<DataLayer> = Vec::new();
         let mut total = data_layer::TotalSize::default();
@@ -280,7 +280,8 @@ impl Catalog {
         self.bodies.iter().filter(move |body| body.is_moon_of(planet))
     }
 
-    /// [`Body::system_planet`] of the body with a NAIF code: Saturn for Titan, and for Saturn. An unknown code is returned unchanged.
+    /// The body to whose system the body with a NAIF code belongs ([`Body::system_planet`]): Saturn for Titan, and Saturn for Saturn itself. An unknown code is
+    /// returned unchanged.
     pub fn planet_of(&self, id: NaifId) -> NaifId {
         self.body(id).map_or(id, Body::system_planet)
     }

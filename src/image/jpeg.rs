@@ -118,7 +118,10 @@ mod tests {
             ] {
                 assert!(image::load_from_memory_with_format(&damaged, ImageFormat::Jpeg).is_ok(), "{name}, {what}: negative control");
                 let error = decoded(&damaged).expect_err(what);
-                assert!(error.starts_with("map.jpg: not an image that can be read: it is ") && error.contains("damaged"), "{what}: {error}");
+                assert!(
+                    error.starts_with("map.jpg: not an image that can be read: it is ") && error.contains("damaged"),
+                    "{what}: {error}"
+                );
                 assert!(!error.contains(['\n', '"', '\\']), "{what}: {error}");
             }
         }

@@ -2,9 +2,9 @@
 //!
 //! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the change that an effect makes. Always: for linear light, an
 //! effect is kept if its relative change of a pixel's radiance exceeds the purpose's `floor`; on black, any light is kept. For a display, an
-//! effect is kept if it may change a displayed 8-bit level: if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more than the
-//! fraction [`VISIBLE_CHANGE`]. Not here: limits of size, which do not depend on the exposure (a disc under two pixels is only a point; a faint rim of an
-//! atmosphere, thinner than half a pixel, is left out); and the maximum number of lights and occluders of a draw.
+//! effect is kept if it may change a displayed 8-bit level: if it adds more than the fraction [`VISIBLE_LIGHT`] of white to a black pixel, or changes a pixel
+//! by more than the fraction [`VISIBLE_CHANGE`]. Not here: limits of size, which do not depend on the exposure (a disc under two pixels is only a point; a
+//! faint rim of an atmosphere, thinner than half a pixel, is left out); and the maximum number of lights and occluders of a draw.
 
 use crate::message::{Reason, reason};
 use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
@@ -12,8 +12,8 @@ use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
 /// The use of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Purpose {
-    /// Seen on a display at the image's exposure. An effect is kept if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more than
-    /// the fraction [`VISIBLE_CHANGE`].
+    /// Seen on a display at the image's exposure. An effect is kept if it adds more than the fraction [`VISIBLE_LIGHT`] of white to a black pixel, or changes a
+    /// pixel by more than the fraction [`VISIBLE_CHANGE`].
     #[default]
     Display,
     /// Read as linear light at any exposure. An effect is kept if it changes a pixel by more than `floor` times the radiance without the effect.
@@ -78,8 +78,8 @@ impl Threshold {
         self.cutoff_radiance(VISIBLE_LIGHT)
     }
 
-    /// Whether the purpose is linear light. Some rules for displays do not apply to it: overlay images smaller than half a pixel are kept, and the air is not
-    /// interpolated from its coarse image.
+    /// Whether the purpose is linear light. Some rules for displays do not apply to it: a body's overlays (`catalog::Overlay`) smaller than half a pixel are
+    /// kept, and the air is not interpolated from its coarse image.
     pub(crate) fn is_linear(self) -> bool {
         matches!(self.purpose, Purpose::Linear { .. })
     }

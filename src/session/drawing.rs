@@ -29,7 +29,7 @@ impl Session {
             self.timed(Stage::Shaders, || self.library.warm(&modules, report_no_progress));
             match self.timed(Stage::Plan, || plan::plan(&scene, self, sampling)) {
                 Ok(plan) => return Ok((scene, plan)),
-                // A map that the requirements did not list is unreadable: the scene is built again without it.
+                // A map that was not among the `required` ones, and so was not read before, is unreadable: the scene is built again without it.
                 Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_tampered(&modules) => {}
                 Err(e) => return Err(e.into()),
@@ -47,12 +47,13 @@ impl Session {
         Ok(plan::graph::listing(&steps, &plan))
     }
 
-    /// Draws a view with the chosen renderer, or in software if the GPU fails. `images`: what the frame contains.
+    /// Draws a view with the chosen renderer, or with the software renderer (`self.renderer()`) if the GPU fails. Waits until the GPU's pipelines are compiled.
+    /// `images`: which images the frame contains, the displayed one alone or also the linear one.
     pub fn draw(&self, request: &ViewRequest, sampling: SamplingQuality, images: FrameImages) -> Result<DrawnFrame, SessionError> {
         self.draw_by(self.renderer(), request, sampling, images)
     }
 
-    /// As [`Self::draw`], but on the threads of [`Self::background_renderer`].
+    /// As [`Self::draw`], but what is drawn in software is drawn on the threads of [`Self::background_renderer`].
     pub fn draw_in_background(
         &self,
         request: &ViewRequest,
@@ -62,6 +63,7 @@ impl Session {
         self.draw_by(self.background_renderer(), request, sampling, images)
     }
 
+    /// See [`Self::draw`]. `software`: draws the view unless a GPU does.
     fn draw_by(
         &self,
         software: &SoftwareRenderer,
@@ -107,7 +109,7 @@ impl Session {
         replaced
     }
 
-    /// Compiles modules from these shader sources from now on.
+    /// Compiles modules from these shader sources from now on. The user's custom surfaces (`surfaces`) stay among them.
     pub fn set_fragments(&self, fragments: Fragments) {
         self.devices.change_shader_sources(|| self.library.set_fragments(fragments.and_files(self.surfaces.iter().cloned())));
     }
@@ -119,7 +121,7 @@ impl Session {
         sampling: SamplingQuality,
         requested: RequestedOutput,
     ) -> Result<DrawnFrame, SessionError> {
-        // The plan of the window's interface, which only a GPU needs: in software the interface is painted without shader modules.
+        // By this plan a GPU prepares the pipelines of the window's interface. In software the interface is painted without shader modules.
         let interface_plan = || plan::warm_up_interface(self).ok();
         self.draw_planned(request, sampling, |plan| self.devices.draw_without_waiting(plan, interface_plan, &self.library, requested))
     }

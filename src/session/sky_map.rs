@@ -1,6 +1,6 @@
 //! Reads the user's panorama of the sky when the session is opened, and determines the radiance that its value 1 stands for.
 //!
-//! In: the file, its axes, and the map store. Out: a [`SkyMap`], whose texels are in the map store, or an error in one line.
+//! In: the file, the celestial frame of its coordinates, and the map store. Out: a [`SkyMap`], whose texels are in the map store, or an error in one line.
 
 use super::SessionError;
 use crate::image::{ImageError, MapStore, read_panorama};
@@ -14,12 +14,12 @@ use std::path::Path;
 
 /// Mean radiance over the sphere that a panorama without a unit is given: that of the embedded Milky Way.
 fn default_mean_radiance() -> f64 {
-    /// Mean luminance over the sphere of the embedded map's linear texels.
-    const MILKY_WAY_MEAN: f64 = 0.0293;
-    SkyMap::milky_way().unit_radiance * MILKY_WAY_MEAN
+    /// Mean over the sphere of the luminance of the embedded map's texels, as a linear texel value.
+    const MILKY_WAY_MEAN_VALUE: f64 = 0.0293;
+    SkyMap::milky_way().unit_radiance * MILKY_WAY_MEAN_VALUE
 }
 
-/// The error for `--sky`. It names the file once: the one that cannot be read, which may be a face of a cube, or else the panorama.
+/// The error for `--sky`. It names one file, once: the one that `e` names, such as a face of a cube, otherwise the panorama.
 fn sky_error(panorama: &str, e: &ImageError) -> SessionError {
     let (file, reason) = e.file_and_reason();
     SessionError::File { path: echo(file.unwrap_or(panorama)), why: format!("--sky: {reason}") }
@@ -52,7 +52,9 @@ pub(super) fn read_sky(
         maps.insert(&bright_file, SKY_DECODING, bright.texture);
         BrightSkyMap { file: bright_file, unit_radiance: bright.unit_cd_m2 / CD_M2_PER_RADIANCE }
     });
-    Ok(Some(SkyMap { file, frame, width, unit_radiance, brightest_value: 1.0, bright, is_milky_way: false }))
+    // An upper bound: what exceeds it is in `bright`.
+    let brightest_value = 1.0;
+    Ok(Some(SkyMap { file, frame, width, unit_radiance, brightest_value, bright, is_milky_way: false }))
 }
 
 #[cfg(test)]

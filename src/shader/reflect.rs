@@ -89,10 +89,10 @@ pub struct Layout {
 /// Why a module's bindings cannot be used, or a uniform cannot be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
-    /// The variable of this name is bound outside group 0, or has a kind of binding that the plan does not fill.
+    /// The variable of this name is bound outside group 0, or is neither the uniform block at binding 0, nor a texture, nor a sampler.
     #[error("`{0}` is bound outside group 0, or its kind of binding is not one that the plan fills")]
     Binding(String),
-    /// The uniform field of this name has an unsupported type.
+    /// The uniform field of this name has a type that is not one of [`FieldType`].
     #[error("uniform field `{0}` has a type that the plan does not fill; it fills f32, vec2f, vec3f, vec4f, mat4x4f and array<vec4f, n>")]
     FieldType(String),
     /// The module has no uniform field of this name.
@@ -116,7 +116,7 @@ pub enum LayoutError {
     Missing(String),
 }
 
-/// The type of a uniform field; `None` if the plan does not fill fields of this type.
+/// The type of a uniform field; `None` if it is not one of [`FieldType`], the types that a [`UniformWriter`] can write.
 fn field_type(module: &Module, inner: &TypeInner) -> Option<FieldType> {
     let f32_scalar = |s: &naga::Scalar| s.kind == ScalarKind::Float && s.width == 4;
     match inner {
@@ -191,12 +191,12 @@ impl UniformWriter<'_> {
         self.layout.field(name).is_some()
     }
 
-    /// Writes one field. `has_type`: whether a field of this type takes the value. `given`: see [`LayoutError::Mistyped`]. `values`: the components, of
-    /// a matrix column by column.
+    /// Writes one field. `accepts_value`: whether the value may be written to a field of this type. `given`: see [`LayoutError::Mistyped`]. `values`: the
+    /// components, of a matrix column by column.
     fn write(
         &mut self,
         name: &str,
-        has_type: impl Fn(FieldType) -> bool,
+        accepts_value: impl Fn(FieldType) -> bool,
         given: &dyn fmt::Display,
         values: &[f32],
     ) -> Result<(), LayoutError> {
@@ -204,7 +204,7 @@ impl UniformWriter<'_> {
         let field = &self.layout.fields[index];
         let start = field.offset as usize;
         let target = self.bytes.get_mut(start..start + 4 * values.len());
-        let (true, true, Some(target)) = (has_type(field.ty), values.len() == field.ty.components(), target) else {
+        let (true, true, Some(target)) = (accepts_value(field.ty), values.len() == field.ty.components(), target) else {
             return Err(LayoutError::Mistyped { name: name.into(), expected: field.ty, given: given.to_string() });
         };
         if std::mem::replace(&mut self.written[index], true) {

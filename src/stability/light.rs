@@ -1,5 +1,5 @@
-//! Two sweeps of shadows. `shadows` computes the fraction of sunlight at points in umbra, penumbra, antumbra and full light; `umbra-exposure` draws moons in
-//! Jupiter's umbra at exposures from -20 to +25 stops.
+//! Two sweeps, runs over many cases, about shadows. `shadows` computes the fraction of sunlight at points in umbra, penumbra, antumbra and full light;
+//! `umbra-exposure` draws moons in Jupiter's umbra at exposures from -20 to +25 stops ([`ExposureRequest::Stops`] states what stop 0 is).
 //!
 //! In: a sweep's setup. Out: the number of cases and the worst of them.
 
@@ -38,8 +38,8 @@ const SHADOWS: [(&str, &str, &str); 7] = [
 /// that.
 const UMBRA_MARGIN: f64 = 5e-3;
 
-/// The fraction of sunlight at a point where the angular radii of Sun and occluder and their separation determine it: 0 in the umbra, 1 in full light; `None`
-/// elsewhere, and within [`UMBRA_MARGIN`] of the boundaries. Positions are relative to the point.
+/// The fraction of sunlight at a point, if the angular radii of Sun and occluder and their separation alone decide it: 0 in the umbra, 1 in full light. `None`
+/// in penumbra and antumbra, within [`UMBRA_MARGIN`] of the boundaries, and where the occluder's flattening matters. Positions are relative to the point.
 fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
     let sun_radius_rad = (SUN_RADIUS_KM / sun_km.length()).asin();
     let occluder_radius_rad = |km: f64| (km / occluder_km.length()).asin();
@@ -66,6 +66,7 @@ fn points_around(body: &Body, sunward: DVec3, occluder_km: DVec3, steps: u32) ->
     let (x, y) = shadow_centre.any_orthonormal_pair();
     let mut points = vec![shadow_centre * axis_ratios];
     for octant in 0..8 {
+        // The 0.1 rad are arbitrary: no direction lies along `x` or `y`.
         let (sin, cos) = (f64::from(octant) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
         for k in 0..steps {
             let distance_radii = 1e-6 * 1e6_f64.powf(f64::from(k) / f64::from(steps - 1));
@@ -96,10 +97,12 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
                 let prober = Prober { session, renderer: setup.renderers.renderer(precision) };
                 let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(model)).ok()?;
                 let one_occluder: Vec<_> = occluded_sun.occluders.iter().filter(|o| o.body.id == occluder.id).cloned().collect();
-                let limb_darkening_of_catalog = None;
-                occluded_sun.sunlight(&one_occluder, &points, limb_darkening_of_catalog).ok()
+                // `None`: the catalog's limb darkening stays.
+                let replaced_sun_photometry = None;
+                occluded_sun.sunlight(&one_occluder, &points, replaced_sun_photometry).ok()
             };
             let (Some(single), Some(double)) = (sunlight_in(Precision::F32), sunlight_in(Precision::F64)) else {
+                // What could not be computed is the worst result.
                 found.add(f64::INFINITY, || {
                     (json!({ "body": receiver_name, "occluder": occluder_name }), "no light could be computed".into())
                 });
@@ -110,6 +113,7 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
                 let expected_light = light_from_angles(sun_km - point_km, occluder_km - point_km, occluder);
                 let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger_or_nan);
                 let is_wrong = expected_light.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
+                // In units of the fraction of sunlight. A value that is certainly wrong counts as 1, even if both precisions agree.
                 found.add(if is_wrong { 1.0 } else { difference }, || {
                     let case = json!({
                         "body": receiver_name, "occluder": occluder_name, "time": time.to_utc_iso(), "model": model.name(),
@@ -128,7 +132,7 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
 }
 
 /// Greatest distance from the shadow's axis, in equatorial radii of Jupiter, at which a moon counts as deep in the umbra. At Ganymede's distance the polar
-/// radius of the umbra is 0.92 of this unit, and Ganymede's own radius 0.04, so such a moon is entirely in the umbra.
+/// radius of the umbra is 0.92 equatorial radii, and Ganymede's own radius 0.04, so such a moon is entirely in the umbra.
 const MAX_AXIS_DISTANCE_RADII: f64 = 0.8;
 
 /// Duration of the search for a moon's passage through the shadow: longer than the periods of Io, Europa and Ganymede (172 hours).
@@ -168,7 +172,7 @@ fn levels_above_black(radiance: f64, display: &[[u8; 4]]) -> f64 {
     }
 }
 
-/// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes must be 0, in both precisions.
+/// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes must be 0, in both precisions. The result is [`levels_above_black`].
 pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = setup.session();

@@ -46,7 +46,8 @@ impl SweepResult {
         Self { cases: 0, worst: 0.0, worst_case: Value::Null, cause: "every case was skipped, so nothing was compared".into() }
     }
 
-    /// Counts a case, and keeps it if it is the worst so far. `describe`: what identifies it, and the cause. NaN counts as infinite.
+    /// Counts a case, and keeps it if it is the worst so far. `result`: in the sweep's unit; the greatest is the worst, and NaN counts as infinite. `describe`:
+    /// what identifies the case, and the cause.
     fn add(&mut self, result: f64, describe: impl FnOnce() -> (Value, String)) {
         self.cases += 1;
         let result = if result.is_nan() { f64::INFINITY } else { result };

@@ -6,9 +6,9 @@
 //! |---|---|---|
 //! | 1973.2 to 2027.6 | IERS finals2000A (Bulletin A, from the package astropy-iers-data 0.2026.11.2) every 73 days, cubic interpolation | 0.013 s at the worst against the daily series, 0.004 s rms; after November 2026 IERS's own prediction, some 0.05 s |
 //! | -720 to 1973.2 | spline of Stephenson, Morrison and Hohenkerk, Proc. R. Soc. A 472 (2016), table S15 as revised in 2020 | see [`delta_t_error_s`] |
-//! | before -720, after 2027.6 | the long-term parabola of the same authors, -320 + 32.5 ((year - 1825) / 100)² s before -1720 and after 2500, joined by cubics | see [`delta_t_error_s`] |
+//! | before -720, after 2027.6 | the long-term parabola of the same paper (the revision of 2020 has another), -320 + 32.5 ((year - 1825) / 100)² s before -1720 and after 2500, joined by cubics | see [`delta_t_error_s`] |
 
-use super::delta_t_table::{MEASURED_FIRST_MJD, MEASURED_MS, MEASURED_STEP_DAYS, SPLINE};
+use super::delta_t_table::{IERS_FIRST_MJD, IERS_MS, IERS_STEP_DAYS, SPLINE};
 use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
 
 /// Julian date of the origin of the modified Julian date.
@@ -18,20 +18,20 @@ const JULIAN_YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 const PARABOLA_UNTIL_YEAR: f64 = -1720.0;
 /// The long-term parabola applies again from this year on.
 const PARABOLA_FROM_YEAR: f64 = 2500.0;
-/// From this year on, the measured table holds IERS's predictions, not measurements.
+/// From this year on, the IERS table holds predictions, not measurements.
 const PREDICTED_FROM_YEAR: f64 = 2026.85;
-/// The year of the measured table's last entry, from which the error is that of an extrapolation. Values are interpolated only up to the entry before, 2027.6.
+/// The year of the IERS table's last entry, from which the error is that of an extrapolation. Values are interpolated only up to the entry before, 2027.6.
 const TABLE_END_YEAR: f64 = 2027.8;
-/// The year from which the spline is corrected linearly, so that it meets the measured table.
+/// The year from which the spline is corrected linearly, so that it meets the IERS table.
 const BLEND_FROM_YEAR: f64 = 1955.0;
 
 /// Delta T in seconds at `tt_s`, TT seconds past J2000.
 pub fn delta_t_s(tt_s: f64) -> f64 {
-    let index = measured_index(tt_s);
+    let index = iers_index(tt_s);
     // Cubic interpolation needs an entry on either side of the interval, so the table is used from its second entry to the last but one.
-    let last_used = MEASURED_MS.len() - 2;
+    let last_used = IERS_MS.len() - 2;
     if index >= 1.0 && index < last_used as f64 {
-        return measured_s(index);
+        return iers_s(index);
     }
     let year = year_of(tt_s);
     if index < 1.0 {
@@ -40,7 +40,7 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
             // The spline smooths the last years before the table, so that it is off by 0.2 s where the table takes over. A correction that grows linearly from
             // 0 in `BLEND_FROM_YEAR` to this gap makes it meet the table.
             let seam_year = year_of_entry(1);
-            let gap_s = f64::from(MEASURED_MS[1]) * 1e-3 - spline_s(seam_year);
+            let gap_s = f64::from(IERS_MS[1]) * 1e-3 - spline_s(seam_year);
             let weight = ((year - BLEND_FROM_YEAR) / (seam_year - BLEND_FROM_YEAR)).clamp(0.0, 1.0);
             return spline_s(year) + weight * gap_s;
         }
@@ -54,14 +54,14 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     }
     // The slope of Delta T at the last used entry, seconds per year, is taken over two years, to exclude seasonal variation.
     let end_year = year_of_entry(last_used);
-    let end_delta_t_s = f64::from(MEASURED_MS[last_used]) * 1e-3;
-    let steps = (2.0 * DAYS_PER_JULIAN_YEAR / MEASURED_STEP_DAYS).round() as usize;
-    let earlier_delta_t_s = f64::from(MEASURED_MS[last_used - steps]) * 1e-3;
-    let slope = (end_delta_t_s - earlier_delta_t_s) / (steps as f64 * MEASURED_STEP_DAYS / DAYS_PER_JULIAN_YEAR);
+    let end_delta_t_s = f64::from(IERS_MS[last_used]) * 1e-3;
+    let steps = (2.0 * DAYS_PER_JULIAN_YEAR / IERS_STEP_DAYS).round() as usize;
+    let earlier_delta_t_s = f64::from(IERS_MS[last_used - steps]) * 1e-3;
+    let slope = (end_delta_t_s - earlier_delta_t_s) / (steps as f64 * IERS_STEP_DAYS / DAYS_PER_JULIAN_YEAR);
     cubic_between((end_year, move |y| end_delta_t_s + slope * (y - end_year)), (PARABOLA_FROM_YEAR, parabola_s), year)
 }
 
-/// One standard error of [`delta_t_s`] before the measured table: years and seconds, linear in between.
+/// One standard error of [`delta_t_s`] before the IERS table: years and seconds, linear in between.
 ///
 /// Up to 1600 as Morrison and Stephenson state it, J. Hist. Astron. 35 (2004), 333: [`early_error_s`] until 1200, and 20 s from 1300, because fluctuations over
 /// decades are not known for those years. From 1700 the largest differences between the spline and the Astronomical Almanac (page K8), which is an earlier
@@ -75,7 +75,7 @@ fn early_error_s(year: f64) -> f64 {
     0.8 * ((year - 1820.0) / 100.0).powi(2)
 }
 
-/// One standard error of [`delta_t_s`] in seconds. Before the measured table it follows published errors and differences (462 s in 585 BC, 20 s in 1500, 0.8 s
+/// One standard error of [`delta_t_s`] in seconds. Before the IERS table it follows published errors and differences (462 s in 585 BC, 20 s in 1500, 0.8 s
 /// in 1900), within the table measured differences. After the table's end it is that of an extrapolation: 38 s in 2100, 574 s in 2500
 /// (`extrapolation_error_s`).
 pub fn delta_t_error_s(tt_s: f64) -> f64 {
@@ -114,22 +114,22 @@ fn year_of(tt_s: f64) -> f64 {
     2000.0 + tt_s / JULIAN_YEAR_S
 }
 
-/// The year of an entry of the measured table.
+/// The year of an entry of the IERS table.
 fn year_of_entry(index: usize) -> f64 {
-    year_of(((MEASURED_FIRST_MJD + index as f64 * MEASURED_STEP_DAYS) - (JD_J2000 - MJD_ORIGIN_JD)) * SECONDS_PER_DAY)
+    year_of(((IERS_FIRST_MJD + index as f64 * IERS_STEP_DAYS) - (JD_J2000 - MJD_ORIGIN_JD)) * SECONDS_PER_DAY)
 }
 
-/// Position in the measured table. The table's dates are in UTC, but TT may be used: in the minute between the two, Delta T changes by less than 3 µs.
-fn measured_index(tt_s: f64) -> f64 {
+/// Position in the IERS table. The table's dates are in UTC, but TT may be used: in the minute between the two, Delta T changes by less than 3 µs.
+fn iers_index(tt_s: f64) -> f64 {
     let mjd = tt_s / SECONDS_PER_DAY + (JD_J2000 - MJD_ORIGIN_JD);
-    (mjd - MEASURED_FIRST_MJD) / MEASURED_STEP_DAYS
+    (mjd - IERS_FIRST_MJD) / IERS_STEP_DAYS
 }
 
-/// Delta T at a position in the measured table: the cubic through the two entries before and the two after it.
-fn measured_s(index: f64) -> f64 {
+/// Delta T at a position in the IERS table: the cubic through the two entries before and the two after it.
+fn iers_s(index: f64) -> f64 {
     let i = index as usize;
     let u = index - i as f64;
-    let [a, b, c, d] = [i - 1, i, i + 1, i + 2].map(|k| f64::from(MEASURED_MS[k]) * 1e-3);
+    let [a, b, c, d] = [i - 1, i, i + 1, i + 2].map(|k| f64::from(IERS_MS[k]) * 1e-3);
     -a * u * (u - 1.0) * (u - 2.0) / 6.0 + b * (u + 1.0) * (u - 1.0) * (u - 2.0) / 2.0 - c * (u + 1.0) * u * (u - 2.0) / 2.0
         + d * (u + 1.0) * u * (u - 1.0) / 6.0
 }
@@ -170,7 +170,8 @@ mod tests {
 
     #[test]
     fn agrees_with_published_values() {
-        // Astronomical Almanac, pages K8 and K9; IERS for 2020: 32.184 + 37 + 0.177; IERS for 2025: 32.184 + 37 - 0.04.
+        // Up to 2010: Astronomical Almanac, pages K8 and K9. 2020 and 2025: 32.184 s (TT - TAI) + 37 s (TAI - UTC) - (UT1 - UTC), with IERS's UT1 - UTC of
+        // -0.177 s and 0.04 s.
         for (year, seconds, tolerance_s) in [
             // Before the table, where the spline smooths.
             (1973.0, 43.37, 0.3),
@@ -212,14 +213,14 @@ mod tests {
     }
 
     #[test]
-    fn the_stated_error_has_no_steps_before_the_measured_table() {
+    fn the_stated_error_has_no_steps_before_the_iers_table() {
         let error = |year: f64| delta_t_error_s((year - 2000.0) * JULIAN_YEAR_S);
         for tenth in -30_000..19_730 {
             let year = f64::from(tenth) / 10.0;
             // The steepest part is that of 3001 BC: 0.08 s in a tenth of a year.
             assert!((error(year + 0.1) - error(year)).abs() < 0.1, "{year}: {} s, then {} s", error(year), error(year + 0.1));
         }
-        // Nor at the end of the measured table: the estimate grows by 0.3 s in the first year, by 0.02 s in its first tenth.
+        // Nor at the end of the IERS table: the estimate grows by 0.3 s in the first year, by 0.02 s in its first tenth.
         assert!((error(TABLE_END_YEAR + 0.1) - error(TABLE_END_YEAR - 0.1)).abs() < 0.05);
         assert!((error(-584.4) - 462.4).abs() < 1.0 && (error(1500.0) - 20.0).abs() < 1e-9, "{}", error(-584.4));
     }
@@ -243,7 +244,7 @@ mod tests {
             assert!((0.6..1.5).contains(&(rms_s / stated_s)), "{years}: {rms_s} s, stated {stated_s} s");
         }
         // Negative control: over a century the stated error would be too small if its third part were 0.8 s times the square of the centuries, the law of
-        // `early_error_s`; the 20 s are 0.2 s a year.
+        // `early_error_s`, even if its second part did not stop at 6 s after thirty years, but were 0.2 s a year for all hundred, 20 s.
         assert!(rms_s(100) > 1.5 * (0.05 + 0.8 + 20.0), "{}", rms_s(100));
     }
 
@@ -255,7 +256,7 @@ mod tests {
             for model_s in [-20.0 + 32.0 * ((year - 1820.0) / 100.0).powi(2), -10.0 + 31.4 * ((year - 1825.0) / 100.0).powi(2)] {
                 let difference_s = (at_year(year) - model_s).abs();
                 assert!(difference_s < stated_s, "{year}: {difference_s} s, stated {stated_s} s");
-                // Negative control: 20 s and 0.8 s times the square of the centuries since the table's end would not cover the difference.
+                // Negative control: the same law, 20 s and 0.8 s times the square of the centuries since the table's end, would not cover the difference.
                 assert!(difference_s > 20.0 + 0.8 * ((year - TABLE_END_YEAR) / 100.0).powi(2), "{year}: {difference_s} s");
             }
         }
@@ -278,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn the_measured_table_takes_over_without_a_step() {
+    fn the_iers_table_takes_over_without_a_step() {
         // The table is used from its second entry on, 73 days into 1973; Delta T grew by 1.1 s a year.
         let seam_year = year_of_entry(1);
         let (before, after) = (at_year(seam_year - 1e-6), at_year(seam_year + 1e-6));

@@ -61,13 +61,13 @@ pub(super) const SPLINE: [[f64; 6]; 58] = [
     [2013.0, 2016.0, -0.095, 0.277, 1.007, 66.92],
     [2016.0, 2019.0, -0.139, -0.007, 1.277, 68.109],
 ];
-/// Modified Julian date of the first entry of [`MEASURED_MS`]: 1973-01-02.
-pub(super) const MEASURED_FIRST_MJD: f64 = 41684.0;
+/// Modified Julian date of the first entry of [`IERS_MS`]: 1973-01-02.
+pub(super) const IERS_FIRST_MJD: f64 = 41684.0;
 /// Days between entries.
-pub(super) const MEASURED_STEP_DAYS: f64 = 73.0;
-/// Delta T in milliseconds at MJD `MEASURED_FIRST_MJD + i * MEASURED_STEP_DAYS`; the last entries, from late 2026 on, are predictions of IERS.
+pub(super) const IERS_STEP_DAYS: f64 = 73.0;
+/// Delta T in milliseconds at MJD `IERS_FIRST_MJD + i * IERS_STEP_DAYS`; the last entries, from late 2026 on, are predictions of IERS.
 #[rustfmt::skip]
-pub(super) const MEASURED_MS: [u32; 275] = [
+pub(super) const IERS_MS: [u32; 275] = [
     43376, 43616, 43864, 44052, 44262, 44488, 44690, 44918, 45076, 45267, 45480, 45687,
     45902, 46058, 46243, 46460, 46671, 46912, 47087, 47299, 47521, 47724, 47954, 48106,
     48304, 48535, 48774, 49014, 49171, 49365, 49589, 49801, 50020, 50176, 50349, 50540,

@@ -50,9 +50,9 @@ pub struct DataLayer {
 /// A point of a layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DataPoint {
-    /// Latitude or declination, degrees.
+    /// Planetographic latitude on a body, declination (ICRF) in the sky; degrees.
     pub lat_deg: f64,
-    /// East longitude or right ascension, degrees.
+    /// East longitude on a body, right ascension (ICRF) in the sky; degrees.
     pub lon_deg: f64,
     /// Time from which on the point is shown; `None`: always.
     pub time: Option<Instant>,
@@ -62,7 +62,7 @@ pub struct DataPoint {
     pub colour: Option<[u8; 3]>,
 }
 
-/// A line on the ground, straight in longitude and latitude from vertex to vertex.
+/// A line on the ground, straight in longitude and latitude from vertex to vertex. Only layers on a body have lines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataLine {
     /// At least two vertices: [planetographic latitude, east longitude], degrees.

@@ -16,7 +16,8 @@ use crate::units::KM_PER_AU;
 use glam::DVec2;
 use std::f64::consts::FRAC_PI_2;
 
-/// Texts, bars and rings. A ring, given by its centre in pixels, is a circle that marks a position in the image: the compass or a landing site.
+/// Texts, bars and rings. A ring, given by its centre in pixels, is a circle: here the middle of the compass. [`LabelLayer`](super::labels::LabelLayer) adds
+/// the names of surface features to the same lists, with a ring around each landing site.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Margin {
     pub texts: Vec<TextLine>,
@@ -120,6 +121,7 @@ impl Margin {
     ) {
         let (glyph_px, language) = (metrics.glyph_px(), request.language);
         let length = |km| Argument::Number(length_text(km));
+        // An id that is none of the catalog's bodies is that of a barycentre.
         let name_of = |id| catalog.body(id).map_or(message!("image-barycentre").into(), |b| Argument::from(&b.name));
         let time = language.time(&request.time.to_utc_iso());
         let first_line = target.map_or_else(|| time.clone(), |t| format!("{}   {time}", language.name("body", &t.name)));
@@ -174,6 +176,7 @@ impl Margin {
             }
             None => {
                 let widest_rad = max_rad.min(FRAC_PI_2);
+                // Length grows at least as fast as the angle, so an angle reduced in the ratio of the lengths spans at most `max_px`.
                 let (text, angle_rad) = round_angle_below(widest_rad * (max_px / spanning_px(widest_rad)).min(1.0));
                 (text, spanning_px(angle_rad))
             }
@@ -244,7 +247,8 @@ impl Margin {
 /// Where a line of the caption may be broken, best first: between name and time, between parts, between words.
 const CAPTION_BREAKS: [&str; 3] = ["   ", ", ", " "];
 
-/// A text wrapped into lines that fit. It is broken at the first separator; a part that is still too long is broken at the next. `None`: a word does not fit.
+/// A text wrapped into lines that fit. It is broken where `separators[0]` occurs, as seldom as possible; a part that is still too long is broken at
+/// `separators[1]`, and so on. `None`: a word does not fit.
 fn wrapped(text: &str, separators: &[&str], fits: &impl Fn(&str) -> bool) -> Option<Vec<String>> {
     if fits(text) {
         return Some(vec![text.to_owned()]);
@@ -333,7 +337,8 @@ mod tests {
                 let mut others = texts[k + 1..].iter().chain(margin.bars.iter().map(|b| &b.rect));
                 assert!(!others.any(|o| o.overlaps(rect)), "{width}x{height}: {margin:?}");
             }
-            // Smaller images have no room for the caption, and those less than 48 pixels wide none for the scale bar of three bars.
+            // Images less than 100 pixels wide or up to 100 high have no room for the caption. Those less than 48 wide have none for the scale bar, which
+            // consists of three rectangles: the bar and its two ticks.
             let words: String = margin.texts.iter().map(|t| format!("{} ", t.text)).collect();
             assert_eq!(words.contains("2017-05-17") && words.contains("20.0°"), width >= 100 && height > 100, "{width}x{height}: {words}");
             assert_eq!(margin.bars.len(), if width >= 48 { 3 } else { 0 }, "{width}x{height}: {margin:?}");
@@ -362,13 +367,15 @@ mod tests {
 
     #[test]
     fn lengths_are_round_and_fit() {
-        // Neighbouring round numbers and angles differ by a factor of at most 2.5; the bounds leave a margin.
+        // Neighbouring round numbers and angles differ by a factor of at most 2.5; the bounds, 2.6 and 3.1, leave a margin. Angles up to 3 mrad, ten
+        // arcminutes, are tested here.
         for k in -60..60 {
             let max = 10_f64.powf(f64::from(k) / 7.0) * 1.01;
             let round = round_number_below(max);
             assert!(round <= max && round > max / 2.6, "{round} below {max}");
-            let (text, angle) = round_angle_below(max.min(3.0) * 1e-3);
-            assert!(angle <= max.min(3.0) * 1e-3 * (1.0 + 1e-12) && angle > max.min(3.0) * 1e-3 / 3.1, "{text}");
+            let max_rad = max.min(3.0) * 1e-3;
+            let (text, angle) = round_angle_below(max_rad);
+            assert!(angle <= max_rad * (1.0 + 1e-12) && angle > max_rad / 3.1, "{text}");
         }
         let texts = [(20_000.0, "20 000 km"), (0.5, "500 m"), (5.0, "5 km"), (1_234_567.0, "1 234 567 km"), (149_597_870.7, "1 au")];
         let rounded_up = [(999.7e-6, "1 m"), (0.9997, "1 km"), (999.7, "1 000 km"), (0.9994, "999 m"), (999.4, "999 km")];

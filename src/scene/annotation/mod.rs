@@ -1,8 +1,10 @@
 //! Annotations of an image: names and markers (bodies, stars, surface features), lines in space, on the sky and on the ground with their labels, points of the
-//! user's data, caption, scale bar and compass; and the legend of the image's colours.
+//! user's data, past positions of bodies (`traces`), and near the image's edges caption, scale bar and compass (`margin`); and the legend of the image's
+//! colours.
 //!
-//! In: placed bodies or their reports, the camera and the requested layers. Out: line segments, arcs of orbits and texts as plain values, with decisions.
-//! `picking` goes the other way: from a click to the body or star under it. Not here: drawing (`render::plan`).
+//! In: placed bodies or the reports on them (`scene::body_report`), the camera and the requested layers. Out: line segments, arcs of orbits and texts as plain
+//! values, with the decisions which of them are drawn, and why. `labels` places the names of bodies, `line_texts` those of lines and stars; `text` defines
+//! lines of text, bars and rectangles. `picking` goes the other way: from a click to the body or star under it. Not here: drawing (`render::plan`).
 
 pub mod body_lines;
 pub mod data;

@@ -40,18 +40,19 @@ fn night_radiances(air: &Atmosphere) -> [f64; 2] {
 
 /// Sets the light of the night sky in a draw of the sky. The ground is lit by all of that light; [`uniforms_of`] puts the sum into `night_radiance`. But
 /// zodiacal light, Milky Way and stars are drawn behind the air by layers of their own. So in the sky's draw `night_radiance` is the airglow alone, and
-/// `light_from_beyond` is all light from beyond the air, of which the shader takes the part that the air scatters. `above`: [`night_sky_above`].
-pub(crate) fn set_night_sky(uniforms: &mut AtmosphereUniforms, air: &Atmosphere, above: f64) {
-    let [airglow, from_beyond] = night_radiances(air).map(|radiance| camera::narrow_scalar(radiance * above));
+/// `light_from_beyond` is all light from beyond the air, of which the shader takes the part that the air scatters. `fraction_above`: [`night_sky_above`].
+pub(crate) fn set_night_sky(uniforms: &mut AtmosphereUniforms, air: &Atmosphere, fraction_above: f64) {
+    let [airglow, from_beyond] = night_radiances(air).map(|radiance| camera::narrow_scalar(radiance * fraction_above));
     (uniforms.night_radiance, uniforms.light_from_beyond) = (airglow, from_beyond);
 }
 
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
 const TRANSMITTANCE_STEPS: usize = 64;
 
-/// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun. Chosen by
-/// eye: by day 4 times the sky's mean radiance, with the Sun 12 degrees below the horizon 40 times, so that dusk is shown darker than day. Between altitudes
-/// the logarithm of the radiance is linear.
+/// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun: the light
+/// meter takes it for the sky's mean radiance, which an image shows at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. Chosen by eye: by day 4 times
+/// the true mean, with the Sun 12 degrees below the horizon 40 times, so that dusk is shown darker than day. Between altitudes the logarithm of the radiance
+/// is linear.
 const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
     [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
@@ -78,9 +79,9 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
 /// Sun (`orrery measure --choice air --choice air-near`). Draft quality may leave out up to 16 %, so the limit is between these distances.
 const NEAR_RADII: f64 = 1.25;
 
-/// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: about a fifth of the light of such air
-/// is scattered more than once. In the catalog the air of Titan (depth 2.6) and of Mars (0.5) is as thick (tests/atmosphere/draft.rs). The giant planets' air
-/// is thinner, because the colours of their maps already include their gas.
+/// Vertical optical depth that all channels must exceed for draft quality to include multiple scattering at any distance: about a fifth of the light of such
+/// air is scattered more than once. In the catalog the air of Titan (depth 2.6) and of Mars (0.5) is as thick (tests/atmosphere/draft.rs). The giant planets'
+/// air is thinner, because the colours of their maps already include their gas.
 const THICK_DEPTH: f64 = 0.4;
 
 /// Why draft quality includes multiple scattering, that is, uses [`AtmosphereModel::Table`].
@@ -150,8 +151,8 @@ const NIGHT_SKY_FADE_FROM: f64 = 0.85;
 /// Height of the camera, relative to the top of the air, from which the light meter gives the daylight sky less and less weight.
 const METERED_SKY_FADE_FROM: f64 = 0.5;
 
-/// Natural logarithm of the weight that the light meter gives the sky of a camera at the top of the air. Among all that the meter averages, this sky then
-/// counts less than a tenth of the dark sky beyond the air, so that the exposure does not jump where the air ends.
+/// Natural logarithm of the weight that the light meter gives the daylight sky when the camera is at the top of the air. In the meter's average the daylight
+/// sky then counts less than a tenth of what the dark sky beyond the air counts, so that the exposure does not jump where the air ends.
 const METERED_SKY_LOG_WEIGHT_AT_TOP: f64 = -23.0;
 
 /// Fraction of the night sky's light that comes from above a camera at this height: 1 in most of the air, 0 above the air.
@@ -213,7 +214,7 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         let uniform_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_height_km) });
         camera::narrow(s.map_or(DVec3::ZERO, of_species) * uniform_density * floor_radius_km)
     };
-    // A triangular layer's `scale_height_km` is half its width.
+    // A triangular layer has its peak at the height `tent_centre_km`; its `scale_height_km` is half its width.
     let triangle = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_height_km, s.scale_height_km)));
     // Without a layer, edges in ascending order, so that nothing divides by 0; the layer's extinction is 0.
     let layer_edges = triangle.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre_km, half_width_km)| {
@@ -249,7 +250,8 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         // Accepted errors of interpolation in the coarse image; `air_pass::set_bound` sets them.
         max_coarse_error: Vec2::ZERO,
         coarse_first_row: 0.0,
-        // (x, y): a height above the floor is the fraction (height + x) y of the height of the multiple-scattering table.
+        // (x, y): (height above the floor + x) * y is the height above the ground as a fraction of the height of the multiple-scattering table, that is, of the
+        // top of the air.
         multi_scatter_heights: camera::narrow(DVec3::new(floor_height_km / floor_radius_km, floor_radius_km / air.top_km, 0.0)).truncate(),
         multi_scatter: Arc::default(),
     }
@@ -333,8 +335,9 @@ impl<'a> SurroundingAir<'a> {
         self.up().dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees()
     }
 
-    /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] times the light's `irradiance` and [`Self::sky_weight`]. For a low
-    /// light the table is read at the altitude at which the Earth's sky is dimmed as much as the sky here, because high haze stays lit long after sunset.
+    /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] times the light's `irradiance` and [`Self::sky_weight`]. That table
+    /// is for the Earth. For a low light it is read at the altitude at which the Earth's sky is as dark, relative to its day, as this sky is relative to its
+    /// own, because high haze stays lit long after sunset.
     /// `towards`: vector from the body to the light.
     pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let altitude_deg = self.sky_brightness().altitude_on_earth_deg(self.altitude_deg(towards));
@@ -346,8 +349,8 @@ impl<'a> SurroundingAir<'a> {
         self.sky_weight() * irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
     }
 
-    /// The mean radiance of the sky, as a luminance, that the air scatters from a light; without the light of the night sky. `towards`: vector from the body to
-    /// the light.
+    /// The mean radiance of the sky that the air scatters from a light, without the light of the night sky: the channels weighted as for a luminance, but in
+    /// units of radiance, not cd/m2. `towards`: vector from the body to the light.
     pub(crate) fn scattered_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
         let height_part = camera_height_km(self.body, &self.placement) / self.air.top_km;
         irradiance * self.sky_brightness().luminance(self.altitude_deg(towards), height_part)

@@ -19,6 +19,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if Capabilities::of(inputs.body()).is_emissive {
         return decisions;
     }
+    // Sunlight is white, so its channels are equal.
     let irradiance = lights::sunlight(inputs.placed.body_to_sun_km).irradiance.x;
     decisions.log.record("sunlight", true, reason!("irradiance", irradiance = format_args!("{irradiance:.3e}")));
     decisions.secondary_lights = drawn_lights(inputs, &mut decisions.log);
@@ -40,8 +41,8 @@ fn drawn_lights(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> V
     if log.record_effect(Effect::PlanetShine, !secondary_lights.is_empty(), reason) { secondary_lights } else { Vec::new() }
 }
 
-/// The irradiance at the viewer by planet-shine on a body that is drawn as a point, linear RGB, in units of the Sun's at 1 au. For each light that a disc would
-/// have, the body has the phase function and the light curve that it has in sunlight.
+/// The irradiance at the viewer by planet-shine on a body that is drawn as a point, linear RGB, in units of the Sun's at 1 au. The lights are those that would
+/// be drawn on the body's disc ([`drawn_lights`]). The body reflects each as it reflects sunlight: with the same phase function and the same light curve.
 pub(crate) fn irradiance_of_point(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> DVec3 {
     let (body, placed) = (inputs.body(), inputs.placed);
     if Capabilities::of(body).is_emissive {
@@ -52,10 +53,10 @@ pub(crate) fn irradiance_of_point(inputs: &DecisionInputs<'_, '_>, log: &mut Dec
     let shows = |effect: Effect| effects.override_of(effect) != Some(false);
     let reflected = |light: &IncidentLight| {
         let phase_angle_rad = crate::ephemeris::angle_rad(light.direction, -placed.placement.centre_km);
-        // A light 1 au away, with an irradiance of 1.
-        let unit_light_km = placed.body_from_icrf * light.direction * KM_PER_AU;
-        let unit = brightness::globe_irradiance(body, phase_angle_rad, unit_light_km, viewer_km);
-        light.irradiance * unit.with_shown_air(body, shows).rgb(body)
+        // The Sun, if it were 1 au away in the direction of the light, would cause an irradiance of 1.
+        let sun_at_1_au_km = placed.body_from_icrf * light.direction * KM_PER_AU;
+        let per_unit_irradiance = brightness::globe_irradiance(body, phase_angle_rad, sun_at_1_au_km, viewer_km);
+        light.irradiance * per_unit_irradiance.with_shown_air(body, shows).rgb(body)
     };
     drawn_lights(inputs, log).iter().map(reflected).sum()
 }

@@ -16,8 +16,9 @@ use crate::scene::resources::Context;
 use glam::{DVec3, DVec4, Mat4};
 use std::sync::Arc;
 
-/// Distance of the camera from the body's centre, in radii, within which the shader subtracts the camera's position from vertices, because this difference is
-/// exact in f32. For a farther camera vertices are relative to the body's centre.
+/// Distance of the camera from the body's centre, in radii, within which the shader subtracts the camera's position from vertices: f32 rounds the difference
+/// relative to its own length, so that vertices close to the camera keep their directions. For a farther camera, from which the difference would lose the
+/// vertices' last digits, they are relative to the body's centre.
 const NEAR_RADII: f64 = 8.0;
 /// Smallest relative difference of depth between a mesh's centre and its near side: at least 80 steps of f32. From beyond 1e5 radii the true difference is
 /// smaller and could not order the triangles. With this minimum, depth between bodies is wrong by up to this fraction of the distance.
@@ -54,15 +55,17 @@ pub(crate) fn flags(body: &Body, mesh: &Mesh) -> MeshFlags {
     })
 }
 
-/// The anchor that the shader subtracts from each vertex, and the matrix that transforms the difference.
+/// The origin (camera or body's centre, in the unit-sphere frame) that the shader subtracts from each vertex as `mesh_anchor`, and the matrix that transforms
+/// the difference.
 pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (glam::Vec3, Mat4) {
     let camera_position = placement.camera_in_unit_sphere();
-    let anchor = if camera_position.length() < NEAR_RADII { camera::narrow(camera_position) } else { glam::Vec3::ZERO };
+    let vertex_origin = if camera_position.length() < NEAR_RADII { camera::narrow(camera_position) } else { glam::Vec3::ZERO };
     let unit_km = placement.radii_km.x;
     let icrf_from_body = placement.body_from_icrf.transpose();
-    let from_camera_km = placement.centre_km + icrf_from_body * (anchor.as_dvec3() * placement.radii_km);
+    let from_camera_km = placement.centre_km + icrf_from_body * (vertex_origin.as_dvec3() * placement.radii_km);
     let near = NEAR_DEPTH_KM / unit_km;
-    // Relative decrease of z per radius of depth beyond the anchor. It is added if perspective alone would decrease z by less than `MIN_DEPTH_RATIO`.
+    // Over one radius of depth, perspective decreases z = near / depth by about the fraction radius / distance. What this lacks to `MIN_DEPTH_RATIO` is added,
+    // for each radius of depth beyond the origin of the vertices.
     let added_slope = (MIN_DEPTH_RATIO - unit_km / placement.centre_km.length()).max(0.0);
     // `homogeneous`: 1 for a position relative to the camera, 0 for a direction.
     let clip = |v_km: DVec3, homogeneous: f64| {
@@ -73,7 +76,7 @@ pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (
         camera::narrow4(DVec4::new(across.x, across.y, z, depth))
     };
     let axis = |k: usize| clip(icrf_from_body.col(k) * placement.radii_km[k], 0.0);
-    (anchor, Mat4::from_cols(axis(0), axis(1), axis(2), clip(from_camera_km, 1.0)))
+    (vertex_origin, Mat4::from_cols(axis(0), axis(1), axis(2), clip(from_camera_km, 1.0)))
 }
 
 #[cfg(test)]
@@ -83,8 +86,8 @@ mod tests {
 
     /// The pixel of a vertex as the shader computes it in f32, the exact pixel, and the ratio of the computed depth to the exact depth.
     fn vertex_pixels(camera: &Camera, placement: &Placement, vertex: glam::Vec3) -> (DVec2, Option<DVec2>, f64) {
-        let (anchor, matrix) = clip_from_unit_sphere(camera, placement);
-        let clip = matrix * (vertex - anchor).extend(1.0);
+        let (vertex_origin, matrix) = clip_from_unit_sphere(camera, placement);
+        let clip = matrix * (vertex - vertex_origin).extend(1.0);
         let direction_km = placement.centre_km + placement.body_from_icrf.transpose() * (vertex.as_dvec3() * placement.radii_km);
         let computed = DVec2::new(f64::from(clip.x / clip.w), f64::from(clip.y / clip.w));
         let depth_ratio = f64::from(clip.z / clip.w) * direction_km.dot(camera.forward) / NEAR_DEPTH_KM;
@@ -118,8 +121,8 @@ mod tests {
             let placement = Placement { centre_km: DVec3::X * distance_km, body_from_icrf: DMat3::IDENTITY, radii_km: DVec3::splat(10.0) };
             let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 1e-3, 100, 100);
             let depth = |x: f32| {
-                let (anchor, matrix) = clip_from_unit_sphere(&camera, &placement);
-                let clip = matrix * (glam::Vec3::new(x, 0.0, 0.0) - anchor).extend(1.0);
+                let (vertex_origin, matrix) = clip_from_unit_sphere(&camera, &placement);
+                let clip = matrix * (glam::Vec3::new(x, 0.0, 0.0) - vertex_origin).extend(1.0);
                 clip.z / clip.w
             };
             let steps: Vec<f32> = (0..=20).map(|k| depth(1.0 - 0.1 * k as f32)).collect();

@@ -1,4 +1,5 @@
-//! The only definition of what each operation computes on one lane. Constant folding, operations on registers and the SIMD kernels share it.
+//! The only definition of what each operation computes on one lane. Constant folding, operations on registers and the SIMD kernels share it. A lane is
+//! stored as a float: an integer in its low 32 bits (`Real::lane_bits`), a mask (boolean) in all its bits.
 //!
 //! In: up to three operands. Out: the result. Always: no operation traps, whatever its operands; integer division by zero and shifts beyond 31 bits have the
 //! results that WGSL specifies.
@@ -13,8 +14,8 @@ pub(crate) trait Eval {
     fn eval<R: Real, const FMA: bool>(a: R, b: R, c: R) -> R;
 }
 
-/// Defines a type for each operation, by the expression of its result. `$r`: the element type; `$f`: whether the kernel class has fused multiply-add; `$a`,
-/// `$b`, `$c`: the operands.
+/// Defines a type for each operation, by the expression of its result. [`Op`] explains the prefixes of the names. `$r`: the element type; `$f`: whether the
+/// kernel class has fused multiply-add; `$a`, `$b`, `$c`: the operands.
 macro_rules! eval {
     ($($name:ident = |$r:ident, $f:ident, $a:pat_param, $b:pat_param, $c:pat_param| $body:expr;)*) => {$(
         pub struct $name;
@@ -26,7 +27,7 @@ macro_rules! eval {
     )*};
 }
 
-/// The stored integer as a signed one.
+/// The integer that a lane stores, as a signed one.
 #[inline(always)]
 fn signed<R: Real>(a: R) -> i32 {
     a.lane_bits() as i32
@@ -201,7 +202,7 @@ eval! {
     Fms = |R, FMA, a, b, c| a.fma::<FMA>(b, -c);
     Fnma = |R, FMA, a, b, c| (-a).fma::<FMA>(b, c);
     Select = |R, FMA, a, b, c| if a.is_mask_set() { b } else { c };
-    // For scalars only: the derivative of one value for all lanes is zero. Lanes have their own derivative kernels.
+    // For registers and constants only: the derivative of a value that all lanes share is zero. Slots have their own derivative kernels.
     Dpdx = |R, FMA, _, _, _| R::ZERO;
     Dpdy = |R, FMA, _, _, _| R::ZERO;
 }
