@@ -42,7 +42,7 @@ pub(super) fn bodies() -> Vec<(NaifId, String)> {
 pub(super) struct Place {
     pub vertical: DVec3,
     pub sunward: DVec3,
-    across: DVec3,
+    pub(super) across: DVec3,
     position: Position,
 }
 

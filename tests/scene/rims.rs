@@ -9,7 +9,7 @@ use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::AUTO_EXPOSED_MEAN;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, Look, Position, ViewRequest};
+use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Purpose, ViewRequest};
 use orrery::time::Instant;
 
 const TIME: &str = "2024-04-08T18:17:16Z";
@@ -133,7 +133,9 @@ fn the_light_and_the_exposure_of_a_refracted_sun_fade_with_the_disc() {
     assert!(without > series[0] + 6.0, "{without} stops without the refracted Sun, {} with it: the check above cannot fail", series[0]);
     let light = |diameter_px: f64| {
         let quality = SamplingQuality { samples: 4, anisotropy: 4 };
-        let hdr = SESSION.draw(&seen(diameter_px, ""), quality, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr;
+        let request =
+            ViewRequest { exposure: ExposureRequest::Stops(0.0), purpose: Purpose::LINEAR, ..seen(diameter_px, "sun:-glow,sun:-corona") };
+        let hdr = SESSION.draw(&request, quality, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr;
         hdr.iter().map(|p| f64::from(p[1])).sum::<f64>()
     };
     // A disc of 4 pixels is up to 1.5 times as bright as its point: the glint, and rays through the air at the limb.
