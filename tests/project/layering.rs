@@ -14,7 +14,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("message", &["message"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("random", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("unwinding", &[], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("files", &["wording"], &["naga", "wgpu", "winit", "softbuffer"]),
+    ("files", &["files", "wording"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("time", &["units", "time", "wording"], &["naga", "wgpu", "winit", "softbuffer"]),
     ("catalog", &["units", "time", "catalog", "random", "wording", "message"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("ephemeris", &["units", "time", "catalog", "ephemeris", "unwinding", "message"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),

@@ -156,7 +156,7 @@ fn several_processes_may_clear_the_library_at_once() {
 }
 
 #[test]
-fn a_path_below_a_file_only_warns() {
+fn a_path_below_a_file_warns_and_cannot_be_cleared() {
     let dir = tempfile::tempdir().expect("temp");
     let file = dir.path().join("not-a-folder");
     std::fs::write(&file, "x").expect("write");
@@ -168,7 +168,8 @@ fn a_path_below_a_file_only_warns() {
     assert!(lines.len() == 1 && lines[0].contains("cannot be written") && lines[0].contains("--cache"), "{lines:?}");
     assert_eq!((library.statistics().written, library.status().entries), (0, 0));
     assert_eq!(library.verify().damaged.len(), 0);
-    assert_eq!(library.clear().expect("clearing an empty library succeeds"), 0);
+    let error = library.clear().expect_err("the folder cannot be read").to_string();
+    assert!(error.contains("not-a-folder") && error.contains("cannot be read"), "{error}");
 }
 
 #[test]

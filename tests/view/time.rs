@@ -55,7 +55,9 @@ fn type_date(window: &mut Window, text: &str) {
 #[test]
 fn a_typed_date_counts_by_tab_and_by_a_click_elsewhere_but_not_by_escape() {
     const START: &str = "2017-05-17T00:00:00Z";
-    let leave_by: [(&str, fn(&mut Window)); 4] = [
+    /// What the user does, and how a test does it.
+    type Leave = (&'static str, fn(&mut Window));
+    let leave_by: [Leave; 4] = [
         ("Enter", |window| window.key_press(Key::Enter)),
         ("Tab", |window| window.key_press(Key::Tab)),
         ("a click in the image", |window| {
