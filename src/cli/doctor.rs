@@ -9,6 +9,7 @@ use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
 use crate::session::{Meshes, RendererPreference, Session, SessionError, Sources, cache_folder, read_catalog};
 use crate::wording::counted;
+use std::collections::BTreeSet;
 
 /// Appends a line to the report. `run` prints the report once, at its end.
 macro_rules! push_line {
@@ -97,6 +98,7 @@ fn report_textures(common: &Common, catalog: &Catalog, out: &mut String) {
     let store = MapStore::with_limit(common.textures.clone(), common.max_megapixels);
     let meshes = Meshes::new(common.textures.iter().chain(&common.catalogs).cloned());
     let (mut embedded, mut from_folder, mut without_map) = (0, 0, Vec::new());
+    let mut decoded_files = BTreeSet::new();
     for body in catalog.bodies() {
         let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
         let maps = maps.chain(body.clouds.as_ref().map(|clouds| &clouds.map)).map(|map| &map.file);
@@ -105,7 +107,12 @@ fn report_textures(common: &Common, catalog: &Catalog, out: &mut String) {
                 MapOrigin::Embedded => embedded += 1,
                 MapOrigin::Folder(_) => {
                     from_folder += 1;
-                    if let Err(why) = store.get(file, TexelFormat::Rgba8Unorm) {
+                    // A store of its own, so that a decoded map does not stay in memory.
+                    let decoded =
+                        || MapStore::with_limit(common.textures.clone(), common.max_megapixels).get(file, TexelFormat::Rgba8Unorm);
+                    if decoded_files.insert(file)
+                        && let Err(why) = decoded()
+                    {
                         push_line!(out, "textures  {why}");
                     }
                 }

@@ -152,10 +152,10 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             Ok(())
         }
         LibraryVerb::Clear => {
-            let mut removed = library.clear().map_err(|e| CliError::Failed(format!("the shader library cannot be cleared: {e}")))?;
-            if let Some(maps) = maps {
-                removed += maps.clear().map_err(|e| CliError::Failed(format!("the decoded maps cannot be cleared: {e}")))?;
-            }
+            // Both are cleared, even if one of them fails.
+            let (of_library, of_maps) = (library.clear(), maps.map_or(Ok(0), |maps| maps.clear()));
+            let removed = of_library.map_err(|e| CliError::Failed(format!("the shader library cannot be cleared: {e}")))?
+                + of_maps.map_err(|e| CliError::Failed(format!("the decoded maps cannot be cleared: {e}")))?;
             if args.json {
                 return print_json(&serde_json::json!({ "removed": removed }));
             }

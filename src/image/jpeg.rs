@@ -4,7 +4,8 @@
 //! lenient mode, which fills with grey whatever it cannot decode. So this module calls `zune-jpeg` itself, in strict mode. Exception: the headers are read
 //! leniently, because some programs write filler bytes between them, which change no pixel.
 //!
-//! Not noticed: a change within the compressed data that leaves them valid, because a JPEG has no checksum.
+//! Not noticed: a change within the compressed data that leaves them valid, because a JPEG has no checksum; and a mark of the end right behind a cut, because
+//! the decoder takes what is missing there for zeros.
 
 use super::{ImageError, check_size};
 use crate::unwinding::catch_panic;

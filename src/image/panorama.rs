@@ -169,26 +169,31 @@ impl LinearImage {
         let height = width / 2;
         // Latitude and longitude at a position in the panorama, texels.
         let angles = |x: f64, y: f64| (PI * (0.5 - y / height as f64), TAU * (0.5 - x / width as f64));
-        let on_face = |latitude: f64, longitude: f64| {
-            let (forward, left, up) = (latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
+        let on_face = |(sin_latitude, cos_latitude): (f64, f64), longitude: f64| {
+            let (sin_longitude, cos_longitude) = longitude.sin_cos();
+            let (forward, left, up) = (cos_latitude * cos_longitude, cos_latitude * sin_longitude, sin_latitude);
             cube_face(DVec3::new(-left, up, forward))
         };
         // The mean over the texel's area: a face's texels are up to three times smaller at its corners than in its middle.
         let texel = |k: usize| {
             let (column, row) = ((k % width) as f64, (k / width) as f64);
             let (latitude, longitude) = angles(column + 0.5, row + 0.5);
-            let (_, middle) = on_face(latitude, longitude);
+            let (_, middle) = on_face(latitude.sin_cos(), longitude);
             // The smaller side of the face's texels there, radians.
             let face_texel_rad = 2.0 / side as f64 / (1.0 + middle.length_squared());
             let samples = |length_rad: f64| (samples_per_face_texel * length_rad / face_texel_rad).ceil().max(1.0) as usize;
             let (columns, rows) = (samples(TAU / width as f64 * latitude.cos()), samples(PI / height as f64));
             let mut sum = Vec3::ZERO;
-            for sample in 0..columns * rows {
-                let x = column + ((sample % columns) as f64 + 0.5) / columns as f64;
-                let y = row + ((sample / columns) as f64 + 0.5) / rows as f64;
-                let (latitude, longitude) = angles(x, y);
-                let (face, position) = on_face(latitude, longitude);
-                sum += faces[face].sample((position * 0.5 + 0.5) * side as f64);
+            for sample_row in 0..rows {
+                let y = row + (sample_row as f64 + 0.5) / rows as f64;
+                let (latitude, _) = angles(column, y);
+                let sin_cos_latitude = latitude.sin_cos();
+                for sample_column in 0..columns {
+                    let x = column + (sample_column as f64 + 0.5) / columns as f64;
+                    let (_, longitude) = angles(x, y);
+                    let (face, position) = on_face(sin_cos_latitude, longitude);
+                    sum += faces[face].sample((position * 0.5 + 0.5) * side as f64);
+                }
             }
             (sum / (columns * rows) as f32).to_array()
         };

@@ -231,6 +231,11 @@ impl StoredMaps {
 
     /// Removes the entries of all versions, and temporary files of crashed writers. Returns the number of files removed.
     pub fn clear(&self) -> std::io::Result<u64> {
+        if let Err(e) = std::fs::read_dir(&self.folder)
+            && e.kind() != std::io::ErrorKind::NotFound
+        {
+            return Err(std::io::Error::new(e.kind(), format!("{} cannot be read: {e}", self.folder.display())));
+        }
         let mut removed_count = 0;
         for file in self.paths().filter(|f| is_temporary(f)).chain(self.entries().into_iter().map(|entry| entry.path)) {
             removed_count += u64::from(remove_if_present(&file)?);

@@ -35,9 +35,11 @@ impl MeteredFrame<'_, '_> {
         for (p, limb) in &self.limb_lights {
             let Some(top) = air::shell(p.body, &p.placement) else { continue };
             let beside_body = visible_fraction_behind_body(&p.placement, towards, radius_rad);
-            let behind_air = 1.0 - visible_fraction_behind_body(&top, towards, radius_rad) / beside_body.max(1e-300);
-            clear *= 1.0 - behind_air.clamp(0.0, 1.0);
-            log_transmittance += 1.0_f64.lerp(limb.transmittance, limb.drawn_fraction).max(1e-300).ln();
+            let behind_air = (1.0 - visible_fraction_behind_body(&top, towards, radius_rad) / beside_body.max(1e-300)).clamp(0.0, 1.0);
+            if behind_air > 0.0 {
+                clear *= 1.0 - behind_air;
+                log_transmittance += 1.0_f64.lerp(limb.transmittance, limb.drawn_fraction).max(1e-300).ln();
+            }
         }
         (1.0 - clear, log_transmittance.exp())
     }
