@@ -170,6 +170,20 @@ impl Species {
             _ => None,
         }
     }
+
+    /// All numbers on which the light of air depends that has this species, for keys of caches and names of stored tables.
+    pub(crate) fn optical_numbers(&self) -> impl Iterator<Item = f64> {
+        // A pattern without `..`, so that the compiler demands a decision about each new field.
+        let Self { name: _, scale_height_km, tent_centre_km, scattering_per_km, absorption_per_km, phase, estimate_percent: _ } = *self;
+        // A missing `tent_centre_km` (the species has no triangular profile) and the Rayleigh phase function are represented by numbers that no species can
+        // have.
+        let profile = [scale_height_km, tent_centre_km.unwrap_or(-1.0)];
+        let phase = match phase {
+            PhaseFunction::Rayleigh => [9.0; 4],
+            PhaseFunction::Aerosol(aerosol) => aerosol.parameters(),
+        };
+        scattering_per_km.into_iter().chain(absorption_per_km).chain(profile).chain(phase)
+    }
 }
 
 #[cfg(test)]

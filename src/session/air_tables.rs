@@ -5,7 +5,7 @@
 //! file replaced; a folder that cannot be written is ignored.
 
 use super::stored_tables::{self, Magic, code_digest};
-use crate::catalog::{Atmosphere, Body, PhaseFunction, Species};
+use crate::catalog::{Atmosphere, Body, Species};
 use crate::memo::Memo;
 use crate::scene::multi_scatter_table;
 use glam::Vec4;
@@ -36,21 +36,10 @@ fn table_name(body: &Body) -> String {
 fn table_name_with(code_digest: &[u8; 32], body: &Body) -> String {
     let mut inputs = vec![body.radii_km.x];
     inputs.extend(body.mean_reflectance());
-    // Patterns without `..`, so that the compiler demands a decision about each new field.
+    // A pattern without `..`, so that the compiler demands a decision about each new field.
     if let Some(Atmosphere { top_km, species, refractivity: _, airglow_cd_m2: _, forward_light: _ }) = &body.atmosphere {
         inputs.push(*top_km);
-        for s in species {
-            let Species { name: _, scale_height_km, tent_centre_km, scattering_per_km, absorption_per_km, phase, estimate_percent: _ } = s;
-            inputs.extend(scattering_per_km);
-            inputs.extend(absorption_per_km);
-            // A missing `tent_centre_km` (the species has no triangular profile) and the Rayleigh phase function are represented by numbers that no species
-            // can have.
-            inputs.extend([*scale_height_km, tent_centre_km.unwrap_or(-1.0)]);
-            inputs.extend(match phase {
-                PhaseFunction::Rayleigh => [9.0; 4],
-                PhaseFunction::Aerosol(aerosol) => aerosol.parameters(),
-            });
-        }
+        inputs.extend(species.iter().flat_map(Species::optical_numbers));
     }
     stored_tables::name(code_digest, inputs)
 }
@@ -90,7 +79,7 @@ impl AirTables {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalog::{AerosolPhase, Catalog, NaifId};
+    use crate::catalog::{AerosolPhase, Catalog, NaifId, PhaseFunction};
 
     #[test]
     fn a_table_is_read_back_and_a_damaged_one_is_recomputed() {

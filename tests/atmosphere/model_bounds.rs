@@ -270,7 +270,7 @@ fn assert_within_bounds_on_new_rays(model: AtmosphereModel) {
         assert!(
             percentile_95 < stated.error_95_percent.expect("a bound for 95 %") && worst < max_error,
             "{stated}, {precision:?}: {percentile_95:.5} {worst:.5}; {worst_rays}; after a change of this air the bound is a fifth more, in \
-             src/scene/stated_errors.rs and docs/accuracy.md; but if a formula is wrong, shader::formulas fails, too"
+             src/scene/stated_errors.rs, docs/accuracy.md and (of `table`) README.md; but if a formula is wrong, shader::formulas fails, too"
         );
         assert!(
             transmittance_error < stated_errors::AIR_TRANSMITTANCE,

@@ -10,7 +10,7 @@
 //! scattered twice is left, the logarithm of the result continues to fall at the rate that it has reached. Computed once for each air, in some 40 ms:
 //! [`SkyBrightnessCache`] keeps the result from frame to frame.
 
-use crate::catalog::{AerosolPhase, Atmosphere, PhaseFunction, Species};
+use crate::catalog::{Atmosphere, PhaseFunction, Species};
 use crate::memo::{Memo, NumbersKey};
 use crate::scene::atmosphere::air_sphere::{direction, kept_scattering};
 use crate::scene::atmosphere::extinction::{column_above_km, density, extinction, quadrature};
@@ -271,28 +271,6 @@ impl SkyBrightness {
     }
 }
 
-/// The numbers of a species on which its light depends, as a cache key.
-fn cache_key(s: &Species) -> [f64; 12] {
-    let [scattered_red, scattered_green, scattered_blue] = s.scattering_per_km;
-    let [absorbed_red, absorbed_green, absorbed_blue] = s.absorption_per_km;
-    // Without an aerosol: parameters that no aerosol has.
-    let [red, green, blue, function] = s.aerosol_phase().map_or([-2.0; 4], AerosolPhase::parameters);
-    [
-        s.scale_height_km,
-        s.tent_centre_km.unwrap_or(f64::NAN),
-        scattered_red,
-        scattered_green,
-        scattered_blue,
-        absorbed_red,
-        absorbed_green,
-        absorbed_blue,
-        red,
-        green,
-        blue,
-        function,
-    ]
-}
-
 /// The brightness of skies, kept from frame to frame.
 #[derive(Debug)]
 pub(crate) struct SkyBrightnessCache(Memo<NumbersKey, Arc<SkyBrightness>>);
@@ -306,7 +284,7 @@ impl Default for SkyBrightnessCache {
 impl SkyBrightnessCache {
     /// The brightness of the sky of this air, over ground of this radius.
     pub(crate) fn of(&self, air: &Atmosphere, radius_km: f64) -> Arc<SkyBrightness> {
-        let key = [radius_km, air.top_km].into_iter().chain(air.species.iter().flat_map(cache_key)).collect();
+        let key = [radius_km, air.top_km].into_iter().chain(air.species.iter().flat_map(Species::optical_numbers)).collect();
         self.0.get(key, || Arc::new(SkyBrightness::of(air, radius_km)))
     }
 }
