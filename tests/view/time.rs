@@ -98,6 +98,22 @@ fn a_typed_date_counts_by_tab_and_by_a_click_elsewhere_but_not_by_escape() {
     assert_eq!((utc(&window).as_str(), window.state().reply_text()), (START, ""), "visited");
 }
 
+/// A date that is typed, then changed back, leaves the time by Tab: the clock may have gone on meanwhile. By Enter it counts.
+#[test]
+fn a_date_that_is_changed_back_counts_only_by_enter() {
+    for (key, expected) in [(Key::Tab, "2020-01-01T00:00:00Z"), (Key::Enter, "2017-05-17T00:00:00Z")] {
+        let mut window = window_without_images(NaifId(499));
+        type_date(&mut window, "2");
+        type_date(&mut window, "2017-05-17 00:00:00");
+        // In place of a running clock.
+        window.state_mut().viewer.view.tdb_s = Instant::parse("2020-01-01T00:00:00Z").expect("a time").tdb_seconds_past_j2000();
+        window.run_steps(2);
+        window.key_press(key);
+        window.run_steps(4);
+        assert_eq!((utc(&window).as_str(), window.state().reply_text()), (expected, ""), "{key:?}");
+    }
+}
+
 /// Hour, minute and second are below the days, with a colon between each two.
 #[test]
 fn the_time_of_day_is_separated_from_the_date() {

@@ -22,16 +22,23 @@ use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, Color32, ComboBox, Grid, PopupCloseBehavior, Slider, TextEdit, TextStyle};
+use egui::{Button, Color32, ComboBox, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
 use std::sync::Arc;
 
 /// The first event that a search finds, pending. An error is formatted later, because the language may change before it arrives.
 type PendingEvent = Pending<Result<Option<SkyEvent>, EphemerisError>>;
 
+/// A text that was typed into the date field.
+struct TypedDate {
+    text: String,
+    /// The text that the field showed when the user changed its first character. A running clock has gone on since.
+    shown_before: String,
+}
+
 /// State of the bar.
 pub(crate) struct TimeBar {
     /// The text typed into the date field; `None` while the field shows the view's time.
-    typed: Option<String>,
+    typed: Option<TypedDate>,
     /// First day of the month that the calendar displays; `None`: the month of the view's time.
     month: Option<NaiveDate>,
     /// The kind of event that the buttons search for.
@@ -113,19 +120,25 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     let time = interface.viewer.view.time();
     let time_zone = interface.settings.time_zone;
     let displayed_text = time_zone.civil_time(time).map_or_else(|| instant_text(time), civil_text);
-    let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| displayed_text.clone());
+    let mut text = interface.time_bar.typed.as_ref().map_or_else(|| displayed_text.clone(), |typed| typed.text.clone());
     let width = date_field_width(ui, &displayed_text);
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(width));
     let response = response.on_hover_text(text!("time-field-hint")).accessible_name(text!("time-field"));
-    if response.has_focus() && (interface.time_bar.typed.is_some() || text != displayed_text) {
-        interface.time_bar.typed = Some(text.clone());
+    if response.has_focus() {
+        match &mut interface.time_bar.typed {
+            Some(typed) => typed.text = text,
+            typed @ None if text != displayed_text => *typed = Some(TypedDate { text, shown_before: displayed_text }),
+            None => {}
+        }
     }
     if response.lost_focus() {
-        let typed = interface.time_bar.typed.take();
-        if let Some(typed) = typed.filter(|_| !number_field::is_cancelled(ui)) {
-            match typed_time(&typed, time_zone, interface.viewer.now()) {
+        let is_confirmed = ui.input(|input| input.key_pressed(Key::Enter));
+        // A text that the user has changed back counts only by Enter: otherwise a running clock would be set back by the length of the edit.
+        let counts = |typed: &TypedDate| !number_field::is_cancelled(ui) && (is_confirmed || typed.text != typed.shown_before);
+        if let Some(TypedDate { text, .. }) = interface.time_bar.typed.take().filter(counts) {
+            match typed_time(&text, time_zone, interface.viewer.now()) {
                 Some(time) => actions.push(Action::SetTime(time)),
-                None => interface.refuse_view(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),
+                None => interface.refuse_view(text!("time-no-date", typed = crate::wording::echo_within(text.trim(), MAX_ECHO_CHARS))),
             }
         }
     }
