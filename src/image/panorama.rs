@@ -167,31 +167,41 @@ impl LinearImage {
         let side = faces[0].width;
         let width = (4 * side).min(MAX_WIDTH_FROM_CUBE);
         let height = width / 2;
-        // Latitude and longitude at a position in the panorama, texels.
-        let angles = |x: f64, y: f64| (PI * (0.5 - y / height as f64), TAU * (0.5 - x / width as f64));
-        let on_face = |(sin_latitude, cos_latitude): (f64, f64), longitude: f64| {
-            let (sin_longitude, cos_longitude) = longitude.sin_cos();
+        let latitude_at = |y: f64| PI * (0.5 - y / height as f64);
+        let on_face = |[sin_latitude, cos_latitude]: [f64; 2], [sin_longitude, cos_longitude]: [f64; 2]| {
             let (forward, left, up) = (cos_latitude * cos_longitude, cos_latitude * sin_longitude, sin_latitude);
             cube_face(DVec3::new(-left, up, forward))
         };
+        let sin_cos = |angle: f64| <[f64; 2]>::from(angle.sin_cos());
+        // Longitudes are sums of that of a column's left edge and an offset in it. Their sines and cosines follow from tables by the addition theorem.
+        let edges: Vec<[f64; 2]> = (0..width).map(|column| sin_cos(TAU * (0.5 - column as f64 / width as f64))).collect();
+        let offset_at = |x: f64| sin_cos(TAU * x / width as f64);
+        let sample_count =
+            |length_rad: f64, face_texel_rad: f64| (samples_per_face_texel * length_rad / face_texel_rad).ceil().max(1.0) as usize;
+        // At a face's corner, where 1 plus the squared distance from the middle is 3.
+        let max_count = sample_count(TAU / width as f64, 2.0 / side as f64 / 3.0);
+        let offsets_of_all: Vec<Vec<[f64; 2]>> =
+            (0..=max_count).map(|count| (0..count).map(|k| offset_at((k as f64 + 0.5) / count as f64)).collect()).collect();
+        // The longitude decreases to the right.
+        let before = |[sin, cos]: [f64; 2], [sin_offset, cos_offset]: [f64; 2]| {
+            [sin * cos_offset - cos * sin_offset, cos * cos_offset + sin * sin_offset]
+        };
+        let middle_of_column = offset_at(0.5);
         // The mean over the texel's area: a face's texels are up to three times smaller at its corners than in its middle.
         let texel = |k: usize| {
-            let (column, row) = ((k % width) as f64, (k / width) as f64);
-            let (latitude, longitude) = angles(column + 0.5, row + 0.5);
-            let (_, middle) = on_face(latitude.sin_cos(), longitude);
+            let (column, row) = (k % width, (k / width) as f64);
+            let [sin_latitude, cos_latitude] = sin_cos(latitude_at(row + 0.5));
+            let (_, middle) = on_face([sin_latitude, cos_latitude], before(edges[column], middle_of_column));
             // The smaller side of the face's texels there, radians.
             let face_texel_rad = 2.0 / side as f64 / (1.0 + middle.length_squared());
-            let samples = |length_rad: f64| (samples_per_face_texel * length_rad / face_texel_rad).ceil().max(1.0) as usize;
-            let (columns, rows) = (samples(TAU / width as f64 * latitude.cos()), samples(PI / height as f64));
+            let samples = |length_rad: f64| sample_count(length_rad, face_texel_rad).min(max_count);
+            let (columns, rows) = (samples(TAU / width as f64 * cos_latitude), samples(PI / height as f64));
+            let offsets = &offsets_of_all[columns];
             let mut sum = Vec3::ZERO;
             for sample_row in 0..rows {
-                let y = row + (sample_row as f64 + 0.5) / rows as f64;
-                let (latitude, _) = angles(column, y);
-                let sin_cos_latitude = latitude.sin_cos();
-                for sample_column in 0..columns {
-                    let x = column + (sample_column as f64 + 0.5) / columns as f64;
-                    let (_, longitude) = angles(x, y);
-                    let (face, position) = on_face(sin_cos_latitude, longitude);
+                let latitude = sin_cos(latitude_at(row + (sample_row as f64 + 0.5) / rows as f64));
+                for offset in offsets {
+                    let (face, position) = on_face(latitude, before(edges[column], *offset));
                     sum += faces[face].sample((position * 0.5 + 0.5) * side as f64);
                 }
             }
