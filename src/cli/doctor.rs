@@ -97,20 +97,21 @@ fn report_textures(common: &Common, catalog: &Catalog, out: &mut String) {
     }
     let store = MapStore::with_limit(common.textures.clone(), common.max_megapixels);
     let meshes = Meshes::new(common.textures.iter().chain(&common.catalogs).cloned());
-    let (mut embedded, mut from_folder, mut without_map) = (0, 0, Vec::new());
-    let mut decoded_files = BTreeSet::new();
+    // Sets, because several bodies may share a file.
+    let (mut embedded_files, mut folder_files, mut without_map) = (BTreeSet::new(), BTreeSet::new(), Vec::new());
     for body in catalog.bodies() {
         let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
         let maps = maps.chain(body.clouds.as_ref().map(|clouds| &clouds.map)).map(|map| &map.file);
         for file in maps.chain(body.overlays.iter().map(|overlay| &overlay.file)) {
             match store.origin(file) {
-                MapOrigin::Embedded => embedded += 1,
+                MapOrigin::Embedded => {
+                    embedded_files.insert(file);
+                }
                 MapOrigin::Folder(_) => {
-                    from_folder += 1;
                     // A store of its own, so that a decoded map does not stay in memory.
                     let decoded =
                         || MapStore::with_limit(common.textures.clone(), common.max_megapixels).get(file, TexelFormat::Rgba8Unorm);
-                    if decoded_files.insert(file)
+                    if folder_files.insert(file)
                         && let Err(why) = decoded()
                     {
                         push_line!(out, "textures  {why}");
@@ -130,7 +131,7 @@ fn report_textures(common: &Common, catalog: &Catalog, out: &mut String) {
             without_map.push(body.name.as_str());
         }
     }
-    push_line!(out, "textures  {embedded} embedded, {from_folder} from --textures");
+    push_line!(out, "textures  {} embedded, {} from --textures", embedded_files.len(), folder_files.len());
     if !without_map.is_empty() {
         push_line!(out, "          no map, drawn in their mean colour: {}", without_map.join(", "));
     }

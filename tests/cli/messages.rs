@@ -479,3 +479,16 @@ fn doctor_lists_the_bodies() {
     }
     assert!(listed.contains("8 planets: Mercury"), "{listed}");
 }
+
+/// A map that two bodies share is one file.
+#[test]
+fn doctor_counts_files_of_maps_and_not_their_uses() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let shared = "[[body]]\nid = 401\nmaps = { albedo = { file = \"shared.png\" } }\n[[body]]\nid = 402\nmaps = { albedo = { file = \"shared.png\" } }\n";
+    std::fs::write(folder.path().join("moons.toml"), shared).expect("written");
+    image::RgbImage::from_pixel(4, 2, image::Rgb([90; 3])).save(folder.path().join("shared.png")).expect("written");
+    let path = path_text(folder.path());
+    let out = orrery(&["doctor", "--catalogs", path, "--textures", path]);
+    let listed = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(listed.contains(", 1 from --textures"), "{listed}");
+}
