@@ -421,6 +421,39 @@ mod tests {
         assert_eq!(sky.altitude_on_earth_deg(-60.0), -18.0);
     }
 
+    /// Where light scattered once decides, the directions of the dome have the mean of the sky. High in the air, in dusk, the sky away from the source is much
+    /// darker than the mean, on the ground it is not. From direction to direction there is no jump, also through the zenith and to the horizon.
+    #[test]
+    fn the_dome_is_the_sky_by_direction() {
+        let catalog = Catalog::embedded();
+        let sky = brightness(&catalog, NaifId::EARTH);
+        for (deg, height_part) in [(10.0, 0.0), (0.0, 0.05), (-3.0, 0.5)] {
+            let dome = sky.dome(deg, height_part);
+            let mean = mean_of_rays(&dome.rays.map(f64::exp));
+            assert!((mean / sky.luminance(deg, height_part) - 1.0).abs() < 1e-9, "{deg} degrees, {height_part}: {mean}");
+            assert!((mean / sky.luminance(deg, height_part + 0.1) - 1.0).abs() > 0.01, "the check above cannot fail");
+        }
+        let zenith_cosine = 50_f64.to_radians().sin();
+        let away = |height_part: f64| sky.dome(-8.0, height_part).luminance(zenith_cosine, PI) / sky.luminance(-8.0, height_part);
+        assert!((0.2..0.35).contains(&away(0.0)) && away(0.2) < 0.15, "{} and {}", away(0.0), away(0.2));
+        let dome = sky.dome(-5.0, 0.2);
+        let steps = (0..=100).map(|k| 0.01 * f64::from(k)).flat_map(|part| {
+            let ln = |zenith_cosine: f64, azimuth_rad: f64| dome.luminance(zenith_cosine, azimuth_rad).ln();
+            [ln(part + 0.01, 1.0) - ln(part, 1.0), ln(0.5, PI * (part + 0.01)) - ln(0.5, PI * part)]
+        });
+        assert!(steps.map(f64::abs).fold(0.0, f64::max) < 0.15);
+    }
+
+    /// A sky with half the light is that of a lower Sun on the Earth; with all of it that of the same Sun, up to the day's altitude.
+    #[test]
+    fn a_dimmed_sky_is_that_of_a_lower_sun() {
+        let sky = brightness(&Catalog::embedded(), NaifId::EARTH);
+        for (deg, undimmed) in [(-3.0, -3.0), (4.0, 4.0), (40.0, 5.0)] {
+            let [all, half, none] = [1.0, 0.5, 0.0].map(|part| sky.altitude_of_dimmed_sky_deg(deg, part));
+            assert!((all - undimmed).abs() < 0.02 && half < all - 0.5 && none == -18.0, "{deg} degrees: {all}, {half}, {none}");
+        }
+    }
+
     /// The sky of every body darkens as the source sinks (a sum over a few rays of thin air may brighten by 1 %), without a jump. Nor is there a jump as the
     /// camera rises. The sky of high air (Mars, Titan, Pluto) darkens more slowly than the Earth's, that of low air (Jupiter) faster.
     #[test]
