@@ -5,6 +5,7 @@ mod clouds;
 mod clouds_with_ground;
 mod draft;
 mod dusk;
+mod dusk_at_height;
 mod limb_profile;
 mod model_bounds;
 mod night_sky;

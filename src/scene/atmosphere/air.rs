@@ -49,13 +49,6 @@ pub(crate) fn set_night_sky(uniforms: &mut AtmosphereUniforms, air: &Atmosphere,
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
 const TRANSMITTANCE_STEPS: usize = 64;
 
-/// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun: the light
-/// meter takes it for the sky's mean radiance, which an image shows at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. Chosen by eye: by day 4 times
-/// the true mean, with the Sun 12 degrees below the horizon 40 times, so that dusk is shown darker than day. Between altitudes the logarithm of the radiance
-/// is linear.
-const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
-    [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
-
 /// Every model that a draw of the body can have.
 pub(crate) fn possible_models(body: &Body) -> BTreeSet<AtmosphereModel> {
     let drawn = AtmosphereModel::CHOICES.into_iter().filter(|_| body.atmosphere.is_some());
@@ -319,41 +312,24 @@ impl<'a> SurroundingAir<'a> {
     /// logarithm, and with it the exposure, changes gradually. 80 km above the Earth the weight is 2.5e-4; the gas has about 2e-5 of its density at the ground
     /// there, and the sky about 2e-5 of its light.
     pub(crate) fn sky_weight(&self) -> f64 {
-        let height_part = camera_height_km(self.body, &self.placement) / self.air.top_km;
         // 0 where the fading begins, 1 at the top.
-        let fade_position = ((height_part - METERED_SKY_FADE_FROM) / (1.0 - METERED_SKY_FADE_FROM)).max(0.0);
+        let fade_position = ((self.height_part() - METERED_SKY_FADE_FROM) / (1.0 - METERED_SKY_FADE_FROM)).max(0.0);
         (METERED_SKY_LOG_WEIGHT_AT_TOP * fade_position * fade_position).exp()
     }
 
+    /// Height of the camera as a fraction of the air's height.
+    pub(super) fn height_part(&self) -> f64 {
+        camera_height_km(self.body, &self.placement) / self.air.top_km
+    }
+
     /// The brightness of the body's sky; computed when it is first needed.
-    fn sky_brightness(&self) -> Arc<SkyBrightness> {
+    pub(super) fn sky_brightness(&self) -> Arc<SkyBrightness> {
         self.skies.of(self.air, self.body.radii_km.x)
     }
 
     /// Altitude of a light above the horizon of the camera, degrees. `towards`: vector from the body to the light.
-    fn altitude_deg(&self, towards: DVec3) -> f64 {
+    pub(super) fn altitude_deg(&self, towards: DVec3) -> f64 {
         self.up().dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees()
-    }
-
-    /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] times the light's `irradiance` and [`Self::sky_weight`]. That table
-    /// is for the Earth. For a low light it is read at the altitude at which the Earth's sky is as dark, relative to its day, as this sky is relative to its
-    /// own, because high haze stays lit long after sunset.
-    /// `towards`: vector from the body to the light.
-    pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
-        let altitude_deg = self.sky_brightness().altitude_on_earth_deg(self.altitude_deg(towards));
-        let table = &EXPOSURE_BY_ALTITUDE;
-        let index_below = table.iter().rposition(|(deg, _)| *deg <= altitude_deg).unwrap_or(0);
-        let ((deg0, radiance0), (deg1, radiance1)) =
-            (table[index_below.min(table.len() - 2)], table[(index_below + 1).min(table.len() - 1)]);
-        let fraction = ((altitude_deg - deg0) / (deg1 - deg0)).clamp(0.0, 1.0);
-        self.sky_weight() * irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
-    }
-
-    /// The mean radiance of the sky that the air scatters from a light, without the light of the night sky: the channels weighted as for a luminance, but in
-    /// units of radiance, not cd/m2. `towards`: vector from the body to the light.
-    pub(crate) fn scattered_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
-        let height_part = camera_height_km(self.body, &self.placement) / self.air.top_km;
-        irradiance * self.sky_brightness().luminance(self.altitude_deg(towards), height_part)
     }
 
     /// The radiance of the moonless night sky as its draw has it: airglow, and the scattered light from beyond the air.

@@ -17,6 +17,7 @@ pub mod phase;
 pub mod quadrature_nodes;
 pub(crate) mod rim;
 pub(crate) mod sky_brightness;
+mod sky_in_view;
 pub(crate) mod species;
 pub(crate) mod uniform_rows;
 

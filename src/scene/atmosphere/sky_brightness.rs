@@ -1,14 +1,16 @@
-//! How bright the sky is that the air scatters, by the altitude of the light source (the Sun, or a body that shines by reflected sunlight): for the exposure of
-//! images under that sky.
+//! How bright the sky is that the air scatters, by the altitude of the light source (the Sun, or a body that shines by reflected sunlight), the height of the
+//! camera and the direction in the sky: for the exposure of images under that sky.
 //!
-//! In: the atmosphere of a body. Out: [`SkyBrightness`], the mean radiance of the sky above the horizon as a luminance, per irradiance of the source, at five
-//! heights of the camera; and the altitude of the Sun at which the Earth's sky, compared with day, is as dark ([`SkyBrightness::altitude_on_earth_deg`]).
+//! In: the atmosphere of a body. Out: [`SkyBrightness`], at five heights of the camera the radiance of the sky above the horizon as a luminance, per irradiance
+//! of the source: in 16 directions ([`SkyDome`]) and in the mean; and the altitude of the Sun at which the Earth's sky, compared with day, is as dark
+//! ([`SkyBrightness::altitude_on_earth_deg`]).
 //! Method: light of the source that the air scatters once is summed along rays over the whole sky. What the air scatters out of such a ray is not all lost:
 //! scattered again, a part of it still comes down. A two-stream approximation (one stream up, one down) adds this part. Left out: light that the ground
-//! reflects. At eye level the result is within a factor of 2.5 of rendered images (tests/atmosphere/dusk.rs;
-//! docs/accuracy.md has its error higher up). When the source is so far below the horizon that only light
-//! scattered twice is left, the logarithm of the result continues to fall at the rate that it has reached. Computed once for each air, in some 40 ms:
-//! [`SkyBrightnessCache`] keeps the result from frame to frame.
+//! reflects. When the source is so far below the horizon that only light scattered twice is left, the logarithm of the mean continues to fall at the rate that
+//! it has reached. Light scattered twice also comes from where the air is in the body's shadow: in each direction an estimated part of the mean is spread
+//! evenly ([`TwoStreamSky::even_part`]). The means over the sky of views in several directions are within a factor of 3 of rendered images, at heights up to
+//! half of the air's (tests/atmosphere/dusk_at_height.rs), except in the lowest 3 degrees, below the lowest rays, where an arch of dusk is up to 20 times
+//! brighter. Computed once for each air, in some 40 ms: [`SkyBrightnessCache`] keeps the result from frame to frame.
 
 use crate::catalog::{Atmosphere, PhaseFunction, Species};
 use crate::memo::{Memo, NumbersKey};
@@ -24,8 +26,9 @@ use std::sync::Arc;
 /// Zenith angles and azimuths of the rays, and steps along each. With six zenith angles, six azimuths and 64 steps, the radiance differs by less than 25 % at
 /// all altitudes of the source at which it exceeds 1e-3 of the radiance by day.
 const ZENITH_ANGLES: usize = 4;
-const AZIMUTHS: u32 = 4;
+const AZIMUTHS: usize = 4;
 const STEPS: usize = 32;
+const RAYS: usize = ZENITH_ANGLES * AZIMUTHS;
 /// The edge of the body's shadow in the air is softened over this fraction of the air's height, so that it does not move from step to step in jumps.
 const SHADOW_EDGE: f64 = 0.03;
 
@@ -38,6 +41,16 @@ const ALTITUDES: usize = 66;
 /// at [`DAY_ALTITUDE_DEG`]. If every altitude had its own rate, the sky there would brighten as the light sinks, because for a low light the rate between the
 /// last two is smaller. At 0.9 of the height the result is 1.2 times the sum, at 0.95 1.8 times, at 0.98 3 to 4 times.
 const HEIGHT_PARTS: [f64; 5] = [0.0, 0.05, 0.2, 0.5, 0.8];
+
+/// Lower limit of the luminances per irradiance, for their logarithms.
+const MIN_LUMINANCE: f64 = 1e-30;
+/// The part of the mean that is spread evenly over the sky of a camera on the ground, in thin air, and the scattering optical depth at which it is half-way
+/// from this to all; and the power of the column of the air above the camera, relative to that above the ground, with which the part falls. Chosen so that
+/// the views named above agree with rendered images, of which the even part decides those away from the Sun in dusk: on Jupiter, Saturn and Venus, optical
+/// depths 0.01 to 0.03, a tenth fits, on Mars (0.5) half of the mean, on Titan (3) all of it.
+const EVEN_PART_OF_THIN_AIR: f64 = 0.1;
+const EVEN_PART_HALF_DEPTH: f64 = 0.5;
+const EVEN_PART_COLUMN_EXPONENT: f64 = 0.4;
 
 /// At and above this altitude of the Sun, degrees, images under a sky are exposed as by day, for the sunlit ground.
 const DAY_ALTITUDE_DEG: f64 = 5.0;
@@ -69,7 +82,7 @@ const EARTH_SKY: [(f64, f64); 17] = [
 /// The number of airs whose brightness is kept: more than the catalog has.
 const CACHE_CAPACITY: usize = 16;
 
-/// The altitude of an element of a row, in degrees. A row (see [`TwoStreamSky::row`]) has one value for each of the [`ALTITUDES`].
+/// The altitude of an element of a row, in degrees. A row ([`HeightRow`]) has one value for each of the [`ALTITUDES`].
 fn altitude_deg(index: usize) -> f64 {
     let (lowest, coarse_from) = FINE_ALTITUDES_DEG;
     let fine = lowest + index as f64;
@@ -81,6 +94,19 @@ fn position_in_row(altitude_deg: f64) -> f64 {
     let (lowest, coarse_from) = FINE_ALTITUDES_DEG;
     let above = altitude_deg - coarse_from;
     coarse_from - lowest + if above <= 0.0 { above } else { above / COARSE_STEP_DEG }
+}
+
+/// The elements of a row below an altitude and the fraction of the way to the next one; below the first altitude negative, so that the row continues linearly.
+fn index_and_fraction(altitude_deg: f64) -> (usize, f64) {
+    let position = position_in_row(altitude_deg);
+    let below = (position.max(0.0) as usize).min(ALTITUDES - 2);
+    (below, position - below as f64)
+}
+
+/// The mean over the sky of values for its rays.
+fn mean_of_rays(values: &[f64; RAYS]) -> f64 {
+    let means = values.chunks_exact(AZIMUTHS).map(|at_zenith_angle| at_zenith_angle.iter().sum::<f64>() / AZIMUTHS as f64);
+    means.zip(gauss_legendre(ZENITH_ANGLES)).map(|(mean, (_, weight))| mean * weight).sum()
 }
 
 /// A species with what does not depend on the ray.
@@ -191,49 +217,103 @@ impl TwoStreamSky<'_> {
         radiance
     }
 
-    /// Mean luminance of the sky above the horizon of a camera at this height.
-    fn mean_luminance(&self, height_km: f64, altitude_deg: f64) -> f64 {
+    /// Luminance along each ray above the horizon of a camera at this height: [`AZIMUTHS`] rays at each of the zenith angles, those near the horizon first.
+    fn ray_luminances(&self, height_km: f64, altitude_deg: f64) -> [f64; RAYS] {
         let azimuth_rad = 0.0;
         let light = direction(altitude_deg.to_radians().sin(), azimuth_rad);
         let from = DVec3::Z * (self.radius_km + height_km);
-        let mut sum = DVec3::ZERO;
-        for (cosine, weight) in gauss_legendre(ZENITH_ANGLES) {
+        let mut luminances = [0.0; RAYS];
+        for (at_zenith_angle, (cosine, _)) in luminances.chunks_exact_mut(AZIMUTHS).zip(gauss_legendre(ZENITH_ANGLES)) {
             // The sky is symmetric about the vertical plane through the source.
-            for k in 0..AZIMUTHS {
-                let along = direction(cosine, PI * (f64::from(k) + 0.5) / f64::from(AZIMUTHS));
-                sum += self.radiance_along(from, along, cosine, light) * (weight / f64::from(AZIMUTHS));
+            for (k, value) in at_zenith_angle.iter_mut().enumerate() {
+                let along = direction(cosine, PI * (k as f64 + 0.5) / AZIMUTHS as f64);
+                *value = luminance(self.radiance_along(from, along, cosine, light).to_array());
             }
         }
-        luminance(sum.to_array())
+        luminances
     }
 
-    /// Natural logarithms of [`Self::mean_luminance`] at all altitudes, lowest first. From the altitude at which the sky is darker than
-    /// [`MIN_TRUSTED_RELATIVE_RADIANCE`] downwards, each step to the next lower altitude lets the logarithm fall by at most as much as the step above it.
-    fn row(&self, height_km: f64) -> Vec<f64> {
-        let mut row: Vec<f64> = (0..ALTITUDES).map(|k| self.mean_luminance(height_km, altitude_deg(k)).max(1e-30).ln()).collect();
-        let min_trusted_ln = ln_between(&row, DAY_ALTITUDE_DEG) + MIN_TRUSTED_RELATIVE_RADIANCE.ln();
+    /// The part of the mean light of a sky that comes evenly from the whole sky, because the air has scattered it more than once. It decreases with the air
+    /// above the camera.
+    fn even_part(&self, height_km: f64) -> f64 {
+        let depth_above = |height_km: f64| {
+            let depth: DVec3 = self.constituents.iter().map(|c| c.scattering * column_above_km(c.species, height_km)).sum();
+            luminance(depth.to_array())
+        };
+        let depth_above_ground = depth_above(0.0);
+        let on_ground =
+            EVEN_PART_OF_THIN_AIR + (1.0 - EVEN_PART_OF_THIN_AIR) * depth_above_ground / (depth_above_ground + EVEN_PART_HALF_DEPTH);
+        on_ground * (depth_above(height_km) / depth_above_ground.max(f64::MIN_POSITIVE)).powf(EVEN_PART_COLUMN_EXPONENT)
+    }
+
+    /// The sky of a camera at this height, at all altitudes of the source. From the altitude at which the mean is darker than
+    /// [`MIN_TRUSTED_RELATIVE_RADIANCE`] downwards, each step to the next lower altitude lets its logarithm fall by at most as much as the step above it.
+    fn row(&self, height_km: f64) -> HeightRow {
+        let by_sum: Vec<[f64; RAYS]> = (0..ALTITUDES).map(|k| self.ray_luminances(height_km, altitude_deg(k))).collect();
+        let mut means: Vec<f64> = by_sum.iter().map(|rays| mean_of_rays(rays).max(MIN_LUMINANCE).ln()).collect();
+        let min_trusted_ln = ln_between(&means, DAY_ALTITUDE_DEG) + MIN_TRUSTED_RELATIVE_RADIANCE.ln();
         let last_fine = position_in_row(FINE_ALTITUDES_DEG.1) as usize;
         for k in (0..last_fine - 1).rev() {
-            if row[k + 1] < min_trusted_ln {
-                row[k] = row[k].max(2.0 * row[k + 1] - row[k + 2]);
+            if means[k + 1] < min_trusted_ln {
+                means[k] = means[k].max(2.0 * means[k + 1] - means[k + 2]);
             }
         }
-        row
+        let even_part = self.even_part(height_km);
+        let at_altitude = |(mean_ln, by_sum): (&f64, &[f64; RAYS])| {
+            let even = even_part * mean_ln.exp();
+            by_sum.map(|luminance| (even + (1.0 - even_part) * luminance).max(MIN_LUMINANCE).ln())
+        };
+        let rays = means.iter().zip(&by_sum).map(at_altitude).collect();
+        HeightRow { means, rays }
     }
 }
 
 /// Interpolates a row of logarithms; below its first altitude it continues linearly.
 fn ln_between(row: &[f64], altitude_deg: f64) -> f64 {
-    let position = position_in_row(altitude_deg);
-    let below = (position.max(0.0) as usize).min(row.len() - 2);
-    row[below] + (position - below as f64) * (row[below + 1] - row[below])
+    let (below, fraction) = index_and_fraction(altitude_deg);
+    row[below] + fraction * (row[below + 1] - row[below])
 }
 
-/// The sky's mean radiance as a luminance, by the light source's altitude and the camera's height.
+/// The sky of a camera at one height: natural logarithms of luminances per irradiance of the source, at all altitudes of the source, lowest first.
+#[derive(Debug)]
+struct HeightRow {
+    /// Of the mean over the sky.
+    means: Vec<f64>,
+    /// Along each ray, as in [`TwoStreamSky::ray_luminances`].
+    rays: Vec<[f64; RAYS]>,
+}
+
+/// The luminance of the sky by direction, for one altitude of the light source and one height of the camera.
+pub(crate) struct SkyDome {
+    /// Natural logarithms, as in [`TwoStreamSky::ray_luminances`].
+    rays: [f64; RAYS],
+    /// Of the rays, ascending.
+    zenith_cosines: [f64; ZENITH_ANGLES],
+}
+
+impl SkyDome {
+    /// The luminance in a direction: between rays the logarithm is linear in the zenith cosine and in the azimuth. Lower than the lowest rays, which are 4
+    /// degrees above the horizon, and higher than the highest ones it is that of the nearest ray. `azimuth_rad`: from the light source's, 0 to pi.
+    pub(crate) fn luminance(&self, zenith_cosine: f64, azimuth_rad: f64) -> f64 {
+        let cosines = &self.zenith_cosines;
+        let lower = cosines.iter().rposition(|cosine| *cosine <= zenith_cosine).unwrap_or(0).min(ZENITH_ANGLES - 2);
+        let rise = ((zenith_cosine - cosines[lower]) / (cosines[lower + 1] - cosines[lower])).clamp(0.0, 1.0);
+        let azimuth = (azimuth_rad / PI * AZIMUTHS as f64 - 0.5).clamp(0.0, (AZIMUTHS - 1) as f64);
+        let nearer = (azimuth as usize).min(AZIMUTHS - 2);
+        let turn = azimuth - nearer as f64;
+        let [ln_lower, ln_upper] = [lower, lower + 1].map(|zenith_angle| {
+            let [ln_nearer, ln_farther] = [nearer, nearer + 1].map(|k| self.rays[zenith_angle * AZIMUTHS + k]);
+            ln_nearer + turn * (ln_farther - ln_nearer)
+        });
+        (ln_lower + rise * (ln_upper - ln_lower)).exp()
+    }
+}
+
+/// The sky's radiance as a luminance, by the light source's altitude and the camera's height.
 #[derive(Debug)]
 pub(crate) struct SkyBrightness {
-    /// Natural logarithms: one row for each of [`HEIGHT_PARTS`].
-    rows: [Vec<f64>; HEIGHT_PARTS.len()],
+    /// One row for each of [`HEIGHT_PARTS`].
+    rows: [HeightRow; HEIGHT_PARTS.len()],
 }
 
 impl SkyBrightness {
@@ -244,25 +324,45 @@ impl SkyBrightness {
         Self { rows: HEIGHT_PARTS.map(|part| sky.row(part * air.top_km)) }
     }
 
+    /// Interpolates between the rows below and above a height, a fraction of the air's height. `ln_at`: of a logarithm in a row.
+    fn ln_at_height(&self, height_part: f64, ln_at: impl Fn(&HeightRow) -> f64) -> f64 {
+        let below = HEIGHT_PARTS.iter().rposition(|part| *part <= height_part).unwrap_or(0).min(HEIGHT_PARTS.len() - 2);
+        let rows = [&self.rows[below], &self.rows[below + 1]];
+        let fraction = ((height_part - HEIGHT_PARTS[below]) / (HEIGHT_PARTS[below + 1] - HEIGHT_PARTS[below])).max(0.0);
+        let ([lower, upper], [lower_by_day, upper_by_day]) = (rows.map(ln_at), rows.map(|row| ln_between(&row.means, DAY_ALTITUDE_DEG)));
+        lower + fraction.min(1.0) * (upper - lower) + (fraction - 1.0).max(0.0) * (upper_by_day - lower_by_day)
+    }
+
     /// The mean luminance of the sky under a source of irradiance 1 at this altitude, in the shaders' unit of radiance. `height_part`: the camera's height as a
     /// fraction of the air's height.
     pub(crate) fn luminance(&self, altitude_deg: f64, height_part: f64) -> f64 {
-        let below = HEIGHT_PARTS.iter().rposition(|part| *part <= height_part).unwrap_or(0).min(HEIGHT_PARTS.len() - 2);
-        let ln_at = |altitude_deg: f64| [below, below + 1].map(|k| ln_between(&self.rows[k], altitude_deg));
-        let fraction = ((height_part - HEIGHT_PARTS[below]) / (HEIGHT_PARTS[below + 1] - HEIGHT_PARTS[below])).max(0.0);
-        let ([lower, upper], [lower_by_day, upper_by_day]) = (ln_at(altitude_deg), ln_at(DAY_ALTITUDE_DEG));
-        (lower + fraction.min(1.0) * (upper - lower) + (fraction - 1.0).max(0.0) * (upper_by_day - lower_by_day)).exp()
+        self.ln_at_height(height_part, |row| ln_between(&row.means, altitude_deg)).exp()
+    }
+
+    /// The same by direction.
+    pub(crate) fn dome(&self, altitude_deg: f64, height_part: f64) -> SkyDome {
+        let (below, fraction) = index_and_fraction(altitude_deg);
+        let ln_ray = |row: &HeightRow, k: usize| row.rays[below][k] + fraction * (row.rays[below + 1][k] - row.rays[below][k]);
+        let nodes = gauss_legendre(ZENITH_ANGLES);
+        SkyDome {
+            rays: std::array::from_fn(|k| self.ln_at_height(height_part, |row| ln_ray(row, k))),
+            zenith_cosines: std::array::from_fn(|k| nodes[k].0),
+        }
     }
 
     /// The equivalent altitude of the Sun on the Earth: there the Earth's sky has the same relative radiance as this sky under a source at `altitude_deg`, both
     /// seen from the ground. The relative radiance of each sky is that divided by the radiance with the source at [`DAY_ALTITUDE_DEG`]. At and above
     /// [`DAY_ALTITUDE_DEG`] the result is `altitude_deg` itself. The result is at least -18 degrees, where night begins.
     pub(crate) fn altitude_on_earth_deg(&self, altitude_deg: f64) -> f64 {
-        if altitude_deg >= DAY_ALTITUDE_DEG {
-            return altitude_deg;
-        }
-        let [row, ..] = &self.rows;
-        let relative_ln = ln_between(row, altitude_deg) - ln_between(row, DAY_ALTITUDE_DEG);
+        if altitude_deg >= DAY_ALTITUDE_DEG { altitude_deg } else { self.altitude_of_dimmed_sky_deg(altitude_deg, 1.0) }
+    }
+
+    /// The same for a sky that has a part of the light of the sky seen from the ground, 0 to 1. The result is at most [`DAY_ALTITUDE_DEG`], also for a higher
+    /// source.
+    pub(crate) fn altitude_of_dimmed_sky_deg(&self, altitude_deg: f64, light_part: f64) -> f64 {
+        let [HeightRow { means, .. }, ..] = &self.rows;
+        let undimmed_ln = ln_between(means, altitude_deg.min(DAY_ALTITUDE_DEG)) - ln_between(means, DAY_ALTITUDE_DEG);
+        let relative_ln = undimmed_ln + light_part.max(f64::MIN_POSITIVE).ln();
         let table = &EARTH_SKY;
         let below = table.iter().rposition(|(_, part)| part.ln() <= relative_ln).unwrap_or(0).min(table.len() - 2);
         let ((deg0, part0), (deg1, part1)) = (table[below], table[below + 1]);
@@ -319,6 +419,39 @@ mod tests {
             assert!((found - deg).abs() < 0.02, "{deg} degrees: {found}");
         }
         assert_eq!(sky.altitude_on_earth_deg(-60.0), -18.0);
+    }
+
+    /// Where light scattered once decides, the directions of the dome have the mean of the sky. High in the air, in dusk, the sky away from the source is much
+    /// darker than the mean, on the ground it is not. From direction to direction there is no jump, also through the zenith and to the horizon.
+    #[test]
+    fn the_dome_is_the_sky_by_direction() {
+        let catalog = Catalog::embedded();
+        let sky = brightness(&catalog, NaifId::EARTH);
+        for (deg, height_part) in [(10.0, 0.0), (0.0, 0.05), (-3.0, 0.5)] {
+            let dome = sky.dome(deg, height_part);
+            let mean = mean_of_rays(&dome.rays.map(f64::exp));
+            assert!((mean / sky.luminance(deg, height_part) - 1.0).abs() < 1e-9, "{deg} degrees, {height_part}: {mean}");
+            assert!((mean / sky.luminance(deg, height_part + 0.1) - 1.0).abs() > 0.01, "the check above cannot fail");
+        }
+        let zenith_cosine = 50_f64.to_radians().sin();
+        let away = |height_part: f64| sky.dome(-8.0, height_part).luminance(zenith_cosine, PI) / sky.luminance(-8.0, height_part);
+        assert!((0.2..0.35).contains(&away(0.0)) && away(0.2) < 0.15, "{} and {}", away(0.0), away(0.2));
+        let dome = sky.dome(-5.0, 0.2);
+        let steps = (0..=100).map(|k| 0.01 * f64::from(k)).flat_map(|part| {
+            let ln = |zenith_cosine: f64, azimuth_rad: f64| dome.luminance(zenith_cosine, azimuth_rad).ln();
+            [ln(part + 0.01, 1.0) - ln(part, 1.0), ln(0.5, PI * (part + 0.01)) - ln(0.5, PI * part)]
+        });
+        assert!(steps.map(f64::abs).fold(0.0, f64::max) < 0.15);
+    }
+
+    /// A sky with half the light is that of a lower Sun on the Earth; with all of it that of the same Sun, up to the day's altitude.
+    #[test]
+    fn a_dimmed_sky_is_that_of_a_lower_sun() {
+        let sky = brightness(&Catalog::embedded(), NaifId::EARTH);
+        for (deg, undimmed) in [(-3.0, -3.0), (4.0, 4.0), (40.0, 5.0)] {
+            let [all, half, none] = [1.0, 0.5, 0.0].map(|part| sky.altitude_of_dimmed_sky_deg(deg, part));
+            assert!((all - undimmed).abs() < 0.02 && half < all - 0.5 && none == -18.0, "{deg} degrees: {all}, {half}, {none}");
+        }
     }
 
     /// The sky of every body darkens as the source sinks (a sum over a few rays of thin air may brighten by 1 %), without a jump. Nor is there a jump as the

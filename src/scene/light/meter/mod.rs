@@ -130,8 +130,11 @@ struct MeteredFrame<'f, 'a> {
     glare: Option<VeilingGlare>,
     /// Transmittance of the air in front of the Sun and its glare.
     sun_transmittance: f64,
-    /// The radiance for which images under the sky around the camera are exposed; 0 without such a sky.
+    /// The rays of the frame that show the sky around the camera: [`Self::rays_above_limb`].
+    sky_rays: Vec<(DVec3, f64)>,
+    /// The radiances for which images of the sky around the camera, and of the ground under it, are exposed; 0 without such a sky.
     sky_exposure_radiance: f64,
+    ground_exposure_radiance: f64,
     /// Bodies of more than a pixel, which may hide others along rays. [`Self::visible_fraction`] lets smaller ones hide the Sun, too.
     resolved_bodies: Vec<&'f PlacedBody<'a>>,
     /// The bodies whose air shows the Sun at the limb.
@@ -150,9 +153,21 @@ impl Meter<'_, '_> {
         let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
         let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
         let limb_lights = sun.map(|sun| self.limb_lights(sun)).unwrap_or_default();
-        let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_exposure_radiance: 0.0, resolved_bodies, limb_lights };
-        // `sky_exposure_radiance()` reads the other fields only.
-        let frame = MeteredFrame { sky_exposure_radiance: frame.sky_exposure_radiance(), ..frame };
+        let (sky_rays, sky_exposure_radiance, ground_exposure_radiance) = (Vec::new(), 0.0, 0.0);
+        let mut frame = MeteredFrame {
+            meter: self,
+            glare,
+            sun_transmittance,
+            sky_rays,
+            sky_exposure_radiance,
+            ground_exposure_radiance,
+            resolved_bodies,
+            limb_lights,
+        };
+        // `sky_exposure_radiance()` reads `sky_rays`, and none of these reads a field that is set later.
+        frame.sky_rays = frame.rays_above_limb();
+        frame.sky_exposure_radiance = frame.sky_exposure_radiance();
+        frame.ground_exposure_radiance = frame.ground_exposure_radiance();
         let mut subjects = Vec::new();
         let (mut mean_of_target, mut mean_of_others) = (LogMean::default(), LogMean::default());
         // `dominant`: of the bodies other than the target, the one with the greatest weight, which gives their common subject its name.
@@ -291,7 +306,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             sun: to_body_frame(p.body_to_sun_km),
             sun_irradiance: lights::sunlight(p.body_to_sun_km).irradiance.x,
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
-            sky_exposure_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.sky_exposure_radiance),
+            sky_exposure_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.ground_exposure_radiance),
         };
         let mut sum = |shadow: Option<&ApproximateShadow<'_>>| {
             let mut ground_share = 0.0;

@@ -1,10 +1,11 @@
 //! Meters the sky of the body whose air surrounds the camera.
 //!
-//! In: the metered frame. Out: the sky as a subject; its exposure radiance, for which images under it are exposed; and how much darker surroundings are shown
-//! in dusk. The exposure radiance weighs the sky, reduces the contrast of what is behind the sky, and lights the ground. It is greater than the radiance that
-//! is drawn, the more so the darker the sky is (`SurroundingAir::exposure_radiance`), so the level at which the sky is shown falls with its light. The subject
-//! states the drawn radiance and this level. Always: continuous in time (tests/atmosphere/dusk.rs) and in height (tests/atmosphere/top_of_air.rs); no sky is
-//! shown at a higher level because its light is less (dusk.rs, at eye level).
+//! In: the metered frame. Out: the sky as a subject; its exposure radiance, for which images of it are exposed; that of the ground below it, which is the same
+//! near the ground; and how much darker surroundings are shown in dusk. The exposure radiance of the sky weighs it and reduces the contrast of what is behind
+//! it; that of the ground lights the ground. Both are greater than the radiance that is drawn, the more so the darker the sky is
+//! (`SurroundingAir::exposure_radiance`), so the level at which the sky is shown falls with its light. High in the air the sky counts only where the frame
+//! shows it. The subject states the radiance that is drawn there, and this level. Always: continuous in time (tests/atmosphere/dusk.rs) and in height
+//! (tests/atmosphere/top_of_air.rs); no sky is shown at a higher level because its light is less (dusk.rs, at eye level).
 
 use super::geometry::{ray_and_limb, visible_fraction_behind_body};
 use super::{FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject};
@@ -37,9 +38,14 @@ pub(super) fn dusk_factor(radiance: f64) -> f64 {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The radiance for which images under the sky around the camera are exposed.
-    pub(super) fn sky_exposure_radiance(&self) -> f64 {
+    /// The radiance for which images of the ground under the sky around the camera are exposed.
+    pub(super) fn ground_exposure_radiance(&self) -> f64 {
         self.sum_over_lights_of_sky(|air, towards, irradiance| air.exposure_radiance(towards, irradiance))
+    }
+
+    /// The radiance for which images are exposed that show the sky around the camera as this frame does.
+    pub(super) fn sky_exposure_radiance(&self) -> f64 {
+        self.sum_over_lights_of_sky(|air, towards, irradiance| air.exposure_radiance_of_sky(towards, irradiance, &self.sky_rays))
     }
 
     /// A sum over the lights of the sky around the camera: sunlight, dimmed in an eclipse, and the light of the body that gives the most light besides the Sun.
@@ -62,16 +68,23 @@ impl MeteredFrame<'_, '_> {
         by_sunlight + by_planet_shine
     }
 
+    /// The rays of the frame that pass the limb of the body whose air surrounds the camera: ICRF, unit vectors, each with the part of it that is above the
+    /// limb.
+    pub(super) fn rays_above_limb(&self) -> Vec<(DVec3, f64)> {
+        let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return Vec::new() };
+        let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
+        let part_above = |ray: DVec3| 1.0 - smoothstep(0.5 + ray_and_limb(&p.placement, ray).inside_rad / spacing);
+        let rays = self.sample_frame(|ray| (ray.normalize(), part_above(ray)));
+        rays.into_iter().filter(|(_, part)| *part > 0.0).collect()
+    }
+
     /// Fraction of the frame above the horizon of the body whose air surrounds the camera.
     pub(super) fn sky_fraction(&self) -> f64 {
-        let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return 0.0 };
-        let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
-        let above_horizon = self.sample_frame(|ray| 1.0 - smoothstep(0.5 + ray_and_limb(&p.placement, ray).inside_rad / spacing));
-        above_horizon.iter().sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
+        self.sky_rays.iter().map(|(_, part)| part).sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 
     /// Meters the sky around the camera, without the part of the frame that bodies in it cover (`share_of_bodies`). The subject's weight and the white that it
-    /// requires follow from the exposure radiance; its `radiance` is that which is drawn.
+    /// requires follow from the exposure radiance; its `radiance` is that which is drawn, the mean over the frame's sky.
     pub(super) fn sky(&self, share_of_bodies: f64) -> Option<MeteredSubject> {
         let air = self.meter.air?;
         let mut mean = LogMean::default();
@@ -80,7 +93,7 @@ impl MeteredFrame<'_, '_> {
         // Darker in dusk, less so near the top of the air.
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_exposure_radiance).powf(air.sky_weight());
         let exposed = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
-        let scattered = self.sum_over_lights_of_sky(|air, towards, irradiance| air.scattered_radiance(towards, irradiance));
+        let scattered = self.sum_over_lights_of_sky(|air, towards, irradiance| air.scattered_radiance(towards, irradiance, &self.sky_rays));
         Some(with_drawn_radiance(exposed, scattered + air.night_radiance()))
     }
 }

@@ -1,0 +1,78 @@
+//! The light of the sky around the camera, and the radiance for which images of it are exposed.
+//!
+//! In: the air around the camera, a light, and the directions in which the frame shows the sky. Out: the mean radiance of the sky in these directions, and the
+//! radiance for which the light meter exposes. The brightness of the sky by direction and height is that of `sky_brightness`. High in the air, after sunset, an
+//! arch low above the place of the Sun is up to a hundred times as bright as the sky elsewhere: one mean over the entire sky would be far too bright for
+//! most views.
+
+use crate::scene::atmosphere::air::SurroundingAir;
+use glam::DVec3;
+
+/// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun: the light
+/// meter takes it for the sky's mean radiance, which an image shows at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. Chosen by eye: by day 4 times
+/// the true mean, with the Sun 12 degrees below the horizon 40 times, so that dusk is shown darker than day. Between altitudes the logarithm of the radiance
+/// is linear.
+const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
+    [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
+
+/// [`EXPOSURE_BY_ALTITUDE`] at an altitude of the Sun on the Earth.
+fn exposure_per_irradiance(altitude_on_earth_deg: f64) -> f64 {
+    let table = &EXPOSURE_BY_ALTITUDE;
+    let index_below = table.iter().rposition(|(deg, _)| *deg <= altitude_on_earth_deg).unwrap_or(0);
+    let ((deg0, radiance0), (deg1, radiance1)) = (table[index_below.min(table.len() - 2)], table[(index_below + 1).min(table.len() - 1)]);
+    let fraction = ((altitude_on_earth_deg - deg0) / (deg1 - deg0)).clamp(0.0, 1.0);
+    (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
+}
+
+impl SurroundingAir<'_> {
+    /// The radiance for which an image of ground under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] times the light's `irradiance` and
+    /// [`SurroundingAir::sky_weight`]. That table is for the Earth. For a low light it is read at the altitude at which the Earth's sky is as dark, relative to
+    /// its day, as this sky is relative to its own, because high haze stays lit long after sunset.
+    /// `towards`: vector from the body to the light.
+    pub(crate) fn exposure_radiance(&self, towards: DVec3, irradiance: f64) -> f64 {
+        let altitude_deg = self.sky_brightness().altitude_on_earth_deg(self.altitude_deg(towards));
+        self.sky_weight() * irradiance * exposure_per_irradiance(altitude_deg)
+    }
+
+    /// The radiance for which an image of the sky itself is exposed: on the ground [`Self::exposure_radiance`]. Higher up the sky in these directions has a
+    /// part of the light that it has on the ground, and the exposure is that of a dusk with this part of the light. The part may be small: most light of a dusk
+    /// comes from air below the camera, and what is above it is in the shadow of the body except towards the Sun. Where [`SurroundingAir::sky_weight`] is
+    /// less, it counts instead.
+    /// `directions`: see [`Self::scattered_radiance`].
+    pub(crate) fn exposure_radiance_of_sky(&self, towards: DVec3, irradiance: f64, directions: &[(DVec3, f64)]) -> f64 {
+        let on_ground = 0.0;
+        let [light_on_ground, light] = [on_ground, self.height_part()].map(|part| self.mean_luminance(part, towards, directions));
+        // In high haze the sky may be brighter than on the ground; it is then exposed as on the ground.
+        let light_part = (light / light_on_ground.max(f64::MIN_POSITIVE)).min(1.0);
+        let (sky, altitude_deg) = (self.sky_brightness(), self.altitude_deg(towards));
+        let [undimmed, dimmed] = [1.0, light_part].map(|part| exposure_per_irradiance(sky.altitude_of_dimmed_sky_deg(altitude_deg, part)));
+        let per_irradiance = exposure_per_irradiance(sky.altitude_on_earth_deg(altitude_deg));
+        irradiance * per_irradiance * (dimmed / undimmed).min(self.sky_weight())
+    }
+
+    /// The mean radiance of the sky that the air scatters from a light, without the light of the night sky: the channels weighted as for a luminance, but in
+    /// units of radiance, not cd/m2. `towards`: vector from the body to the light; `directions`: of the sky, ICRF, unit vectors, each with its weight in the
+    /// mean; if there are none, the mean over the entire sky.
+    pub(crate) fn scattered_radiance(&self, towards: DVec3, irradiance: f64, directions: &[(DVec3, f64)]) -> f64 {
+        irradiance * self.mean_luminance(self.height_part(), towards, directions)
+    }
+
+    /// The same per irradiance, for a camera at another height, a fraction of the air's height.
+    fn mean_luminance(&self, height_part: f64, towards: DVec3, directions: &[(DVec3, f64)]) -> f64 {
+        let (sky, altitude_deg) = (self.sky_brightness(), self.altitude_deg(towards));
+        if directions.is_empty() {
+            return sky.luminance(altitude_deg, height_part);
+        }
+        let (dome, up) = (sky.dome(altitude_deg, height_part), self.up());
+        let horizontal = |direction: DVec3| direction - up * direction.dot(up);
+        let towards = horizontal(towards.normalize());
+        let (mut sum, mut total_weight) = (0.0, 0.0);
+        for (direction, weight) in directions {
+            let horizontal = horizontal(*direction);
+            let azimuth_rad = horizontal.cross(towards).length().atan2(horizontal.dot(towards));
+            sum += weight * dome.luminance(direction.dot(up), azimuth_rad);
+            total_weight += weight;
+        }
+        sum / total_weight
+    }
+}
