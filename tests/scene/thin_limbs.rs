@@ -105,7 +105,7 @@ fn a_thin_rim_of_air_has_the_same_light_at_every_size() {
 fn discs_under_air_have_the_same_light_at_every_size() {
     for (view, bounds) in [
         (FULL_EARTH, [(32, 0.052), (64, 0.02), (128, 0.01)]),
-        (CRESCENT_EARTH, [(32, 0.03), (64, 0.03), (128, 0.04)]),
+        (CRESCENT_EARTH, [(32, 0.03), (64, 0.035), (128, 0.04)]),
         (MARS, [(48, 0.02), (64, 0.02), (128, 0.01)]),
     ] {
         for (side, bound) in bounds {
@@ -244,7 +244,8 @@ fn night_side(body: NaifId, phase_deg: f64, diameter_px: f64) -> (Scene, f64) {
     (scene, side_per_diameter.powi(2))
 }
 
-/// All light of these discs comes from air at the limb.
+/// All light of these discs comes from air at the limb. With rays of equal weight, without the lengths of the limb in each pixel, Venus in 4.1 pixels would
+/// have 1.6 times its light, and the Earth in 6 pixels 0.7 times.
 #[test]
 fn the_air_around_a_night_side_has_the_same_light_at_every_size() {
     for (body, phase_deg) in
@@ -258,7 +259,7 @@ fn the_air_around_a_night_side_has_the_same_light_at_every_size() {
         for diameter_px in [4.1, 5.0, 6.0, 8.0, 12.0, 24.0, 48.0, 96.0] {
             let ratio = light_in(diameter_px) / reference;
             println!("{body} at {phase_deg} degrees in {diameter_px} pixels: {ratio}");
-            assert!((0.65..1.75).contains(&ratio), "{body} at {phase_deg} degrees in {diameter_px} pixels: {ratio}");
+            assert!((0.82..1.18).contains(&ratio), "{body} at {phase_deg} degrees in {diameter_px} pixels: {ratio}");
         }
     }
     // Negative control: with one ray for each pixel of ground and clouds, as if the averages ended at 179 degrees.
