@@ -4,8 +4,8 @@
 //! outside the atmosphere. The air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore a point in the
 //! shadow receives the same light from that model as from the refracted limb that a camera at this point would see. Below the top of the atmosphere only the
 //! refracted limb shows the Sun: the part of the Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths
-//! are in the body's equatorial radii. On small discs the light fades, because points have none. shaders/entry/refracted_limb.wesl sums the layers'
-//! light over a pixel. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's albedo map.
+//! are in the body's equatorial radii. On small discs the light fades, because a body drawn as a point shows no refracted limb.
+//! shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's albedo map.
 
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};
@@ -103,9 +103,9 @@ impl LimbGeometry {
         }
     }
 
-    /// Angle between the body's centre and a ray with this impact parameter, radii of the body; a right angle if the camera is nearer to the centre.
-    fn straight_angle(&self, radius: f64) -> f64 {
-        (radius / self.camera_distance).min(1.0).asin()
+    /// Angle between the body's centre and a straight ray with this impact parameter, radii of the body; a right angle if the camera is nearer to the centre.
+    fn angle_of_straight_ray(&self, impact_parameter: f64) -> f64 {
+        (impact_parameter / self.camera_distance).min(1.0).asin()
     }
 
     /// Whether any layer can show the Sun. This test does not need the layers, which take milliseconds to compute. `max_reduced_bending`: see
@@ -113,17 +113,16 @@ impl LimbGeometry {
     fn may_show_sun(&self, placed: &PlacedBody<'_>, max_reduced_bending: f64) -> bool {
         let top_km = placed.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
         // The largest and the smallest angle that `unrefracted_angles` can return.
-        let max_angle = self.straight_angle(1.0 + top_km / placed.body.radii_km.x);
+        let max_angle = self.angle_of_straight_ray(1.0 + top_km / placed.body.radii_km.x);
         let min_angle = self.limb_radius_rad - max_reduced_bending;
         let margin = self.sun_radius_rad + self.limb_radius_error_rad;
         self.separation_rad - margin <= max_angle.max(-min_angle) && self.separation_rad + margin >= min_angle
     }
 
     /// Where on the sky the light at the lower and the upper edge of a layer comes from: the angle in radians between the body's centre and that source, as it
-    /// would be seen without refraction. Negative if the source is on the other side of the centre. `layer`: radius and reduced bending angle at its lower edge
-    /// (x, y) and at its upper edge (z, w).
+    /// would be seen without refraction. Negative if the source is on the other side of the centre. `layer`: one of [`RefractingLayers::edges`].
     fn unrefracted_angles(&self, layer: &DVec4) -> (f64, f64) {
-        let at = |radius: f64, reduced_bending: f64| self.straight_angle(radius) - reduced_bending;
+        let at = |radius: f64, reduced_bending: f64| self.angle_of_straight_ray(radius) - reduced_bending;
         (at(layer.x, layer.y), at(layer.z, layer.w))
     }
 
@@ -152,7 +151,7 @@ pub(crate) struct LimbSegment {
     pub solid_angle: f64,
     /// Mean radiance over that solid angle, brightest channel, as far as it is drawn.
     pub radiance: f64,
-    /// Fraction of this light that comes from where the Sun would not be seen without refraction.
+    /// Fraction of this light whose rays would miss the Sun without refraction.
     pub bent_fraction: f64,
 }
 
@@ -199,7 +198,7 @@ pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_ra
     let step_rad = 2.0 * half_arc / f64::from(SEGMENTS);
     let pixel_width_radii = pixel_rad * geometry.limb_distance;
     let (sin_limb, cos_limb) = geometry.limb_radius_rad.sin_cos();
-    // Thickness of the layers that show the Sun, and the same times their mean transmittance, summed over all segments.
+    // Thickness of the layers that show the Sun, and the product of this thickness and their mean transmittance; both summed over all segments.
     let (mut all_shown, mut all_light) = (0.0, 0.0);
     let mut segments = Vec::new();
     for angle in position_angles {
@@ -209,12 +208,13 @@ pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_ra
         let (from, to) = (geometry.separation_rad * cos - half_chord, geometry.separation_rad * cos + half_chord);
         // The part of a range of angles that is on the Sun's disc.
         let part_on_sun = |low: f64, high: f64| (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300);
-        // Thickness of the layers that show the Sun, in radii; their transmittance summed over it, and that of the bent light alone.
+        // Thickness of the layers that show the Sun, in radii; the integral of their transmittance over it, and the part of this integral whose rays would miss
+        // the Sun without refraction.
         let (mut shown_thickness, mut light, mut bent_light) = (0.0_f64, 0.0_f64, 0.0_f64);
         for (layer, transmittances) in layers.edges.iter().zip(&layers.transmittances) {
             let (low, high) = geometry.unrefracted_angles(layer);
             let shown = part_on_sun(low, high) * (layer.z - layer.x);
-            let straight_fraction = part_on_sun(geometry.straight_angle(layer.x), geometry.straight_angle(layer.z));
+            let straight_fraction = part_on_sun(geometry.angle_of_straight_ray(layer.x), geometry.angle_of_straight_ray(layer.z));
             shown_thickness += shown;
             light += shown * transmittances.max_element();
             bent_light += shown * transmittances.max_element() * (1.0 - straight_fraction);
@@ -326,7 +326,7 @@ pub(crate) fn refracted_limbs(
         let layers = reduced_bending
             .filter(|reduced_bending| geometry.may_show_sun(p, *reduced_bending))
             .and_then(|_| refraction::layers(p.body, p.body.radii_km.x, OUTLINE_RADIUS, shift_per_bending));
-        // A point has no refracted light, so that of a small disc fades.
+        // A body drawn as a point shows no refracted limb, so that of a small disc fades.
         let drawn_fraction = beyond_small_disc(report.diameter_px);
         let tint = tint(p.placement.centre_km);
         let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint * drawn_fraction;
@@ -367,6 +367,7 @@ mod tests {
             assert!(k == 0 || low >= rising[k - 1].x - 1e-15, "{k}");
             assert!(k + 1 == rising.len() || high <= rising[k + 1].x + 1e-15, "{k}");
         }
+        // There the central difference is (0.8 - 0.02) / 2 = 0.39.
         assert!(slopes[4].x > 0.2, "the slope in the middle of a smooth rise must not vanish: {}", slopes[4].x);
     }
 }

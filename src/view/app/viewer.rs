@@ -139,7 +139,7 @@ pub struct Viewer {
     /// The body that is highlighted, and described by the panels about a body. The view's target may be another one.
     pub selected: NaifId,
     /// Whether a tour is changing the view, so that every frame needs a new image.
-    pub is_in_tour: bool,
+    pub is_tour_moving: bool,
     selectable_bodies: Vec<SelectableBody>,
     /// A flight and the camera pose at its end. During the flight, all fields of `view` except the camera pose are already those of the destination, so that
     /// the user's changes during the flight last.
@@ -165,7 +165,7 @@ impl Viewer {
             view,
             time_rate,
             selected,
-            is_in_tour: false,
+            is_tour_moving: false,
             selectable_bodies,
             flight: None,
             preset_changes: None,
@@ -286,7 +286,7 @@ impl Viewer {
 
     /// Whether every frame needs a new image: in a flight or a tour, and while time runs faster than real time.
     pub fn is_animating(&self) -> bool {
-        self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_in_tour
+        self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_tour_moving
     }
 
     /// Stores the current view in the history, and shows another. `preset_changes`: those that `view` contains, if it is the view of a preset.
