@@ -154,7 +154,7 @@ impl StoredMaps {
     /// attempts would only cost time.
     fn write(&self, key: &Key, chain: &[Level]) {
         let unpacked_bytes: u64 = chain.iter().map(|level| level.byte_count() as u64).sum();
-        // At least one of the four bytes of a texel is stored.
+        // A texel has four bytes, of which an entry stores one (a grey map), three or four.
         if unpacked_bytes / 4 > MAX_ENTRY_BYTES || self.write_failed.load(Ordering::Relaxed) {
             return;
         }

@@ -137,7 +137,7 @@ impl<'a> OccludedSun<'a> {
     /// One line: the catalog has no Sun.
     pub fn seen_from(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
-        // Every side and every direction counts, at single points instead of pixels.
+        // Every side and every direction counts, at single points instead of pixels. Without `min_change`, no shadow is too weak.
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera_position: None, frustum: None, pixel_width: 0.0 };
         let (min_change, min_blocked_fraction) = (None, 0.0);
         let candidates = eclipse::candidates(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, min_blocked_fraction);

@@ -127,8 +127,8 @@ impl<'a> Scanner<'a> {
             let start = self.position();
             let (branch, attribute) = self.scan_attributes()?.unzip();
             let continues_chain = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
-            let unless = if continues_chain { chain.last().copied() } else { None };
-            if continues_chain && unless.is_none() {
+            let previous_branch = if continues_chain { chain.last().copied() } else { None };
+            if continues_chain && previous_branch.is_none() {
                 return Err(ScanError { position: start, what: "the item before has no `@if`".into() });
             }
             if !continues_chain {
@@ -138,8 +138,10 @@ impl<'a> Scanner<'a> {
             }
             let block = match branch {
                 None => parent,
-                Some(Branch::If(condition) | Branch::Elif(condition)) => self.push_block(Block::When { parent, condition, unless }),
-                Some(Branch::Else) => self.push_block(Block::When { parent, condition: Condition::Constant(true), unless }),
+                Some(Branch::If(condition) | Branch::Elif(condition)) => {
+                    self.push_block(Block::When { parent, condition, previous_branch })
+                }
+                Some(Branch::Else) => self.push_block(Block::When { parent, condition: Condition::Constant(true), previous_branch }),
             };
             if self.token() == "import" && list == List::Module {
                 self.scan_import(block)?;

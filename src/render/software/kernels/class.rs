@@ -3,8 +3,8 @@
 use crate::render::software::tape::Op;
 use std::sync::OnceLock;
 
-/// Number of lanes that the generic kernels process at a time, and that the test whether any lane of a mask is set reads at a time. [`LANES`] is a multiple of
-/// this number.
+/// Number of lanes that the generic kernels process at a time. The test for any set lane of a mask reads as many at a time. [`LANES`] is a multiple of this
+/// number.
 pub const CHUNK: usize = 32;
 
 /// Number of lanes of a batch: 32 quads of 4 pixels. Measured as the fastest of 32, 64, 128 and 256: with fewer lanes the time of the calls dominates, with
