@@ -152,7 +152,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
     }
     let layers: Reason = descriptions.into_iter().collect();
     let reason = if segment_count > 0 { layers } else { reason!("lines-none-now", layers = layers) };
-    builder.decide("data", segment_count > 0, reason);
+    builder.record_decision("data", segment_count > 0, reason);
 }
 
 #[cfg(test)]

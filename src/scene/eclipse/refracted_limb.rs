@@ -5,7 +5,8 @@
 //! shadow receives the same light from that model as from the refracted limb that a camera at this point would see. Below the top of the atmosphere only the
 //! refracted limb shows the Sun: the part of the Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths
 //! are in the body's equatorial radii. On small discs the light fades, because a body drawn as a point shows no refracted limb.
-//! shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's albedo map.
+//! shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's albedo
+//! map.
 
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};

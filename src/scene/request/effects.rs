@@ -205,7 +205,7 @@ impl EffectOverrides {
         }
     }
 
-    /// All overrides that apply to one body; `None` if there are no overrides for this body only.
+    /// All overrides that apply to one body, those for all bodies included; `None` if there are none for this body only, so that `self` applies.
     pub fn for_body(&self, name: &str) -> Option<Self> {
         self.under_names(std::iter::once(name))
     }

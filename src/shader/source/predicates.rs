@@ -17,7 +17,7 @@ const fn predicate(name: &'static str, condition: &'static str, meaning: &'stati
     Predicate { name, condition, meaning }
 }
 
-/// Every predicate. None may use another one.
+/// Every predicate. No condition may use another predicate.
 pub static PREDICATES: &[Predicate] = &[
     predicate(
         "has_air",

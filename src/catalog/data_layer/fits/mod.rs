@@ -344,7 +344,7 @@ mod tests {
         for cards in [&[("EPOCH", "1950.0")][..], &[("RADECSYS", "'FK4'")][..], &[("RADECSYS", "'FK5'"), ("EPOCH", "1950.0")][..]] {
             assert!(result(cards).is_err_and(|(_, why)| why.contains("only ICRS and FK5 J2000")), "{cards:?}");
         }
-        // An EPOCH of 2000 is J2000. With EQUINOX or the ICRS, EPOCH is not an equinox; a text is not one either.
+        // An EPOCH of 2000 is J2000. EPOCH is not read as the equinox if there is an EQUINOX, if the frame is the ICRS, or if EPOCH is a text.
         for cards in [
             &[("EPOCH", "2000.0"), ("RADECSYS", "'FK5'")][..],
             &[("EPOCH", "1954.8"), ("EQUINOX", "2000.0")][..],
