@@ -137,8 +137,8 @@ fn check_covered(ephemeris: &Ephemeris, t: Instant) -> Result<(), EphemerisError
 /// The eclipses that `eclipse_at` finds at the new or full moons of a span. `set_member` stores an eclipse's number within its Saros series; with
 /// `None`, the numbers are not computed.
 ///
-/// `check_covered` is called at the ends of the span and at each of its phases: `eclipse_at` rules out most phases without the ephemeris, and a span may have
-/// no phase at all, but the answer that there is no eclipse is for covered spans only.
+/// `check_covered` is called at the ends of the span and at each of its new or full moons: `eclipse_at` rules out most of them without the ephemeris, and a
+/// span may have none, but the answer that there is no eclipse is for covered spans only.
 fn eclipses_at_phase<E>(
     phase: Phase,
     span: Range<Instant>,

@@ -2,7 +2,7 @@
 //!
 //! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
 //! in the middle and increasing to the left, north up, and the luminance that the texel value 1 represents. The values of an EXR are taken to
-//! be in cd/m². Always: a texture is 8-bit sRGB, which every device can filter. It spans almost four decades, too few for an EXR with stars; what exceeds its
+//! be in cd/m². Always: a texture is 8-bit sRGB, which every device can filter. One texture spans almost four decades, too few for an EXR with stars; what exceeds its
 //! value 1 is therefore in a second texture, which is added to the first. Together they span seven decades below the brightest value.
 //!
 //! Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 at its centre, `px` is to its right, `py`
@@ -26,13 +26,14 @@ const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
 /// Largest width of a panorama that is made from a cube, texels.
 const MAX_WIDTH_FROM_CUBE: usize = 8192;
-/// Face texels are sampled at least at this rate per texel, along each axis. With 2, the light of a single texel is kept within 7 %, at a face's edge 14 %.
+/// Smallest number of samples per texel of a face, along each axis. With 2, the light of a single texel is kept within 7 %, at a face's edge 14 %.
 const SAMPLES_PER_FACE_TEXEL: f64 = 2.0;
-/// Largest fraction of an EXR's pixels that exceed the texel value 1 only because they are the brightest.
+/// Fraction of an EXR's pixels, the brightest ones, that exceed the texel value 1 unless one of the two limits below applies.
 const BRIGHT_FRACTION: f64 = 1e-4;
-/// Largest texel value 1 as a multiple of the median: the steps of 8 bits are 6 % at the median then.
+/// Largest luminance of the texel value 1, as a multiple of the median: the steps of 8 bits are 6 % at the median then.
 const MAX_MEDIANS_IN_UNIT: f32 = 100.0;
-/// Smallest texel value 1 as a fraction of the maximum: the first step of the second texture. With less, values between both textures would be lost.
+/// Smallest luminance of the texel value 1, as a fraction of the maximum: the first step of the second texture. With less, values between both textures would
+/// be lost.
 const MIN_UNIT_OF_MAXIMUM: f32 = 3e-4;
 
 /// A panorama.

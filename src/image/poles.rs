@@ -17,7 +17,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// The meaning of the texels near the poles.
+/// Whether rows near the poles are filtered, and what their texels mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PoleFilter {
     /// No poles: the image is not equirectangular over the whole sphere.

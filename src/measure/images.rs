@@ -146,7 +146,7 @@ impl<'a> PrecisionRenderers<'a> {
         Ok(PlannedView { scene, plan })
     }
 
-    /// The same view with the exposure fixed at its metered value, so that all options use the same exposure.
+    /// The same view with the exposure fixed at its metered value, so that all images that are compared have the same exposure.
     pub(crate) fn with_metered_exposure(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
         let stops = self.plan_view(&request, METERING_SAMPLING)?.scene.exposure.stops;
         Ok(ViewRequest { exposure: ExposureRequest::Stops(stops), ..request })

@@ -85,7 +85,7 @@ fn source_digests(catalog: &Catalog, sources: &Sources) -> BTreeMap<String, Stri
     // If several folders have a file of this name, the session reads the first one.
     let found = files.filter_map(|name| Some((name, sources.map_and_mesh_folders().map(|f| f.join(name)).find(|path| is_there(path))?)));
     let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
-    let images =
+    let maps_and_meshes =
         if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
     let entry = |name: &str, value: String| (name.to_owned(), value);
     let file = |path: &Option<PathBuf>| path.as_deref().map_or("embedded".into(), file_digest);
@@ -95,7 +95,7 @@ fn source_digests(catalog: &Catalog, sources: &Sources) -> BTreeMap<String, Stri
         entry("kernel", file(&sources.kernel)),
         entry("stars", file(&sources.stars)),
         entry("minor planets", file(&sources.minor_planets)),
-        entry("images", images),
+        entry("images", maps_and_meshes),
     ])
 }
 

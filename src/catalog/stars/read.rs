@@ -5,7 +5,7 @@
 //! 2007, CDS I/311), whose positions are of J1991.25. Not read: the measurement errors of the values.
 
 use super::{Star, StarFileError, julian_epoch};
-use crate::catalog::csv_line::{cells, comparable_name, unique_columns_of_fields};
+use crate::catalog::csv_line::{borrowed_values, comparable_name, unique_columns_of_fields};
 use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, RAD_PER_ARCSEC, SECONDS_PER_DAY};
 use crate::wording::{echo, echo_within};
 use glam::DVec3;

@@ -79,7 +79,7 @@ pub(crate) struct Conic {
 }
 
 impl Conic {
-    /// The orbit of a state relative to a parent. `gm_km3_s2`: sum of both bodies. `None` without gravity, or for a radial path.
+    /// The orbit of a state relative to a parent. `gm_km3_s2`: GM of both bodies together. `None` without gravity, or for a radial path.
     pub(crate) fn of(state: &State, gm_km3_s2: f64) -> Option<Self> {
         let (r, v) = (state.pos_km, state.vel_km_s);
         let distance = r.length();

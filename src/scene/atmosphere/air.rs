@@ -247,7 +247,7 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         // Irradiance by another body's light relative to the Sun's; `scene::features` sets it.
         second_light_irradiance: Vec3::ZERO,
         rim_is_thin: 0.0,
-        // Accepted errors of interpolation in the coarse image; `air_pass::set_bound` sets them.
+        // Accepted errors of interpolation in the coarse image; `air_pass::set_error_bounds` sets them.
         max_coarse_error: Vec2::ZERO,
         coarse_first_row: 0.0,
         // (x, y): (height above the floor + x) * y is the height above the ground as a fraction of the height of the multiple-scattering table, that is, of the

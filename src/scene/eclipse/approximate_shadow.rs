@@ -151,8 +151,9 @@ mod tests {
         axis: Axis,
         sun: &'a Body,
         occluder: &'a Body,
-        /// Semi-axes and distance of the occluder, in the receiver's equatorial radii.
+        /// Semi-axes of the occluder, in the receiver's equatorial radii.
         radii: DVec3,
+        /// Distance of the occluder's centre along the line to the Sun, in the receiver's equatorial radii.
         distance_along: f64,
         receiver_from_occluder: DMat3,
     }
@@ -228,7 +229,7 @@ mod tests {
             visible / total
         }
 
-        /// Mean over the receiver's lit side as the Sun sees it, by rays.
+        /// Mean fraction of sunlight over the receiver's lit side as the Sun sees it, by rays.
         fn mean_by_rays(&self, offset_across: DVec2) -> f64 {
             const POINTS: u32 = 100;
             let (mut sum, mut weights) = (0.0, 0.0);
@@ -315,7 +316,7 @@ mod tests {
             let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, TRUE_SEMI_AXES);
             let outline = geometry.occluder_at(DVec2::ZERO);
             let receiver_and_penumbra = 1.0 + geometry.distance_along / geometry.axis.cot_sun_angular_radius;
-            let mut seen = 0;
+            let mut partial = 0;
             for (direction, radius) in [(outline.long_axis, outline.semi_axes.x), (outline.long_axis.perp(), outline.semi_axes.y)] {
                 for k in -9..=9 {
                     let offset_across = direction * (radius + receiver_and_penumbra * f64::from(k) / 9.0);
@@ -326,10 +327,10 @@ mod tests {
                     println!("{ids:?}: {expected:.4} of the light, off by {error:.3} magnitudes");
                     let bound = if expected > 0.4 { 0.1 } else { 0.75 };
                     assert!(expected < 0.05 || error.abs() < bound, "{ids:?}: {expected} of the light, off by {error} magnitudes");
-                    seen += u32::from(expected > 0.05 && expected < 0.95);
+                    partial += u32::from(expected > 0.05 && expected < 0.95);
                 }
             }
-            assert!(seen > 10, "{ids:?}: {seen} partial eclipses");
+            assert!(partial > 10, "{ids:?}: {partial} partial eclipses");
         }
     }
 

@@ -307,7 +307,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
             draw.uniforms.air.night_radiance *= decided.night_fraction_on_ground;
         }
         if draw.features.air_pass != AirPass::None {
-            atmosphere::air_pass::set_bound(&mut draw.uniforms, inputs);
+            atmosphere::air_pass::set_error_bounds(&mut draw.uniforms, inputs);
         }
         if let Some(table) =
             inputs.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.features.air.model == AtmosphereModel::Table)

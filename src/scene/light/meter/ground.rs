@@ -72,10 +72,10 @@ pub(crate) struct Albedo {
 impl Albedo {
     /// The albedo of what the camera sees of a body. `effects`: those of the request; `diameter_px`: of the body's disc.
     pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64) -> Self {
-        // The channels of the scale differ only for emissive bodies.
         let body = p.body;
         let is_off = |effect: Effect| effects.override_of_body(body, effect) == Some(false);
         let haze_over_ground = || disc_light::haze_over_ground(body, p.phase_angle_rad, p.distance_km / body.radii_km.x);
+        // One channel is enough: the channels differ only for emissive bodies.
         let scale = p.radiance_scale().x * if is_off(Effect::Atmosphere) { 1.0 } else { haze_over_ground() };
         let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };

@@ -58,9 +58,11 @@ const TARGET_WEIGHT: f64 = 64.0;
 /// Weight of the Sun if it is the target; larger than that of other targets, because a daylight sky around the Sun is as bright as any ground. Also the weight
 /// of a targeted Sun's corona, and of the target's refracted limbs.
 const SUN_WEIGHT: f64 = 256.0;
-/// Shares of the frame at which the weight of the Sun's disc is halved, if the Sun is the target and if not. A smaller disc is no longer the subject of the
-/// image but a light source in it. Of refracted limbs: shares of a disc as wide as the arc that shows the Sun.
-const SUN_HALF_WEIGHT_SHARES: [f64; 2] = [1e-3, 1e-2];
+/// Share of the frame at which the weight of the Sun's disc is halved. A smaller disc is no longer the subject of the image but a light source in it. Of
+/// refracted limbs: share of a disc as wide as the arc that shows the Sun. `is_target`: whether the Sun or the refracted limb belongs to the target.
+fn sun_half_weight_share(is_target: bool) -> f64 {
+    if is_target { 1e-3 } else { 1e-2 }
+}
 /// Weight of the dark sky: if everything bright in the frame has less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
 /// Distances of the camera, in body radii, between which the meter blends from the part of the ground that the frame shows (near) to a sum over the entire disc
@@ -391,7 +393,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let dilution = area / (area + (1.0 - self.disc_fraction(sun, 2.0 * (area / PI).sqrt())) / point_peak());
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut mean = LogMean::default();
-        let weighted_share = share * share / (share + SUN_HALF_WEIGHT_SHARES[usize::from(!is_target)]);
+        let weighted_share = share * share / (share + sun_half_weight_share(is_target));
         let radiance = photometry::sun_disc_radiance() * dilution * self.sun_transmittance;
         let (behind_air, transmittance) = if share > 0.0 { self.sun_behind_air(sun) } else { (0.0, 1.0) };
         for (part, transmittance) in [(1.0 - behind_air, 1.0), (behind_air, transmittance)] {
