@@ -6,8 +6,8 @@
 //! hardly depends on the viewer's distance.
 //!
 //! The ground is sampled at half the map's steps along the line of sight, then the summit is searched between the neighbours of the highest sample. A
-//! higher summit elsewhere can be missed, but only if it is higher by less than the ground rises over half a step. Positions are relative to the Moon's
-//! centre of mass, the origin of the map. The Moon's orientation is accurate to 0.01 degrees, a shift of 0.3 km along the limb.
+//! higher summit between other samples can be missed, but only if its excess is less than the ground rises over half a step. Positions are relative to the
+//! Moon's centre of mass, the origin of the map. The Moon's orientation is accurate to 0.01 degrees, a shift of 0.3 km along the limb.
 
 use crate::catalog::lunar_heights::HeightMap;
 use glam::DVec3;
@@ -173,7 +173,7 @@ mod tests {
         for (behind_deg, is_seen) in [(0.0, true), (2.0, true), (-2.0, true), (4.0, true), (6.5, false)] {
             // East longitude of the limb on the equator: 89.73 degrees.
             let limb_deg = (DEFAULT_SPHERE_KM / 370_000.0_f64).acos().to_degrees();
-            // The summit is at the middle of a cell of the map.
+            // The summit is at the middle of a cell of the map (0.25 degrees wide); so is the latitude 0.125 below.
             let cells: f64 = (limb_deg + behind_deg) / 0.25;
             let summit_deg = (cells.floor() + 0.5) * 0.25;
             // A ridge, 9 km high, that crosses the equator; wider than the spacing of the profile's points.
@@ -189,9 +189,9 @@ mod tests {
             assert!((highest - expected.max(0.0)).abs() < 0.03, "{behind_deg}: {highest} for {expected}");
             if is_seen {
                 // The highest point must lie in the east, whichever way the position angle counts.
-                let highest = (0..LIMB_POINTS).max_by(|a, b| profile.heights_km[*a].total_cmp(&profile.heights_km[*b])).expect("points");
-                let east = profile.position_angle_axes[0] * (TAU * highest as f64 / LIMB_POINTS as f64).cos()
-                    + profile.position_angle_axes[1] * (TAU * highest as f64 / LIMB_POINTS as f64).sin();
+                let index = (0..LIMB_POINTS).max_by(|a, b| profile.heights_km[*a].total_cmp(&profile.heights_km[*b])).expect("points");
+                let east = profile.position_angle_axes[0] * (TAU * index as f64 / LIMB_POINTS as f64).cos()
+                    + profile.position_angle_axes[1] * (TAU * index as f64 / LIMB_POINTS as f64).sin();
                 assert!(east.y > 0.999, "{east}");
             }
         }

@@ -58,7 +58,7 @@ impl Fields {
         }
     }
 
-    /// Semi-axes and distance of the centres; or the reason why a field, one of the others included, is invalid.
+    /// Semi-axes and distance of the centres; or the reason why any field of the query, not only one of these, is invalid.
     fn checked_outline(&self) -> Result<[f64; 3], String> {
         let missing = |field: &str| format!("missing field `{field}`: give k and d, or semi_major, semi_minor and centre_distance");
         let is_disc = self.k.is_some() || self.d.is_some();

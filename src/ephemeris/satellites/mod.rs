@@ -3,7 +3,7 @@
 //! Both theories give six elements that are sums of periodic terms: semi-major axis or mean motion, mean longitude λ, eccentricity
 //! z = e·exp(iϖ) and inclination ζ = sin(I/2)·exp(iΩ). The elements are osculating, so the velocity is computed as that of two-body motion on them. It differs
 //! from the slope of the computed positions by up to 4e-4 of the speed (Callisto), for Hyperion by 1.5e-3.
-//! Omitted: terms that the tables omit; `error_km` of each theory states the error. No planet's position is needed here.
+//! `error_km` of each theory states the error by the periodic terms that its tables lack. No planet's position is needed here.
 
 pub mod drift;
 pub mod galilean;

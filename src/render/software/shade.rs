@@ -359,7 +359,7 @@ impl TileShader<'_> {
         }
         let undiscarded = run.run(active);
         let setup = &draw.fragment_setup;
-        // No closure in this loop, nor where `fully_drawn_block` is replaced: it would be compiled without this function's instruction set, and called.
+        // No closures in this loop, nor where `fully_drawn_block` is replaced: they would be compiled without this function's instruction set, and called.
         let mut outputs = [None; 4];
         for (lanes, output) in outputs.iter_mut().zip(setup.colour_outputs) {
             if let Some(output) = output {

@@ -251,9 +251,9 @@ impl TriangleSetup<'_> {
     /// Sets up one triangle. `rows`: one for each vertex, the clip-space position and then the varyings.
     fn add(&self, rows: [&[f64]; 3], geometry: &mut RasterGeometry) -> Result<(), RenderError> {
         let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
-        let interpolated = self.varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
+        let varyings = self.varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
         self.reserve(1, geometry)?;
-        set_up(positions, interpolated, &self.raster_state, geometry);
+        set_up(positions, varyings, &self.raster_state, geometry);
         Ok(())
     }
 }
@@ -281,6 +281,7 @@ pub(crate) fn assemble<R: Real>(
     let flat_count = varyings.iter().filter(|v| v.interpolation == Interpolation::Flat).count();
     let setup = TriangleSetup { raster_state, varyings: &varyings, flat_count };
     let instance_count = draw.instances.count as usize;
+    // Wall time of the vertex program, if it ends before the first triangle is set up.
     let mut program_wall_seconds = None;
     let (submitted_triangles, mut parts) = match &draw.vertices {
         Vertices::Mesh { indices, .. } => {

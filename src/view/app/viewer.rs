@@ -107,7 +107,7 @@ const ARRIVAL_RADII: f64 = 3.5;
 const ARRIVAL_RADII_SUN: f64 = 6.0;
 /// Least field of view of a body seen from another one: the image then shows a small disc with its surroundings.
 const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
-/// Field of view of a body seen from another one, in diameters of its disc, where this exceeds the least one: for a large disc, as Jupiter's from its moons.
+/// Field of view of a body seen from another one, in diameters of its disc. For a small disc `MIN_LOOK_FROM_FOV_DEG` is wider, and applies instead.
 const LOOK_FROM_FOV_DIAMETERS: f64 = 1.8;
 /// Field of view of a camera that is placed on the ground.
 const GROUND_FOV_DEG: f64 = 60.0;

@@ -6,8 +6,8 @@
 //! body these two places are exchanged: the second body reads the variable from where the first one wrote the next value, and writes the next value to where
 //! the first one reads the variable. So neither body needs the copy; only a jump out of the second body does. Only loops that end with copies and an
 //! unconditional jump back are doubled; a loop that ends with a test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its
-//! copy if its slot, or the slot of its next value, takes part in another copy, or if the next value may be read in another iteration or after the loop. Not
-//! here: changes of the stored program, whose loops have one body.
+//! copy if its slot, or the slot of its next value, takes part in another copy, or if the next value may be read in another iteration or after the loop. The
+//! stored program is not changed: its loops have one body.
 
 use crate::render::software::program::Program;
 use crate::render::software::tape::{Instr, Op, Operand};
@@ -43,7 +43,7 @@ pub(super) fn unroll_loops(program: &Program) -> Cow<'_, Program> {
     if loops.is_empty() {
         return Cow::Borrowed(program);
     }
-    // The index of each instruction on the new tape, for an instruction of a doubled loop in its first body. The last entry is the length of the new tape.
+    // For each instruction of the old tape, its index on the new one (of a doubled loop: its index in the first body). The last entry is the new tape's length.
     let mut new_index = Vec::with_capacity(tape.len() + 1);
     let mut doubled = Vec::with_capacity(tape.len() * 2);
     let mut rest = loops.iter().peekable();
@@ -104,17 +104,17 @@ fn append_doubled(
     // The entry of the jump back. Nothing jumps to it, but `new_index` has one entry for each instruction.
     new_index.push(second_body);
     doubled.extend(kept.iter().map(|index| (tape[*index].clone(), Target::Original)));
-    // The second body and its jump back are followed, for each instruction outside to which it jumps, by the copies and a jump.
+    // After the second body and its jump back come its exits, one for each instruction outside the loop to which it jumps: the copies, and a jump there.
     let first_exit = second_body + kept.len() + 1;
-    let mut exits: Vec<usize> = Vec::new();
+    let mut exit_targets: Vec<usize> = Vec::new();
     for index in &kept {
         let instr = exchanged(&tape[*index], pairs);
         let target = match instr.target().map(|t| t as usize) {
             Some(to) if (head..=back_jump).contains(&to) => Target::New(second_body + position(to)),
             Some(to) => {
-                let exit = exits.iter().position(|e| *e == to).unwrap_or_else(|| {
-                    exits.push(to);
-                    exits.len() - 1
+                let exit = exit_targets.iter().position(|e| *e == to).unwrap_or_else(|| {
+                    exit_targets.push(to);
+                    exit_targets.len() - 1
                 });
                 Target::New(first_exit + exit * (pairs.len() + 1))
             }
@@ -124,9 +124,9 @@ fn append_doubled(
     }
     // `Target::New` replaces the 0.
     doubled.push((Instr::Jump { target: 0 }, Target::New(first_body)));
-    for exit in exits {
+    for target in exit_targets {
         doubled.extend(pairs.iter().map(|p| (copy_instr(p.variable, p.next), Target::Original)));
-        doubled.push((Instr::Jump { target: exit as u32 }, Target::Original));
+        doubled.push((Instr::Jump { target: target as u32 }, Target::Original));
     }
 }
 

@@ -38,8 +38,8 @@ pub(crate) enum SsaInstr {
         ops: Vec<FusedOp>,
         args: SsaValues,
     },
-    /// Copies a value. Only variables are written more than once: those of loops and branches (`merge.rs`), and captured named values (`capture.rs`). Their
-    /// later writes are `Assign`; before slots are allocated, `merge.rs` turns some of these into the result of an operation.
+    /// Copies a value. Only variables are written more than once: those of loops and branches (`merge.rs`), and captured named values (`capture.rs`). All
+    /// writes after the first are `Assign`; before slots are allocated, `merge.rs` replaces some: the operation that computes `from` then writes `dst` itself.
     Assign {
         dst: SsaValue,
         from: SsaValue,

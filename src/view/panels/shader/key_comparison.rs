@@ -37,7 +37,7 @@ impl KeyComparison {
 }
 
 /// The two compared keys and their labels. With two pins: the pinned keys. With one: the pinned key and the displayed key. Without pins: the drawn
-/// key and the displayed key.
+/// key and the displayed key. `None` if there is no drawn or no displayed key.
 fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([ShaderKey; 2], [&'static str; 2])> {
     let (drawn_key, key) = (inspected.drawn_key?, inspected.key()?);
     Some(match panel.pins {
