@@ -96,7 +96,7 @@ pub(super) fn scale(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let differences = level_differences(&coarse, &fine);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
         let (worst_index, worst) = worst_pixel(&coarse, &fine);
-        // A pixel that is not finite in both images has no difference, so that the mean would not show it.
+        // A pixel that is NaN or infinite in both images has no difference, so that the mean would not show it.
         found.add(if worst.is_finite() { mean } else { worst }, || {
             let pixel = [worst_index as u32 % side, worst_index as u32 / side];
             (

@@ -32,8 +32,7 @@ pub struct Viewer {
     pub sky_aberration_velocity_km_s: DVec3,
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,
-    /// The body or barycentre at whose centre the camera is; a body there is not drawn. The eyes of a stereo pair are beside the centre, which stays in its
-    /// place.
+    /// The body or barycentre at whose centre the camera is; a body there is not drawn. The eyes of a stereo pair are beside the centre that this field gives.
     pub at_centre_of: Option<BodyUnderCamera>,
     /// The body on whose ground the camera stands.
     pub stands_on: Option<BodyUnderCamera>,
