@@ -216,8 +216,8 @@ fn report_parent_cycles(bodies: &[Body], parent_lines: &BTreeMap<i32, SourceLine
     }
 }
 
-/// The body or barycentre other than body `id` whose NAIF code is this normalized name: a look-up by the code would find body `id`, because names come first.
-/// Normalized names have no minus sign.
+/// The body or barycentre, other than body `id`, whose NAIF code is this normalized name of body `id`. A look-up by the code would find body `id`, because
+/// names are looked up first. Normalized names have no minus sign, so the name may also stand for the negative code.
 fn owner_of_code(normalized: &str, id: i32, drafts: &BTreeMap<i32, BodyDraft>) -> Option<String> {
     let code: i32 = normalized.parse().ok()?;
     if (0..=9).contains(&code) {
@@ -412,7 +412,7 @@ mod tests {
         }
     }
 
-    /// Beside the asymmetry, a field with a single number whose limits are allowed.
+    /// The field `red` is made up: a single number, which may be equal to its limits, allowed only beside the asymmetry.
     #[test]
     fn a_field_with_one_number_is_read_beside_the_first() {
         let red = AerosolField {

@@ -2,7 +2,8 @@
 //! images under that sky.
 //!
 //! In: the atmosphere of a body. Out: [`SkyBrightness`], the mean radiance of the sky above the horizon as a luminance, per irradiance of the source, at five
-//! heights of the camera; and the altitude of the Sun at which the Earth's sky, compared with day, is as dark ([`SkyBrightness::altitude_on_earth_deg`]).
+//! heights of the camera; and the altitude of the Sun at which the Earth's sky is as dark as this sky, each relative to its day
+//! ([`SkyBrightness::altitude_on_earth_deg`]).
 //! Method: light of the source that the air scatters once is summed along rays over the whole sky. What the air scatters out of such a ray is not all lost:
 //! scattered again, a part of it still comes down. A two-stream approximation (one stream up, one down) adds this part. Left out: light that the ground
 //! reflects. At eye level the result is within a factor of 2.5 of rendered images (tests/atmosphere/dusk.rs;
@@ -34,9 +35,10 @@ const FINE_ALTITUDES_DEG: (f64, f64) = (-45.0, 15.0);
 const COARSE_STEP_DEG: f64 = 15.0;
 /// Number of altitudes: 61 in the fine steps, 5 in the coarse ones.
 const ALTITUDES: usize = 66;
-/// Heights of the camera as fractions of the air's height. Higher up the logarithm continues to fall at the rate that it has between the last two under a light
-/// at [`DAY_ALTITUDE_DEG`]. If every altitude had its own rate, the sky there would brighten as the light sinks, because for a low light the rate between the
-/// last two is smaller. At 0.9 of the height the result is 1.2 times the sum, at 0.95 1.8 times, at 0.98 3 to 4 times.
+/// Heights of the camera as fractions of the air's height. Above the last one the logarithm of the radiance continues to fall with height at the rate that it
+/// has between the last two under a light at [`DAY_ALTITUDE_DEG`]. If every altitude had its own rate, the sky there would brighten as the light sinks, because
+/// for a low light the rate between the last two is smaller. At 0.9 of the height the result is 1.2 times the sum along rays, at 0.95 1.8 times, at 0.98 3 to 4
+/// times.
 const HEIGHT_PARTS: [f64; 5] = [0.0, 0.05, 0.2, 0.5, 0.8];
 
 /// At and above this altitude of the Sun, degrees, images under a sky are exposed as by day, for the sunlit ground.
@@ -149,6 +151,7 @@ impl TwoStreamSky<'_> {
         let start_km = from.dot(along);
         let half_chord_sq = (self.radius_km + self.top_km).powi(2) - (from.length_squared() - start_km * start_km);
         let length_km = half_chord_sq.max(0.0).sqrt() - start_km;
+        // Light that a constituent scatters into the ray, per kilometre at density 1 and per irradiance.
         let into_ray_of = |c: &Constituent<'_>| c.scattering * phase::per_steradian(c.species.phase, along.dot(light)) * PI;
         let into_ray: Vec<DVec3> = self.constituents.iter().map(into_ray_of).collect();
         // Optical depths from the start of the ray: of absorption, and of reduced scattering.
@@ -180,8 +183,8 @@ impl TwoStreamSky<'_> {
             if lit_part > 0.0 {
                 let direct_transmittance = (-(absorption_here + reduced_scattering_here)).exp();
                 let vertical_reduced_scattering = reduced_scattering_here * zenith_cosine;
-                // The two-stream transmittance of the vertical depth t is 1 / (1 + 3/4 t). Less exp(-t), for light that arrives without being scattered again:
-                // `direct_transmittance` contains that light.
+                // The two-stream transmittance of the vertical depth t is 1 / (1 + 3/4 t). Of it, exp(-t) is subtracted: light that arrives without being
+                // scattered again is in `direct_transmittance` already.
                 let by_streams = (-absorption_here * zenith_cosine).exp()
                     * ((vertical_reduced_scattering * 0.75 + 1.0).recip() - (-vertical_reduced_scattering).exp());
                 // The streams carry the light of a horizontal layer, whose thickness is the step's length times `zenith_cosine`.
@@ -264,9 +267,9 @@ impl SkyBrightness {
         let [row, ..] = &self.rows;
         let relative_ln = ln_between(row, altitude_deg) - ln_between(row, DAY_ALTITUDE_DEG);
         let table = &EARTH_SKY;
-        let below = table.iter().rposition(|(_, part)| part.ln() <= relative_ln).unwrap_or(0).min(table.len() - 2);
-        let ((deg0, part0), (deg1, part1)) = (table[below], table[below + 1]);
-        let fraction = ((relative_ln - part0.ln()) / (part1 / part0).ln()).clamp(0.0, 1.0);
+        let below = table.iter().rposition(|(_, relative)| relative.ln() <= relative_ln).unwrap_or(0).min(table.len() - 2);
+        let ((deg0, relative0), (deg1, relative1)) = (table[below], table[below + 1]);
+        let fraction = ((relative_ln - relative0.ln()) / (relative1 / relative0).ln()).clamp(0.0, 1.0);
         deg0 + fraction * (deg1 - deg0)
     }
 }
@@ -307,11 +310,11 @@ mod tests {
         let earth = catalog.body(NaifId::EARTH).expect("the Earth");
         let air = earth.atmosphere.as_ref().expect("air");
         let on_ground = 0.0;
-        let part = |sky: &SkyBrightness, deg: f64| sky.luminance(deg, on_ground) / sky.luminance(DAY_ALTITUDE_DEG, on_ground);
-        let errors = |sky: &SkyBrightness| EARTH_SKY.map(|(deg, expected)| (part(sky, deg) / expected - 1.0).abs());
+        let relative = |sky: &SkyBrightness, deg: f64| sky.luminance(deg, on_ground) / sky.luminance(DAY_ALTITUDE_DEG, on_ground);
+        let errors = |sky: &SkyBrightness| EARTH_SKY.map(|(deg, expected)| (relative(sky, deg) / expected - 1.0).abs());
         let error = |sky: &SkyBrightness| errors(sky).into_iter().fold(0.0, f64::max);
         let [sky, on_mars] = [earth.radii_km.x, 3400.0].map(|radius_km| SkyBrightness::of(air, radius_km));
-        let rows = EARTH_SKY.map(|(deg, _)| format!("    ({deg:?}, {:.3e}),\n", part(&sky, deg))).concat();
+        let rows = EARTH_SKY.map(|(deg, _)| format!("    ({deg:?}, {:.3e}),\n", relative(&sky, deg))).concat();
         assert!(error(&sky) < 0.01, "the rows of EARTH_SKY in src/scene/atmosphere/sky_brightness.rs should be\n{rows}");
         assert!(error(&on_mars) > 0.5, "the check above does not distinguish the Earth from Mars");
         for deg in [-17.9, -12.5, -9.5, -3.3, 0.7, 4.9, 5.1, 60.0] {

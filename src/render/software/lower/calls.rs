@@ -53,6 +53,7 @@ impl<'m> Lowerer<'m> {
             let values = self.scalars_of(init)?;
             self.env[first..first + values.len()].copy_from_slice(&values);
         }
+        // Nothing in the callee leaves a loop of the caller.
         let caller_may_exit_by_jump = std::mem::replace(&mut self.may_exit_by_jump, false);
         self.block(&function.body)?;
         self.may_exit_by_jump = caller_may_exit_by_jump;
