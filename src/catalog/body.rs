@@ -26,7 +26,7 @@ impl NaifId {
     pub const MOON: Self = Self(301);
 }
 
-/// Procedural relief near a body's ground, finer than its maps; shaders/lib/detail.wesl defines it.
+/// Procedural relief of a body's ground, finer than its maps; shaders/lib/detail.wesl defines it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InventedRelief {
     /// No invented relief: the ground is smooth, or nothing is known about it.

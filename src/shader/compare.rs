@@ -47,14 +47,14 @@ pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
     by_feature.into_iter().map(|(feature, d)| FeatureDiff { feature: feature.to_owned(), ..d }).collect()
 }
 
-/// Lines of one fragment that occur in only one of two revisions of a module.
+/// How many lines of one fragment occur in only one of two revisions of a module.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ChangedLines {
     /// Names of the features to which these lines belong.
     pub features: BTreeSet<String>,
-    /// Lines that only the first revision has.
+    /// Number of lines that only the first revision has.
     pub removed: usize,
-    /// Lines that only the second revision has.
+    /// Number of lines that only the second revision has.
     pub added: usize,
 }
 

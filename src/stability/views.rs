@@ -87,7 +87,7 @@ pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
     compare_views(setup, views.collect::<Vec<_>>())
 }
 
-/// Each body seen from the centre of each other body, fitted into the frame; a random sample of these pairs for a short effort.
+/// Each body seen from the centre of each other body, fitted into the frame; a random sample of these pairs in a short run.
 pub(super) fn pairs(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let bodies = setup.session().catalog().bodies();
     let mut random = Random::new(setup.seed);
@@ -274,6 +274,7 @@ pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
                     .push(ExtremeView { case, request: ViewRequest { width: side, height: side, ..ViewRequest::of(NaifId::EARTH, time) } });
             }
         }
+        // A partial eclipse has no duration.
         let half_s = eclipse.duration_s.unwrap_or(600.0) / 2.0;
         for seconds in [-half_s, -half_s + 0.5, 0.0, half_s - 0.5, half_s, 3000.0] {
             let time = eclipse.greatest.plus_seconds(seconds);

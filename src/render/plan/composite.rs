@@ -141,7 +141,8 @@ fn plan_faces(
         let transparent = [0.0; 4];
         let no_faces = None;
         let mut face_plan = graph::compile(&hdr_steps(scene, provider, sampling, transparent, no_faces)?, HDR_TARGET)?;
-        // Only in the pass of the face itself: the images that it reads, such as the coarse image of the air, have other pixel coordinates.
+        // Only the draws of the face's own pass are clipped to the visible rectangle: the images that this pass reads, such as the coarse image of the air,
+        // have other pixel coordinates.
         for draw in face_plan.passes.iter_mut().filter(|p| p.name == HDR_TARGET).flat_map(|p| &mut p.draws) {
             let [x0, y0, x1, y1] = draw.scissor;
             let [x0, y0] = [x0.max(visible_rect[0]), y0.max(visible_rect[1])];

@@ -2,8 +2,8 @@
 //!
 //! In: the catalog's layers with an image of the sky, the camera, the viewer's velocity. Out: [`SkyImageDraw`], the uniforms of
 //! shaders/entry/sky_image.wesl, and the reasons. Always: an image is display-referred: its white is white at any exposure. Its tangent point and axes
-//! follow stellar aberration; the variation of aberration over the image (0.35 arcsec per degree) is left out. All values are f64; only the view's axes in
-//! the image are narrowed.
+//! follow stellar aberration; the variation of aberration over the image (0.35 arcsec per degree) is left out. All values are f64; only the uniforms are
+//! narrowed.
 
 use crate::catalog::{DataLayer, ImageWcs};
 use crate::ephemeris::apparent::aberrated;

@@ -39,8 +39,8 @@ pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLim
     RayAndLimb { inside_rad: limb_rad - off_centre.atan2(along), point }
 }
 
-/// Whether every ray of the frame misses the body's limb by at least half of `spacing`, the angle between the meter's rays, in radians. The distance from the limb
-/// is [`RayAndLimb::inside_rad`], in the unit-sphere frame. A quick test: it may return false although this holds.
+/// Whether every ray of the frame misses the body's limb by at least half of `spacing`, the angle between the meter's rays, in radians. The distance from the
+/// limb is [`RayAndLimb::inside_rad`], in the unit-sphere frame. A quick test: it may return false although this holds.
 pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f64) -> bool {
     let radii_km = placement.radii_km;
     let radius_rad = (radii_km.max_element() / placement.centre_km.length()).min(1.0).asin();
