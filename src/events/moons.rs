@@ -128,7 +128,7 @@ impl MoonAndPlanet<'_> {
             let perpendicular = pos_km.cross(vel_km_s).cross(to_observer_km);
             Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(to_observer_km)))
         };
-        // Light from the planet takes less than two hours.
+        // Light from the planet takes less than two hours: a conjunction can precede the event that it causes by so much.
         const MAX_LIGHT_TIME_S: f64 = 7200.0;
         let State { pos_km, vel_km_s } = self.moon_from_planet(from)?;
         let step_s = std::f64::consts::TAU * pos_km.length() / vel_km_s.length() / STEPS_PER_ORBIT;

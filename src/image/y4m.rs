@@ -25,7 +25,7 @@ const fn to_fixed_point(value: f64) -> i32 {
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32
 }
 
-/// Luma: factors of red, green and blue (0 to 255), then the offset: the level 16 of black, and half a level for rounding.
+/// Luma: three factors, on red, green and blue from 0 to 255; then the offset: the level 16 of black, and half a level for rounding.
 const LUMA: [i32; 4] = {
     let [r, g, b] = LUMINANCE_WEIGHTS;
     let scale = 219.0 / 255.0;

@@ -97,7 +97,7 @@ impl Columns {
     /// The columns that a table's first line names; `None` if it contains no names, so that the file must be hip2.dat.
     fn named(line: &str) -> Option<Result<Self, String>> {
         let line_without_brackets = without_brackets(line);
-        let titles = match cells(&line_without_brackets) {
+        let titles = match borrowed_values(&line_without_brackets) {
             Ok(titles) => titles,
             Err(why) => return Some(Err(why)),
         };
@@ -150,7 +150,7 @@ fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
 
 /// The star of a row of a table.
 fn star_from_row(line: &str, columns: &Columns) -> Result<Star, String> {
-    let cells = cells(line)?;
+    let cells = borrowed_values(line)?;
     if cells.len() != columns.column_count {
         return Err(format!("{} values, and the first line names {} columns", cells.len(), columns.column_count));
     }

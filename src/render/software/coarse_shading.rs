@@ -234,13 +234,13 @@ impl InterpolatedLight {
 
     #[inline(always)]
     fn draw_generic<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
-        let mut points = [[0.0; LANES]; 2];
-        for (points, centres) in points.iter_mut().zip([&tile.pixel_centres.x, &tile.pixel_centres.y]) {
-            for (point, centre) in points.iter_mut().zip(centres) {
-                *point = centre * SPACING as f32;
+        let mut point_positions = [[0.0; LANES]; 2];
+        for (positions, centres) in point_positions.iter_mut().zip([&tile.pixel_centres.x, &tile.pixel_centres.y]) {
+            for (position, centre) in positions.iter_mut().zip(centres) {
+                *position = centre * SPACING as f32;
             }
         }
-        let [x, y] = &points;
+        let [x, y] = &point_positions;
         lane_inputs::fill_block(draw, run, first, [x, y], tile.corner);
         if run.run(LaneMask::MAX) != LaneMask::MAX {
             return false;

@@ -250,7 +250,7 @@ mod tests {
             }
         }
         assert!(refused > 1000, "{refused}");
-        // The largest image needs half a field of view of MAX_IMAGE_PX / MAX_FACE_PX = 1.0002 radians.
+        // In the largest image, half the field of view must be at least MAX_IMAGE_PX / MAX_FACE_PX = 1.0002 radians.
         assert_eq!(least_fov_deg(&fisheye(MAX_IMAGE_PX, 1.0)), 114.7);
     }
 

@@ -68,13 +68,13 @@ pub struct Composite {
 
 impl Composite {
     /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter_viewer`: the viewer of the light meter's frame; for a
-    /// stereo pair, midway between the eyes. `values`: for a stereo pair, the bodies as that viewer sees them.
+    /// stereo pair, midway between the eyes. `body_values`: for a stereo pair, the bodies as that viewer sees them; otherwise empty.
     pub(crate) fn new(
         catalog: &Catalog,
         request: &ViewRequest,
         arrangement: Arrangement,
         meter_viewer: &Viewer,
-        values: Vec<BodyReport>,
+        body_values: Vec<BodyReport>,
         mut scenes: Vec<Scene>,
     ) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
@@ -128,7 +128,7 @@ impl Composite {
             let right_image_px = if is_side_by_side { f64::from(width) } else { 0.0 };
             let shifts_px = [-f64::from(columns[0]), right_image_px - f64::from(columns[1])];
             whole.set_texts_of_eyes(request, &scenes, shifts_px);
-            whole.bodies.iter_mut().zip(values).for_each(|(body, seen)| body.take_values(seen));
+            whole.bodies.iter_mut().zip(body_values).for_each(|(body, seen)| body.take_values(seen));
         }
         Some(Self { scenes, arrangement, whole_image: whole })
     }

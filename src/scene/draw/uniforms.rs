@@ -284,17 +284,17 @@ uniforms! {
     /// Uniforms of shaders/lib/detail.wesl, where a lattice is a cubic grid of cells of one size.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct DetailUniforms {
-        /// Per lattice: the position of the reference point within its cell (xyz), and the side of a cell in radii (w). The shader's positions are relative
-        /// to the reference point.
+        /// Per lattice: the position of the origin within its cell (xyz), and the side of a cell in radii (w). The shader's positions are relative to the
+        /// origin.
         pub lattice: [Vec4; MAX_DETAIL_LATTICES] = "detail_lattice",
-        /// Per lattice: the cell that contains the reference point (xyz), modulo the lattices' period.
+        /// Per lattice: the cell that contains the origin (xyz), modulo the lattices' period.
         pub cells: [Vec4; MAX_DETAIL_LATTICES] = "detail_cells",
         /// Side of a cell in radii at which lattices have faded out; they begin to fade at half this side. Coarser lattices are left out, because the rows hold
         /// only the finest ones.
         pub largest: f32 = "detail_largest",
-        /// The camera relative to the reference point (xyz), and the tangent of the angle that a pixel spans (w).
+        /// The camera relative to the origin (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
-        /// In a narrow field of view the reference point is on the ground. First row: that point (xyz), and its distance from the camera divided by the length
+        /// In a narrow field of view the origin is a point of the ground. First row: that point (xyz), and its distance from the camera divided by the length
         /// of the ray to it (w; 0: the field is not narrow, or no ray of the grid that seeks the point meets the ground). Second row: that ray (xyz), and the
         /// point's u in the draw's rectangle (w). Third row: the point's v (x).
         pub reference: [Vec4; 3] = "detail_reference",

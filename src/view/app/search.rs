@@ -154,7 +154,7 @@ fn searchable_names(viewer: &Viewer) -> impl Iterator<Item = &str> {
     // Both the name in the catalog and, where it differs, the name in the window's language.
     let bodies = viewer.selectable_bodies().iter().flat_map(|b| {
         Some(body_name(&b.name))
-            .filter(|translated_name| *translated_name != b.name)
+            .filter(|name| *name != b.name)
             .into_iter()
             .chain([b.name.as_str()])
             .chain(b.aliases.iter().map(String::as_str))

@@ -144,6 +144,7 @@ pub fn valid_width(saved: Option<f32>, default: f32) -> f32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bookmark {
     pub name: String,
+    // Earlier versions wrote the view as `sight`.
     #[serde(alias = "sight")]
     pub view: ViewState,
 }
@@ -234,7 +235,7 @@ impl Settings {
 
     /// Reads settings from a file; a missing file gives the default settings. If the file or a part of it cannot be used, returns the remaining
     /// settings and an error for the user, and appends `.broken` to the file's name, so that saving does not overwrite the file. The newest [`MAX_SET_ASIDE`]
-    /// such files are kept: they may hold the user's bookmarks. Otherwise the returned line, if any, is the notice of [`Settings::unread`].
+    /// such files are kept: they may hold the user's bookmarks. Without an error, the returned text is the notice of [`Settings::unread`], if there is one.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,

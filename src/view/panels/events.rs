@@ -73,6 +73,7 @@ struct EventAtPlace {
     event: Arc<SkyEvent>,
     observer_place: Home,
     pending: Pending<SeenFromPlace>,
+    /// `None` until the answer has arrived.
     seen: Option<SeenFromPlace>,
 }
 

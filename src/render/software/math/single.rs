@@ -44,9 +44,9 @@ pub(crate) fn exp<const FMA: bool>(x: f32) -> f32 {
     let clamped = if x > 88.9 { 88.9 } else { x };
     let clamped = if clamped < -87.5 { -87.5 } else { clamped };
     let t = fma::<FMA>(clamped, std::f32::consts::LOG2_E, ROUNDER);
-    let k = t - ROUNDER;
-    // ln 2 = 0.693359375 - 2.12e-4; the product of the first part with k is exact.
-    let r = fma::<FMA>(k, 2.121_944_4e-4, fma::<FMA>(k, -0.693_359_375, clamped));
+    let n = t - ROUNDER;
+    // ln 2 = 0.693359375 - 2.12e-4; the product of the first part with n is exact.
+    let r = fma::<FMA>(n, 2.121_944_4e-4, fma::<FMA>(n, -0.693_359_375, clamped));
     exp_of_reduced::<FMA>(r, t)
 }
 

@@ -57,6 +57,7 @@ impl MeteredFrame<'_, '_> {
             nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius_rad)).product::<f64>()
         });
         let sunlight_fraction = visible_sun_fraction + (1.0 - visible_sun_fraction) * TOTALITY_SKY_FRACTION;
+        // Sunlight is the same in all channels; of planet-shine the green channel counts.
         let by_sunlight = by_light(air, p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
         let by_planet_shine = self.planet_shine_on(p).first().map_or(0.0, |l| by_light(air, l.direction, l.irradiance.y));
         by_sunlight + by_planet_shine
@@ -85,7 +86,7 @@ impl MeteredFrame<'_, '_> {
     }
 }
 
-/// The subject with the radiance that is drawn, and with the level at which an image shows it that is exposed for the subject.
+/// The subject with the radiance that is drawn, and with the level of this radiance in an image that is exposed for the subject.
 fn with_drawn_radiance(exposed: MeteredSubject, radiance: f64) -> MeteredSubject {
     let radiance = radiance.max(MIN_SKY_RADIANCE);
     MeteredSubject { radiance, target_level: radiance / exposed.white(), ..exposed }

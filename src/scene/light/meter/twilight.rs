@@ -26,7 +26,8 @@ const MIN_COS_EMISSION: f64 = 0.2;
 const EARTH_REFLECTANCE: f64 = 0.105;
 const EARTH_RADIUS_SCALE_HEIGHTS: f64 = 873.7;
 
-/// Reflectance of an atmosphere by light scattered once, and the body's radius in scale heights of its highest scattering species.
+/// Reflectance of an atmosphere by light scattered once, half of which leaves upwards; and the body's radius in scale heights of its highest scattering
+/// species.
 fn reflectance_and_radius(body: &Body, air: &Atmosphere) -> [f64; 2] {
     // Light scattered forwards counts as not scattered.
     let mean_cosine = |s: &Species| s.aerosol_phase().map_or(DVec3::ZERO, |aerosol| phase::mean_cosine(PhaseFunction::Aerosol(aerosol)));

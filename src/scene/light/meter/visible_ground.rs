@@ -84,8 +84,9 @@ impl ScanLine {
         let limb = self.coefficients(|x, y| x.dot(y) - self.camera.cross(x).dot(self.camera.cross(y)));
         let is_in_front = |t: f64| self.camera.dot(self.ray(t)) < 0.0;
         match roots(limb) {
+            // The rays that meet the sphere are between the roots: all in front of the camera, or all behind it.
             Some([from, to]) if limb[0] < 0.0 => is_in_front(0.5 * (from + to)).then_some([from, to]),
-            // The line crosses the tangent cone and its mirror image behind the camera.
+            // They are beyond the roots: the line crosses the tangent cone and its mirror image behind the camera.
             Some([_, from]) if self.camera.dot(self.step) < 0.0 => Some([from, f64::INFINITY]),
             Some([to, _]) => Some([f64::NEG_INFINITY, to]),
             None => (limb[0] > 0.0 && is_in_front(0.0)).then_some([f64::NEG_INFINITY, f64::INFINITY]),
