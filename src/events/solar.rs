@@ -100,7 +100,7 @@ impl SolarEclipseGeometry {
             .0
     }
 
-    /// The place where the axis of the shadow meets the ground.
+    /// The place where the axis of the shadow meets the ground; `None` if it misses the ground.
     pub(crate) fn centre(&self, s: f64) -> Option<GeodeticPosition> {
         let (moon_km, (to_sun, _)) = (self.sky.near_body_km(s), moon_to_sun(self.sky.sun_km(s), self.sky.near_body_km(s)));
         let point_km = self.earth().sunlit_intersection_km(moon_km, to_sun)?;

@@ -72,8 +72,8 @@ impl PassStep {
     }
 }
 
-/// Topological order of the resources: each comes after those that its steps read. `by_resource`: the steps that write each resource.
-fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image: &'static str) -> Result<Vec<&'static str>, GraphError> {
+/// Topological order of the resources: each comes after those that its steps read. `writers`: the steps that write each resource.
+fn topological_order(writers: &BTreeMap<&'static str, Vec<&PassStep>>, image: &'static str) -> Result<Vec<&'static str>, GraphError> {
     #[derive(Clone, Copy, PartialEq)]
     enum VisitState {
         InProgress,
@@ -82,17 +82,17 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image
     /// Depth-first: appends `resource` to `order` after all resources that its steps read.
     fn visit(
         resource: &'static str,
-        by_resource: &BTreeMap<&'static str, Vec<&PassStep>>,
+        writers: &BTreeMap<&'static str, Vec<&PassStep>>,
         states: &mut BTreeMap<&'static str, VisitState>,
         order: &mut Vec<&'static str>,
     ) -> Result<(), GraphError> {
         states.insert(resource, VisitState::InProgress);
-        for step in &by_resource[resource] {
+        for step in &writers[resource] {
             for read in &step.reads {
                 match states.get(read.resource) {
                     Some(VisitState::Done) => {}
                     Some(VisitState::InProgress) => return Err(GraphError::Circular { step: step.name, resource: read.resource }),
-                    None => visit(read.resource, by_resource, states, order)?,
+                    None => visit(read.resource, writers, states, order)?,
                 }
             }
         }
@@ -101,7 +101,7 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image
         Ok(())
     }
     let mut order = Vec::new();
-    visit(image, by_resource, &mut BTreeMap::new(), &mut order)?;
+    visit(image, writers, &mut BTreeMap::new(), &mut order)?;
     Ok(order)
 }
 
@@ -118,19 +118,19 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
             return Err(GraphError::CreatedTwice { resource: target.resource, first: first.name, second: step.name });
         }
     }
-    let mut by_resource: BTreeMap<&'static str, Vec<&PassStep>> = BTreeMap::new();
+    let mut writers: BTreeMap<&'static str, Vec<&PassStep>> = BTreeMap::new();
     for step in steps {
         for resource in step.reads.iter().map(|r| r.resource).chain([step.resource()]) {
             if !creators.contains_key(resource) {
                 return Err(GraphError::NotCreated { step: step.name, resource });
             }
         }
-        by_resource.entry(step.resource()).or_default().push(step);
+        writers.entry(step.resource()).or_default().push(step);
     }
     if !creators.contains_key(image) {
         return Err(GraphError::NoImage(image));
     }
-    let order = topological_order(&by_resource, image)?;
+    let order = topological_order(&writers, image)?;
     // The order contains only resources on which the image depends, so a cycle among other resources is reported as unconnected, not as circular.
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
@@ -138,7 +138,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
     let pass_index_of = |resource: &str| order.iter().position(|r| *r == resource).unwrap_or(0);
     let passes = order.iter().map(|resource| {
         let (_, target) = creators[resource];
-        let draws = by_resource[resource].iter().flat_map(|step| {
+        let draws = writers[resource].iter().flat_map(|step| {
             step.draws.iter().map(|draw| {
                 let mut draw = draw.clone();
                 let texture_binding =

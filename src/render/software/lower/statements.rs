@@ -79,6 +79,7 @@ impl<'m> Lowerer<'m> {
                 continue;
             }
             let remaining = self.builder.not(exited);
+            // Where a jump goes if no lane remains; `None`: past the rest of the block.
             let loop_exit = self.exit_if_iteration_is_unchanged();
             return self.conditional_or_jump(remaining, loop_exit, |this| {
                 // The flags are clear in the remaining lanes. The merge at the end keeps the flags of the other lanes.
