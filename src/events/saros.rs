@@ -77,7 +77,7 @@ mod tests {
         assert_eq!(SeriesStarts::default().member(at(300), |_| Err::<bool, _>("too early")), Err("too early"));
     }
 
-    /// Member 20 of a series: the number is known if the phase before the first member can be computed, however many earlier ones cannot.
+    /// Member 20 of a series: the number is known if the full moon 223 lunations before the first member can be computed, however many earlier ones cannot.
     #[test]
     fn the_number_is_unknown_only_if_the_series_may_begin_before_the_span() {
         let at = |lunation| Syzygy { phase: Phase::Full, lunation };

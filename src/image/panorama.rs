@@ -2,8 +2,8 @@
 //!
 //! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
 //! in the middle and increasing to the left, north up, and the luminance that the texel value 1 represents. The values of an EXR are taken to
-//! be in cd/m². Always: a texture is 8-bit sRGB, which every device can filter. One texture spans almost four decades, too few for an EXR with stars; what exceeds its
-//! value 1 is therefore in a second texture, which is added to the first. Together they span seven decades below the brightest value.
+//! be in cd/m². Always: a texture is 8-bit sRGB, which every device can filter. One texture spans almost four decades, too few for an EXR with stars; what
+//! exceeds its value 1 is therefore in a second texture, which is added to the first. Together they span seven decades below the brightest value.
 //!
 //! Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 at its centre, `px` is to its right, `py`
 //! contains the north pole.

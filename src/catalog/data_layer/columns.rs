@@ -42,7 +42,7 @@ impl Columns {
         Ok(Self { indices, column_count: names.len(), coordinate_names })
     }
 
-    /// The name of the first of the found columns (`indices`) whose normalized name a later column of the table has, too. `names`: those of all columns.
+    /// The name of the first of the found columns (`indices`) whose letters and digits a later column of the table has, too. `names`: those of all columns.
     pub fn repeated_name<'n>(&self, names: &'n [String]) -> Option<&'n str> {
         let comparable_names: Vec<String> = names.iter().map(|name| comparable_name(name)).collect();
         first_repeated(&comparable_names, &self.indices).map(|column| names[column].as_str())

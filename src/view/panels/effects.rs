@@ -193,7 +193,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &
         let displays = [
             (DisplayPreference::Auto, text!("effects-display-auto"), text!("effects-display-auto-hint")),
             (DisplayPreference::Gpu, text!("effects-display-gpu"), text!("effects-display-gpu-hint")),
-            (DisplayPreference::Processor, text!("effects-display-cpu"), text!("effects-display-cpu-hint")),
+            (DisplayPreference::Cpu, text!("effects-display-cpu"), text!("effects-display-cpu-hint")),
         ];
         for (preference, name, hover) in displays {
             ui.selectable_value(display_preference, preference, name).on_hover_text(hover);
