@@ -1,4 +1,4 @@
-//! The plot of time against error: one panel for each choice, which is a setting whose values, its options, were compared.
+//! The plot of time against error: one panel for each choice, a setting several values of which (its options) were compared.
 //!
 //! In: measured choices. Out: the same plot as SVG text or as pixels. Always: both axes are logarithmic: the time as a ratio to the most
 //! accurate option, the error in the unit that the panel names. An error of 0 is drawn at the panel's lower edge, an infinite one at its upper edge, and both

@@ -154,13 +154,14 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_di
         scattered_km += scattered * opacity / depth.max(DVec3::splat(1e-12)) * step_km;
     }
     let disc = body.colour.as_dvec3().element_sum() * body.geometric_albedo * photometry::phase(body, phase_angle_rad);
-    let scattered = ALL_ORDERS_TO_SINGLE_RATIO * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
+    let scattered_ratio = ALL_ORDERS_TO_SINGLE_RATIO * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
     if !continues_disc {
-        return scattered;
+        return scattered_ratio;
     }
     let model_disc = photometry::model_geometric_albedo(&body.photometry)[0] * photometry::model_phase(&body.photometry, phase_angle_rad);
-    let continued = phase_angle_rad.sin() * light_if_continued(air, radius_km) / model_disc.max(1e-12);
-    scattered + (continued - scattered) * continued_part(opacity_along_limb(air, radius_km, GROUND_HEIGHT_KM))
+    let continued_ratio = phase_angle_rad.sin() * light_if_continued(air, radius_km) / model_disc.max(1e-12);
+    let part = continued_part(opacity_along_limb(air, radius_km, GROUND_HEIGHT_KM));
+    scattered_ratio + (continued_ratio - scattered_ratio) * part
 }
 
 #[cfg(test)]

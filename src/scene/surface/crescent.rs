@@ -13,7 +13,8 @@ use crate::scene::numeric::smooth_rise;
 /// Widths in pixels between which averages fade out. Evaluated at one point of each pixel, a crescent of width w > 1 loses 0.22 / w^1.5 of its light: 1 % at
 /// the upper width, 2.7 % at the lower one, 8 % at 2 pixels, and most of it below half a pixel.
 const FADE_WIDTHS_PX: (f64, f64) = (4.0, 8.0);
-/// Widths in radii between which averages fade in: at phase angles of 179 to 178.6 degrees. Beyond, bodies are silhouettes in front of the Sun or close to it.
+/// Widths in radii between which averages fade in: at phase angles of 179 to 178.6 degrees. Narrower crescents belong to bodies in front of the Sun or close to
+/// it, which are silhouettes.
 const SILHOUETTE_WIDTHS_RADII: (f64, f64) = (1.5e-4, 3e-4);
 /// Widths in radii between which averages fade out: at phase angles of 101.5 to 90 degrees. More than half of a disc is no crescent.
 const HALF_LIT_WIDTHS_RADII: (f64, f64) = (0.8, 1.0);
