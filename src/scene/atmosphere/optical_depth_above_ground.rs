@@ -134,26 +134,26 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
         }
     }
     let dot = |a: &[f64; FIT_POINTS], b: &[f64; FIT_POINTS]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-    let mut triangle = [[0.0; TERMS]; TERMS];
+    let mut upper_triangle = [[0.0; TERMS]; TERMS];
     let mut coefficients = [0.0; TERMS];
     for i in 0..TERMS {
         let length = dot(&columns[i], &columns[i]).sqrt();
         if length == 0.0 {
             return [0.0; TERMS];
         }
-        triangle[i][i] = length;
+        upper_triangle[i][i] = length;
         columns[i].iter_mut().for_each(|v| *v /= length);
         let unit = columns[i];
         for j in i + 1..TERMS {
-            triangle[i][j] = dot(&unit, &columns[j]);
-            columns[j].iter_mut().zip(unit).for_each(|(v, u)| *v -= triangle[i][j] * u);
+            upper_triangle[i][j] = dot(&unit, &columns[j]);
+            columns[j].iter_mut().zip(unit).for_each(|(v, u)| *v -= upper_triangle[i][j] * u);
         }
         coefficients[i] = dot(&unit, &right_hand);
         right_hand.iter_mut().zip(unit).for_each(|(v, u)| *v -= coefficients[i] * u);
     }
     for i in (0..TERMS).rev() {
-        let known: f64 = (i + 1..TERMS).map(|j| triangle[i][j] * coefficients[j]).sum();
-        coefficients[i] = (coefficients[i] - known) / triangle[i][i];
+        let known: f64 = (i + 1..TERMS).map(|j| upper_triangle[i][j] * coefficients[j]).sum();
+        coefficients[i] = (coefficients[i] - known) / upper_triangle[i][i];
     }
     coefficients
 }

@@ -53,6 +53,7 @@ fn part_without_haze(body: &Body, law: &PhaseLaw, alpha: f64) -> f64 {
 /// Light of a rim that continues the ground's colour at a phase angle of 90 degrees, where the light of the ground is the photometric model's phase function;
 /// at other phase angles it is proportional to their sine. The function sums over heights, so callers call it once.
 fn rim_of_model(body: &Body) -> f64 {
+    // All channels of the model's albedo are equal, since the body reflects.
     rim::continued_light(body) / model_geometric_albedo(&body.photometry)[0].max(1e-12)
 }
 
@@ -119,7 +120,7 @@ pub(crate) fn haze_over_ground(body: &Body, alpha: f64, distance_radii: f64) -> 
     part_without_haze(body, law, alpha.min(law.limit_deg.to_radians())).powf(-correction_weight(distance_radii))
 }
 
-/// A bound of the mean radiance of a disc under irradiance 1, green, at every phase angle; infinite for a body that shines by itself.
+/// A bound of the green mean radiance of a disc under irradiance 1 at every phase angle; infinite for a body that shines by itself.
 pub(crate) fn max_mean_radiance(body: &Body) -> f64 {
     if is_emissive(body) {
         return f64::INFINITY;

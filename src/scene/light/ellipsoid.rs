@@ -41,6 +41,7 @@ pub(crate) fn phase_times_radius_sq_km2(body: &Body, sun: DVec3, viewer: DVec3) 
     if is_sphere || is_emissive || phase_laws::law(body.id).is_some() {
         return None;
     }
+    // All channels of the model's albedo are equal, since the body reflects.
     Some(reflected_km2(&body.photometry, radii_km, sun, viewer) / photometry::model_geometric_albedo(&body.photometry)[0])
 }
 

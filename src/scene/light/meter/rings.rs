@@ -103,6 +103,7 @@ impl MeteredFrame<'_, '_> {
             let radius = ring_point.truncate().length();
             let cos_emission = ray.z.abs().max(phase::MIN_COSINE);
             let radial_stretch = (ray.truncate().dot(ring_point.truncate()) / radius.max(1e-9)).abs() / cos_emission;
+            // Half the range of radii that the ray represents.
             let half_width = 0.5 * (distance * spacing * (1.0 + radial_stretch)).max(1e-6);
             if radius - half_width > outer {
                 continue;
