@@ -41,8 +41,8 @@ pub(crate) enum PerChannel {
     Rgb([f64; 3]),
 }
 
-/// A phase function of aerosols, whose values `scene::atmosphere::phase` computes. A new function gets a variant beside the others, so that the words of the
-/// query `scatter` keep their meaning, and match arms where the compiler reports that they are missing.
+/// A phase function of aerosols, whose values `scene::atmosphere::phase` computes. For a new function, add a variant beside the others, whose words in the
+/// query `scatter` must keep their meaning, and the match arms that the compiler then reports as missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AerosolFunction {
     /// Henyey and Greenstein 1941, Astrophysical Journal 93, 70.
@@ -63,8 +63,8 @@ impl AerosolFunction {
     }
 }
 
-/// The phase function of an aerosol, with its parameters. Shaders evaluate it only once per view ray, so choosing the function by a parameter costs little, and
-/// it needs no variant of each shader module.
+/// The phase function of an aerosol, with its parameters. Shaders evaluate it only once per view ray, so choosing the function by a parameter costs little; no
+/// shader module needs a variant for each function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
     /// The function that has these parameters.
@@ -118,8 +118,8 @@ impl AerosolField {
 }
 
 impl AerosolPhase {
-    /// All fields with numbers, in the order of [`AerosolPhase::parameters`]. Catalogs, the query `scatter` and tests loop over this list. The presence of the
-    /// first makes a species of a catalog an aerosol.
+    /// All fields with numbers, in the order of [`AerosolPhase::parameters`]. Catalogs, the query `scatter` and tests loop over this list. A species of a
+    /// catalog is an aerosol if it has the first field.
     pub const FIELDS: &[AerosolField] = &[AerosolField {
         catalog_key: "asymmetry",
         query_key: "g",

@@ -23,7 +23,7 @@ const GAUSS_NODES: [f64; 3] = [0.238_619_186_083_196_9, 0.661_209_386_466_264_5,
 const GAUSS_WEIGHTS: [f64; 3] = [0.467_913_934_572_691_0, 0.360_761_573_048_138_6, 0.171_324_492_379_170_4];
 /// Number of streams: six zenith angles in the sky, six below the horizon.
 const STREAMS: usize = 12;
-/// One value for each level and stream.
+/// Number of nodes: pairs of a level and a stream.
 const NODES: usize = LEVELS * STREAMS;
 /// Steps along the rays that collect the orders after the first.
 const STEPS: usize = 32;
@@ -99,7 +99,7 @@ impl<'a> DiffuseLight<'a> {
         diffuse
     }
 
-    /// A point at the height of a level, on the z axis.
+    /// Where the rays of a level start: a point at the level's height, on the z axis.
     fn start(&self, level: usize) -> DVec3 {
         let height_km = row_height_km(self.sphere.air, level as f64 / LEVELS_PER_ROW as f64);
         DVec3::Z * (self.sphere.radius_km + height_km.max(GROUND_CLEARANCE_KM))
@@ -113,6 +113,7 @@ impl<'a> DiffuseLight<'a> {
         let along = direction(self.streams[node % STREAMS].cosine, azimuth_rad);
         // For each species: the scattering into the ray, by the level and the zenith angle at which it happens.
         let mut scattered = vec![DVec3::ZERO; species.len() * NODES];
+        // `transmittance_km`: length of the step times the transmittance from there to the start of the ray.
         let ground = sphere.follow(self.start(node / STREAMS), along, STEPS, |p, transmittance_km| {
             let height_km = sphere.height_km(p);
             let level_position = (height_km / sphere.air.top_km).sqrt() * (LEVELS - 1) as f64;
@@ -161,6 +162,7 @@ impl<'a> DiffuseLight<'a> {
             let (cosine, solid_angle) = (stream.cosine, 4.0 * PI * stream.weight / f64::from(counts.azimuths));
             azimuths_rad.clone().map(move |azimuth_rad| (direction(cosine, azimuth_rad), solid_angle))
         };
+        // Factors that normalise the phase functions over these directions.
         let norms = self.sphere.phase_norms(sun, self.streams.iter().flat_map(rays_of));
         for node in 0..NODES {
             let (mut scattered, mut reflected) = (DVec3::ZERO, DVec3::ZERO);

@@ -119,7 +119,7 @@ pub struct Interface {
     is_styled: bool,
     /// Whether a control had the keyboard focus at the end of the last frame.
     had_keyboard_focus: bool,
-    /// The control that had the keyboard focus when no menu or list was open last.
+    /// The control that had the keyboard focus in the last frame in which no menu or list was open.
     focused_before_menu: Option<egui::Id>,
     /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::show_reply()`].
     reply: String,
@@ -273,7 +273,7 @@ impl Interface {
                 self.tour.pause();
             }
         }
-        // A reply of this frame, whose time is not set yet, may be about the view that is shown instead.
+        // A reply of this frame, whose time is not set yet, may say why the view that these actions choose is shown in place of another one.
         if self.is_reply_refusal && self.reply_until_s.is_some() && actions.iter().any(chooses_view) {
             self.reply.clear();
         }
