@@ -80,7 +80,7 @@ fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> 
     let forward_light = table.optional("forward_light", ALLOWED_FORWARD_LIGHT, |rows: &Vec<[f64; 4]>| is_forward_light(rows));
     let sections = table.sections("species");
     if let Some(section) = sections.get(MAX_SPECIES) {
-        table.problem(&section.source_line, "species", &sections.len().to_string(), &format!("at most {MAX_SPECIES} species"));
+        table.report_invalid(&section.source_line, "species", &sections.len().to_string(), &format!("at most {MAX_SPECIES} species"));
         return None;
     }
     let species: Vec<WithLine<Species>> = sections.into_iter().filter_map(|section| with_line(section, species)).collect();
@@ -103,7 +103,7 @@ fn report_second_of_a_kind(table: &TableReader, species: &[WithLine<Species>]) {
     for (kind, is_of_kind) in kinds {
         if let Some(second) = species.iter().filter(|s| is_of_kind(&s.value)).nth(1) {
             let name = format!("\"{}\"", echo_within(&second.value.name, 60));
-            table.problem(&second.source_line, "species", &name, &format!("at most one {kind}"));
+            table.report_invalid(&second.source_line, "species", &name, &format!("at most one {kind}"));
         }
     }
 }

@@ -188,19 +188,20 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     // The last attribute: light in red, green and blue, then the hidden area in pixels.
     let centre: InstanceAttribute<Point> = (3, |p| p.centre.to_array().to_vec());
     let flux: InstanceAttribute<Point> = (4, |p| p.flux.extend(0.0).to_array().to_vec());
-    let light = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), flux];
-    let glare = [centre, (4, disc_glare_attribute), flux];
+    let light_attributes = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), flux];
+    let glare_attributes = [centre, (4, disc_glare_attribute), flux];
     // Without glare: the sprite's size does not depend on the point's light.
-    let cover =
+    let cover_attributes =
         [centre, (4, |p: &Point| sprite_attribute(POINT_RADIUS_PX as f32, p.stretch)), (4, |p: &Point| vec![0.0, 0.0, 0.0, p.covered_px])];
     let covering: Vec<Point> = scene.points.iter().filter(|p| p.covered_px > MIN_COVERED_PX).cloned().collect();
-    let covers = sprites("cover of points", &covering, &cover, GLARE_SCALE_RADIUS_PX, scene, provider)?;
+    let covers = sprites("cover of points", &covering, &cover_attributes, GLARE_SCALE_RADIUS_PX, scene, provider)?;
     let covers = covers.into_iter().map(|draw| PlanDraw { blend: Blend::PremultipliedOver, ..draw });
     let (discs, points): (Vec<Point>, Vec<Point>) = scene.points.iter().cloned().partition(Point::is_disc_glare);
-    let mut draws: Vec<PlanDraw> = covers.chain(sprites("points", &points, &light, GLARE_SCALE_RADIUS_PX, scene, provider)?).collect();
+    let mut draws: Vec<PlanDraw> =
+        covers.chain(sprites("points", &points, &light_attributes, GLARE_SCALE_RADIUS_PX, scene, provider)?).collect();
     for disc in &discs {
         let [scale_radius_px, _] = disc_glare_spread(disc.radius_px.into(), disc.disc_radius_px.into());
-        draws.extend(sprites("glare of a disc", std::slice::from_ref(disc), &glare, scale_radius_px, scene, provider)?);
+        draws.extend(sprites("glare of a disc", std::slice::from_ref(disc), &glare_attributes, scale_radius_px, scene, provider)?);
     }
     Ok(draws)
 }

@@ -75,10 +75,10 @@ fn project(
     let flux = flux.as_dvec3() * pixels_per_face_pixel;
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
     let clip_of = |px: DVec2| DVec2::new(2.0 * px.x / size.x - 1.0, 1.0 - 2.0 * px.y / size.y);
-    let max_for_size_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
+    let max_for_image_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
     // Brightness of the sprite's central pixel relative to white.
     let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
-    let max_radius_px = max_for_size_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
+    let max_radius_px = max_for_image_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
     let radius_px = radius_px_at(peak).min(max_radius_px).max(POINT_RADIUS_PX);
     let wraps = image.projection == Projection::Equirectangular;
     let sprite_at = |px: DVec2, radius_px: f64, stretch: f64| ProjectedSprite {
@@ -167,7 +167,7 @@ pub(crate) fn points(
                 stretch: s.stretch,
                 flux: s.flux,
                 covered_px: p.covered_px * s.pixels_per_face_pixel,
-                // Like the sprite's radius, without the stretch.
+                // Half the height, as `radius_px`: `stretch` widens both.
                 disc_radius_px: p.disc_radius_px * (s.pixels_per_face_pixel / s.stretch).sqrt(),
             })),
             Drawn::InFace { radius_px, .. } => divided.in_face.push(Point { radius_px, ..p.clone() }),
