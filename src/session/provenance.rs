@@ -113,6 +113,7 @@ fn calendar_time(provenance: &Provenance) -> &str {
 impl Provenance {
     /// The provenance of a request. `digests`: those of everything from which the session draws, by name, as in [`source_digests`].
     pub(super) fn new(catalog: &Catalog, request: &ViewRequest, digests: &BTreeMap<String, String>) -> Self {
+        // An id that is no body of the catalog, such as that of a barycentre, is a place with a number.
         let name = |id: NaifId| catalog.body(id).map_or_else(|| format!("place {}", id.0), |b| b.name.clone());
         // Destructured without `..`: a new field of a request does not compile until the provenance covers it.
         let ViewRequest {

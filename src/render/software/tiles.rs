@@ -155,17 +155,17 @@ impl TileTarget {
             return;
         }
         self.blend_split_pixels(range.clone(), blend, |lane| source.map(|lanes| lanes[lane]));
-        let first = range.start / BLOCK_PIXELS;
-        let is_complete_block = range.start == first * BLOCK_PIXELS && range.len() == BLOCK_PIXELS;
-        if is_complete_block && !has_bit(self.written_blocks, first) {
+        let first_block = range.start / BLOCK_PIXELS;
+        let is_complete_block = range.start == first_block * BLOCK_PIXELS && range.len() == BLOCK_PIXELS;
+        if is_complete_block && !has_bit(self.written_blocks, first_block) {
             // The block has the clear colour, which is blended from here instead of being stored first.
-            self.written_blocks |= 1 << first;
+            self.written_blocks |= 1 << first_block;
             let [r, g, b, a] = &mut self.colour;
             let planes = [&mut r[range.clone()], &mut g[range.clone()], &mut b[range.clone()], &mut a[range]];
             blend_onto_colour(blend, source, self.clear_colour, planes);
             return;
         }
-        for block in first..range.end.div_ceil(BLOCK_PIXELS) {
+        for block in first_block..range.end.div_ceil(BLOCK_PIXELS) {
             self.prepare_block(block);
         }
         let [r, g, b, a] = &mut self.colour;

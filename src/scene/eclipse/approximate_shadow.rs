@@ -54,6 +54,7 @@ impl<'a> ApproximateShadow<'a> {
     pub(crate) fn of(occluders: &'a [Occluder<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
         let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
         let first = occluders.first().filter(|_| model == EclipseModel::Refracted);
+        // Shift of the Sun's image per angle by which the light bends.
         let shift_per_bending = |o: &Occluder<'_>| refraction::shift_per_bending(o.distance_along, axis.sun_distance);
         let layers = first.and_then(|o| refraction::layers(o.body, receiver.radius_km(), o.semi_axes.x, shift_per_bending(o)));
         Some(Self { occluders, axis, layers })
@@ -268,8 +269,9 @@ mod tests {
                         for (error, occluder) in errors.iter_mut().zip([occluder, round]) {
                             *error = error.max((self.approximate(occluder, point) - expected).abs());
                         }
-                        let kind = if expected == 0.0 { 0 } else { 1 + usize::from(expected == 1.0) };
-                        counts[kind] += 1;
+                        // 0: hidden, 1: partly hidden, 2: entirely visible.
+                        let visibility = if expected == 0.0 { 0 } else { 1 + usize::from(expected == 1.0) };
+                        counts[visibility] += 1;
                     }
                 }
             }

@@ -251,7 +251,7 @@ impl<'a> RingPath<'a> {
         } else {
             return 1.0;
         };
-        // The radius at which the paths cross the plane changes along a vector by the product of the vector with this one.
+        // Its dot product with a displacement of the point is the change of the radius at which the path crosses the plane.
         let gradient = outward.extend(-outward_cosine / self.towards.z);
         let half_width = 0.5 * DVec2::from_array(cell.map(|side| gradient.dot(side))).length().max(MIN_EXTENT);
         let (from, to) = (radius - half_width, radius + half_width);

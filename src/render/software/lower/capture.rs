@@ -47,7 +47,7 @@ impl<'m> Lowerer<'m> {
         self.capture_value(name.clone(), &inner, scalars)
     }
 
-    /// For the probe of a pixel: captures the variables of the innermost function, which is about to return.
+    /// For the probe of a pixel: captures the variables of the innermost function, which is about to return. Their scalars are in the environment (`env`).
     pub(crate) fn capture_variables(&mut self) -> Result<()> {
         if self.named_values.is_none() {
             return Ok(());
