@@ -197,8 +197,8 @@ uniforms! {
 }
 
 uniforms! {
-    /// The air above a floor: the ground or, in the clouds' draw, the cloud shell. Lengths are in the floor's equatorial radii. `radius_sq_minus_1` is |p|² -
-    /// 1 in the frame in which the floor is the unit sphere.
+    /// The air above a floor: the ground or, in the clouds' draw, the cloud shell. Lengths are in the floor's equatorial radii. `radius_sq_minus_1` is
+    /// |p|² - 1 in the frame in which the floor is the unit sphere.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct AtmosphereUniforms {
         /// `radius_sq_minus_1` of the air's top.

@@ -87,7 +87,7 @@ impl Axis {
         Some(Self { sunward, perpendicular_axes: [x, y], sun_distance, cot_sun_angular_radius })
     }
 
-    /// Components of a vector perpendicular to the axis.
+    /// Components of a vector along the two `perpendicular_axes`.
     pub(crate) fn offset_across(&self, v: DVec3) -> DVec2 {
         DVec2::new(v.dot(self.perpendicular_axes[0]), v.dot(self.perpendicular_axes[1]))
     }

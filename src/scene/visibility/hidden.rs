@@ -192,8 +192,8 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     let Some(first) = occluding.first() else { return DVec3::ONE };
     // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.
     let covers_disc = |p: &PlacedBody<'_>| {
-        let inner = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
-        crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km) + farther.angular_radius_rad() < inner
+        let inscribed_rad = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
+        crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km) + farther.angular_radius_rad() < inscribed_rad
     };
     if occluding.iter().any(|p| covers_disc(p) && p.limb_profile.is_none()) {
         return DVec3::ZERO;

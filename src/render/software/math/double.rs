@@ -385,6 +385,7 @@ pub(crate) fn pow<const FMA: bool>(x: f64, y: f64) -> f64 {
     // |rest| exceeds 0.4 only where `sum` was clamped, so that the result overflows or underflows anyway, and for arguments whose result is replaced below.
     let rest = ((product_high - k) + product_low) * LN_2;
     let r = scale_in_two_steps(exp_of_reduced::<FMA>(bounded(rest, -0.4, 0.4)), n);
+    // For y > 0, 0^y is 0 and infinity^y infinite; for y < 0 it is the reverse.
     let r = if (x == 0.0) | (x == f64::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f64::INFINITY } } else { r };
     let r = if x < 0.0 { f64::NAN } else { r };
     let r = if (y == 0.0) | (x == 1.0) { 1.0 } else { r };
