@@ -170,8 +170,8 @@ impl ObserverSky<'_> {
     /// # Errors
     /// As [`Self::topocentric`].
     pub fn rise_set_times(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
-        let altitude = |s: f64| self.rise_set_altitude_deg(target, start.plus_seconds(s));
-        let (rise_s, set_s) = first_crossings(length_s, altitude)?;
+        let rise_set_altitude = |s: f64| self.rise_set_altitude_deg(target, start.plus_seconds(s));
+        let (rise_s, set_s) = first_crossings(length_s, rise_set_altitude)?;
         let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));
         // Positive while the target is west of the meridian. The target passes the meridian twice; only the upper passage, at an hour angle of 0, is its
         // transit.
@@ -188,7 +188,7 @@ impl ObserverSky<'_> {
             rise: rise_s.map(|s| start.plus_seconds(s)),
             set: set_s.map(|s| start.plus_seconds(s)),
             transit,
-            is_up_at_start: altitude(0.0)? > 0.0,
+            is_up_at_start: rise_set_altitude(0.0)? > 0.0,
         })
     }
 

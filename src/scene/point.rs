@@ -169,7 +169,7 @@ pub(crate) fn glare_profile(distance_px: f64, radius_px: f64) -> f64 {
 /// Whether a sprite of this radius around a clip position (normalised device coordinates) may reach into the frame. The margin beyond the frame, the radius
 /// plus 2 pixels, is at least 4 pixels; therefore it also keeps every point whose body's padded outline (radius at most 2 pixels, padding 1.5) meets the frame.
 pub(crate) fn reaches_frame(camera: &Camera, clip: DVec2, radius_px: f64) -> bool {
-    clip.abs().cmple(DVec2::ONE + (radius_px + 2.0) / camera.half_size()).all()
+    clip.abs().cmple(DVec2::ONE + (radius_px + 2.0) / camera.half_size_px()).all()
 }
 
 /// A point's sprite. Its reversed depth is 1, that of the near plane, so that it is drawn over all bodies; [`crate::scene::visibility::hidden`]

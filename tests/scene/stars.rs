@@ -164,7 +164,7 @@ fn centroids_in_images_agree_with_the_reference() {
     let (mut worst, mut seen): (f64, usize) = (0.0, 0);
     for view_cases in cases.chunk_by(|a, b| a.view == b.view) {
         let drawn = draw(&SESSION, &linear(view_cases[0].request()));
-        let half = drawn.scene.camera.half_size();
+        let half = drawn.scene.camera.half_size_px();
         let sprites_px: Vec<DVec2> =
             drawn.scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half).collect();
         for case in view_cases {

@@ -60,19 +60,19 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
     occupied.extend(labels.into_iter().flat_map(|layer| layer.occupied(&metrics).collect::<Vec<_>>()));
     candidates.sort_by_key(|t| t.is_grid_coordinate);
     let mut texts = Vec::new();
-    for text in candidates {
-        let size = DVec2::new(metrics.width_px(&text.text), metrics.line_height_px);
+    for candidate in candidates {
+        let size = DVec2::new(metrics.width_px(&candidate.text), metrics.line_height_px);
         let edge_distance_px = EDGE_DISTANCE * glyph_px;
-        let mut corner = text.centre_px - 0.5 * size;
-        if text.is_grid_coordinate {
+        let mut corner = candidate.centre_px - 0.5 * size;
+        if candidate.is_grid_coordinate {
             corner = corner.clamp(DVec2::splat(edge_distance_px), (image_px - size - edge_distance_px).max(DVec2::splat(edge_distance_px)));
         }
         let rect = Rect { min: corner, max: corner + size };
         if rect.is_in_image(image_px) && texts.len() < MAX_TEXTS && !occupied.iter().any(|o| o.overlaps(&rect)) {
             occupied.push(rect);
-            let colour = text.colour.to_array().map(|c| narrow_scalar(linear_to_srgb(WHITE_FRACTION + (1.0 - WHITE_FRACTION) * c)));
+            let colour = candidate.colour.to_array().map(|c| narrow_scalar(linear_to_srgb(WHITE_FRACTION + (1.0 - WHITE_FRACTION) * c)));
             let left_end_px = DVec2::new(corner.x, corner.y + 0.5 * size.y);
-            texts.push(PlacedText { text: text.text, left_end_px, colour });
+            texts.push(PlacedText { text: candidate.text, left_end_px, colour });
         }
     }
     TextLayer { glyph_px, texts }

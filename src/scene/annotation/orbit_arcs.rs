@@ -351,9 +351,9 @@ mod tests {
 
     /// Distance in pixels from a point on the screen to the nearest chord of the f32 arcs.
     fn distance_to_line_px(camera: &Camera, all: &[OrbitArc], clip: DVec2) -> f64 {
-        let pixel = clip * camera.half_size();
+        let pixel = clip * camera.half_size_px();
         let distance_px = |arc: &OrbitArc, k: u32| {
-            let end = |k: u32| arc.clip(f64::from(k) / f64::from(CHORDS_PER_ARC)).truncate() * camera.half_size();
+            let end = |k: u32| arc.clip(f64::from(k) / f64::from(CHORDS_PER_ARC)).truncate() * camera.half_size_px();
             let (a, b) = (end(k), end(k + 1));
             let t = ((pixel - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
             (pixel - a.lerp(b, t)).length()
@@ -431,7 +431,7 @@ mod tests {
                     continue;
                 }
                 let vertices = all.iter().flat_map(|a| [a.clip(0.0), a.clip(1.0)]);
-                let error_px = vertices.map(|v| ((v.truncate() - clip) * camera.half_size()).length()).fold(f64::INFINITY, f64::min);
+                let error_px = vertices.map(|v| ((v.truncate() - clip) * camera.half_size_px()).length()).fold(f64::INFINITY, f64::min);
                 worst = worst.max(error_px);
             }
             assert!(worst < 0.05, "{name}: {worst} px");

@@ -74,7 +74,7 @@ struct SkyLineBuilder<'a> {
 
 impl SkyLineBuilder<'_> {
     /// Draws an arc on the unit sphere between two parameters in radians, with first and second derivatives of at most `derivative_bound`. `point`: direction
-    /// (ICRF) at a parameter; `opacity`: factor on the style's opacity at a parameter. Returns the runs inside the frame.
+    /// (ICRF) at a parameter; `opacity`: factor on the style's opacity at a parameter. Returns the runs, its connected parts inside the frame.
     fn arc(
         &mut self,
         point: &dyn Fn(f64) -> DVec3,
@@ -167,12 +167,12 @@ impl SkyLineBuilder<'_> {
 
     /// Writes the coordinate of a grid line at the end nearest to the left edge of the frame (parallels) or to its lower edge (meridians).
     fn label_grid_line(&mut self, line: &GridLine, runs: &[Polyline], pixel_deg: f64, text: String, style: LineStyle) {
-        let half_size = self.camera.half_size();
+        let half_size_px = self.camera.half_size_px();
         let pixel = |p: DVec3| self.camera.pixel_from_clip(DVec2::new(p.x, p.y) / (p.z * self.camera.tan_half_fov));
         let ends = runs.iter().filter_map(|run| Some([run.first()?, run.last()?])).flatten();
         let distance_to_edge_px = |px: DVec2| match line.kind {
             GridLineKind::Parallel => px.x,
-            GridLineKind::Meridian => 2.0 * half_size.y - px.y,
+            GridLineKind::Meridian => 2.0 * half_size_px.y - px.y,
         };
         let opacity_at = |parameter: f64| match line.kind {
             GridLineKind::Parallel => line.opacity(ANY_LATITUDE_DEG, pixel_deg),

@@ -65,7 +65,7 @@ fn path(states: &[State], step_s: f64) -> Vec<PathPoint> {
 fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) -> Vec<LineSegment> {
     let in_camera_axes = |point: &PathPoint| PathPoint { position_km: camera.in_axes(body_km + point.position_km), ..*point };
     let points: Vec<PathPoint> = path.iter().map(in_camera_axes).collect();
-    let screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size();
+    let screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size_px();
     let direction = |k: usize| {
         let (a, b) = (points.get(k)?.position_km, points.get(k + 1)?.position_km);
         if a.z > NEAR_DEPTH_KM && b.z > NEAR_DEPTH_KM { (screen(b) - screen(a)).try_normalize() } else { None }
@@ -82,7 +82,7 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) 
             remaining_opacity: from.remaining_opacity + t * (to.remaining_opacity - from.remaining_opacity),
         };
         let [a, b] = [at(enter), at(leave)];
-        let end = |p: DVec3| narrow((screen(p) / camera.half_size()).extend(reversed_depth(p)));
+        let end = |p: DVec3| narrow((screen(p) / camera.half_size_px()).extend(reversed_depth(p)));
         Some(LineSegment {
             ends: [end(a.position_km), end(b.position_km)],
             normals: [normal(k), normal(k + 1)],

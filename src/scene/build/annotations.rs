@@ -59,7 +59,7 @@ impl Annotations {
         let main_texts = ground.texts.into_iter().filter(|t| main_body.is_some_and(|p| builder.is_seen_on(p, t)));
         let candidates: Vec<_> = sky_texts.chain(main_texts).chain(other_texts).chain(instruments.texts).collect();
         let line_texts =
-            (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), glyph_px, camera.half_size() * 2.0));
+            (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), glyph_px, camera.half_size_px() * 2.0));
         let decisions = cone_decision.into_iter().chain(sky.decisions).chain(ground.decisions).chain(instruments.decisions);
         Self {
             sky_lines: sky.segments,

@@ -122,10 +122,10 @@ impl ClipRect {
         narrow4(glam::DVec4::new(self.left, self.top, self.right, self.bottom))
     }
 
-    /// The smallest rectangle of whole pixels around this one. `half_size`: half the image's size, pixels.
-    pub(crate) fn of_whole_pixels(&self, half_size: DVec2) -> Self {
-        let column = |clip: f64, round: fn(f64) -> f64| round((1.0 + clip) * half_size.x) / half_size.x - 1.0;
-        let row = |clip: f64, round: fn(f64) -> f64| 1.0 - round((1.0 - clip) * half_size.y) / half_size.y;
+    /// The smallest rectangle of whole pixels around this one. `half_size_px`: half the image's size, pixels.
+    pub(crate) fn of_whole_pixels(&self, half_size_px: DVec2) -> Self {
+        let column = |clip: f64, round: fn(f64) -> f64| round((1.0 + clip) * half_size_px.x) / half_size_px.x - 1.0;
+        let row = |clip: f64, round: fn(f64) -> f64| 1.0 - round((1.0 - clip) * half_size_px.y) / half_size_px.y;
         Self {
             left: column(self.left, f64::floor),
             top: row(self.top, f64::floor),
@@ -200,14 +200,14 @@ impl Camera {
     }
 
     /// Half the width and height of the viewport, pixels.
-    pub fn half_size(&self) -> DVec2 {
+    pub fn half_size_px(&self) -> DVec2 {
         DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
     }
 
     /// Whether a sphere may be in the frame: partly beyond the near plane, and not entirely outside any of the frustum's four side planes, each moved outwards
     /// by a margin. `centre_km`: in the camera's axes (right, up, forward).
     pub(crate) fn sphere_may_be_in_frame(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
-        let half = self.half_size();
+        let half = self.half_size_px();
         // `lateral_km` - tan z is the centre's distance beyond a side plane, times sqrt(1 + tan²).
         let is_outside = |lateral_km: f64, tan_half_fov: f64, half_px: f64| {
             let tan = tan_half_fov * (1.0 + margin_px / half_px);
@@ -224,12 +224,12 @@ impl Camera {
 
     /// Clip units per pixel, for shaders.
     pub(crate) fn clip_per_pixel(&self) -> Vec2 {
-        (1.0 / self.half_size()).as_vec2()
+        (1.0 / self.half_size_px()).as_vec2()
     }
 
     /// Tangent of the angle that one pixel spans at the image's centre.
     pub fn pixel_tangent(&self) -> f64 {
-        self.tan_half_fov.y / self.half_size().y
+        self.tan_half_fov.y / self.half_size_px().y
     }
 
     /// The view ray through a clip position as an ICRF vector of view depth 1.
@@ -245,12 +245,12 @@ impl Camera {
 
     /// Pixel of a clip position.
     pub fn pixel_from_clip(&self, clip: DVec2) -> DVec2 {
-        DVec2::new(1.0 + clip.x, 1.0 - clip.y) * self.half_size()
+        DVec2::new(1.0 + clip.x, 1.0 - clip.y) * self.half_size_px()
     }
 
     /// Clip position of a pixel.
     pub fn clip_from_pixel(&self, pixel: DVec2) -> DVec2 {
-        let p = pixel / self.half_size();
+        let p = pixel / self.half_size_px();
         DVec2::new(p.x - 1.0, 1.0 - p.y)
     }
 
@@ -278,7 +278,7 @@ impl Camera {
     /// between the moved vertices (docs/trade.md): a ray that is off by 1/512 pixel changes a faint edge on black by up to 6 of 255, and the Sun's edge by far
     /// more.
     pub fn view_rays(&self, placement: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
-        let rect = rect.of_whole_pixels(self.half_size());
+        let rect = rect.of_whole_pixels(self.half_size_px());
         // The corners are rounded first, so that rays and clip positions agree exactly. x, y, z, w: left, top, right, bottom.
         let rect_in_clip = rect.narrowed();
         let r = rect_in_clip.as_dvec4();

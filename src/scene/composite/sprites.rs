@@ -93,7 +93,7 @@ fn project(
         // The geometric mean of the angles that a pixel of the face covers along the radius and across it.
         let radians_per_face_px = camera.pixel_tangent() * cos_off_axis.powf(1.5);
         // Distance from the sprite's centre to the edge of the face's frame, beyond which the sprite would be cut off.
-        let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size().min_element();
+        let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size_px().min_element();
         let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(POINT_RADIUS_PX);
         return Drawn::InFace { radius_px: narrow_scalar(in_face_px), for_picking: sprite_at(pixel, 0.0, 1.0) };
     }

@@ -27,7 +27,7 @@ pub struct Frustum {
 impl Frustum {
     /// The frustum of `camera` in the axes of a placed body.
     pub(crate) fn of(camera: &Camera, placement: &Placement) -> Self {
-        let tan = camera.tan_half_fov * (1.0 + DVec2::splat(MARGIN_PX) / camera.half_size());
+        let tan = camera.tan_half_fov * (1.0 + DVec2::splat(MARGIN_PX) / camera.half_size_px());
         let [right, up, forward] = [camera.right, camera.up, camera.forward].map(|axis| placement.body_from_icrf * axis);
         let sides = [forward * tan.x - right, forward * tan.x + right, forward * tan.y - up, forward * tan.y + up];
         Self {

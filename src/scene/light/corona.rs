@@ -212,7 +212,7 @@ pub(crate) fn corona(
     };
     let narrow_in_sun_axes = |v: DVec3| narrow(in_sun_axes(v));
     let corona = Corona {
-        rect_in_clip: rect.of_whole_pixels(camera.half_size()).narrowed(),
+        rect_in_clip: rect.of_whole_pixels(camera.half_size_px()).narrowed(),
         draw_count_behind: 0,
         middle: narrow_in_sun_axes(camera.forward),
         right: narrow_in_sun_axes(camera.right * camera.tan_half_fov.x),

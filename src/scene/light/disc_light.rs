@@ -170,7 +170,7 @@ pub fn ground_and_air_irradiance(
 
 /// Irradiance by ground and air, linear RGB; for a body with bright and dark sides as if every viewer saw the side that was measured.
 /// Parameters as for [`ground_and_air_irradiance`].
-pub(crate) fn irradiance_without_sides(
+pub(crate) fn irradiance_of_measured_side(
     body: &Body,
     alpha: f64,
     sun_distance_km: f64,
@@ -199,7 +199,7 @@ mod tests {
                 let alpha = f64::from(k) * std::f64::consts::PI / 720.0;
                 // With this size and distance the irradiance is the mean radiance.
                 let (viewer_distance_km, radius_sq_km2) = (1.0, 1.0);
-                let mean_radiance = irradiance_without_sides(body, alpha, KM_PER_AU, viewer_distance_km, radius_sq_km2).y;
+                let mean_radiance = irradiance_of_measured_side(body, alpha, KM_PER_AU, viewer_distance_km, radius_sq_km2).y;
                 let ratio = mean_radiance / max_mean_radiance(body);
                 assert!(ratio <= 1.0, "{} at {} degrees: {ratio} of the bound", body.name, alpha.to_degrees());
                 nearest_to_bound = nearest_to_bound.max(ratio);

@@ -189,7 +189,7 @@ pub(crate) fn glare(
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let rect = rect_around(camera, in_camera, (strength.max_element() / cutoff.max(f64::MIN_POSITIVE)).sqrt());
     let glare = Glare {
-        rect_in_clip: rect.of_whole_pixels(camera.half_size()).narrowed(),
+        rect_in_clip: rect.of_whole_pixels(camera.half_size_px()).narrowed(),
         sun_direction: narrow(in_camera),
         core_angle_sq: narrow_scalar(core_angle_sq),
         strength: narrow(strength),

@@ -303,7 +303,7 @@ impl<'a> RingView<'a> {
             let v = self.placement.centre_km + body_to_icrf * outline_corner(outer_km, k).extend(0.0);
             (DVec2::new(v.dot(camera.right), v.dot(camera.up)) / camera.tan_half_fov).extend(v.dot(camera.forward))
         };
-        let pad = DVec2::splat(PADDING_PX + 1.0) / camera.half_size();
+        let pad = DVec2::splat(PADDING_PX + 1.0) / camera.half_size_px();
         let edge = DVec2::ONE + pad;
         let planes =
             [DVec3::new(1.0, 0.0, edge.x), DVec3::new(-1.0, 0.0, edge.x), DVec3::new(0.0, 1.0, edge.y), DVec3::new(0.0, -1.0, edge.y)];
@@ -354,7 +354,7 @@ impl<'a> RingView<'a> {
                 include(p + (q - p) * (excess(p) / (excess(p) - excess(q))))?;
             }
         }
-        let pad = DVec2::splat(PADDING_PX + 1.0) / self.camera.half_size();
+        let pad = DVec2::splat(PADDING_PX + 1.0) / self.camera.half_size_px();
         let (min, max) = (min - pad, max + pad);
         (min.x < max.x && min.y < max.y).then_some(ClipRect { left: min.x, top: max.y, right: max.x, bottom: min.y })
     }

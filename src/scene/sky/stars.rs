@@ -236,7 +236,7 @@ fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tint: Option<&AirT
     let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr(camera, place.direction);
     let colour = star_colour(star.b_v) * tint.map_or(DVec3::ONE, |t| t.at(place.direction));
     let radius_px = point_radius_px(flux * point_peak() / white);
-    let max_clip = DVec2::ONE + (radius_px + 1.0) / camera.half_size();
+    let max_clip = DVec2::ONE + (radius_px + 1.0) / camera.half_size_px();
     (clip.abs().cmple(max_clip).all()).then(|| StarSprite {
         centre: narrow(clip.extend(0.0)),
         radius_px: narrow_scalar(radius_px),

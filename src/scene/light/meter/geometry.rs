@@ -97,7 +97,7 @@ pub(crate) fn outline_position_weight(camera: &Camera, placed: &PlacedBody<'_>) 
 /// wide, as their light is spread over a sprite.
 fn bounding_box(camera: &Camera, placed: &PlacedBody<'_>) -> Option<(DVec2, DVec2)> {
     let Outline::Ellipse { bounds, .. } = placed.outline else { return None };
-    let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom).max(2.0 / camera.half_size());
+    let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom).max(2.0 / camera.half_size_px());
     Some((0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom), size))
 }
 

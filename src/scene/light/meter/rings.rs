@@ -75,7 +75,7 @@ impl MeteredFrame<'_, '_> {
         let Some(rect) = view.rect(outer * unit_km) else { return mean };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         // The flux of a body that is drawn as a point includes its rings.
-        let size_weight = smooth_rise(FADE_IN_SIZES_PX, (size * camera.half_size()).max_element());
+        let size_weight = smooth_rise(FADE_IN_SIZES_PX, (size * camera.half_size_px()).max_element());
         if size_weight <= 0.0 {
             return mean;
         }

@@ -128,10 +128,10 @@ impl ScanLine {
 }
 
 /// The part of a line of the image plane that is in the frame. `origin`, `along`: a point of the line and a unit vector, as tangents of angles from the middle
-/// of the frame. `half_size`: of the frame.
-fn part_in_frame(origin: DVec2, along: DVec2, half_size: DVec2) -> [f64; 2] {
+/// of the frame. `tan_half_fov`: of the camera.
+fn part_in_frame(origin: DVec2, along: DVec2, tan_half_fov: DVec2) -> [f64; 2] {
     // Along a line parallel to an edge the division gives infinities.
-    let [one, other] = [-half_size, half_size].map(|edges| (edges - origin) / along);
+    let [one, other] = [-tan_half_fov, tan_half_fov].map(|edges| (edges - origin) / along);
     [one.min(other).max_element(), one.max(other).min_element()]
 }
 
