@@ -86,8 +86,8 @@ fn difference_text(single: &NamedValue, double: &NamedValue, relative: f64) -> S
     format!("{}{index} is {} in {precision}", single.name, if value.is_nan() { "NaN or not assigned" } else { "infinite" })
 }
 
-/// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest
-/// relative difference, or which is not finite in one precision only.
+/// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest relative difference, or which is finite in only
+/// one precision.
 fn first_large_difference(single: &[NamedValue], double: &[NamedValue]) -> String {
     let relative = |a: &NamedValue, b: &NamedValue| {
         let (scale, difference) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(scale, difference), (x, y)| {
@@ -116,7 +116,7 @@ mod tests {
         assert!(least_differences(&image, std::iter::empty(), difference).iter().all(|v| v.is_nan()), "no image to compare with");
     }
 
-    /// Such a pixel is broken in both precisions, so that the images do not differ.
+    /// Where a pixel is not finite in either precision, the images do not differ, and yet it must not pass.
     #[test]
     fn a_pixel_that_is_not_finite_in_either_image_is_the_worst() {
         let image = |third: f32| LinearImage {

@@ -1,4 +1,4 @@
-//! Two sweeps, runs over many cases, about shadows. `shadows` computes the fraction of sunlight at points in umbra, penumbra, antumbra and full light;
+//! Two sweeps (runs over many cases) about shadows. `shadows` computes the fraction of sunlight at points in umbra, penumbra, antumbra and full light;
 //! `umbra-exposure` draws moons in Jupiter's umbra at exposures from -20 to +25 stops ([`ExposureRequest::Stops`] states what stop 0 is).
 //!
 //! In: a sweep's setup. Out: the number of cases and the worst of them.

@@ -4,9 +4,11 @@
 //!
 //! | dates | model | error |
 //! |---|---|---|
-//! | 1973.2 to 2027.6 | IERS finals2000A (Bulletin A, from the package astropy-iers-data 0.2026.11.2) every 73 days, cubic interpolation | 0.013 s at the worst against the daily series, 0.004 s rms; after November 2026 IERS's own prediction, some 0.05 s |
+//! | 1973.2 to 2027.6 | IERS finals2000A (Bulletin A, from the package astropy-iers-data 0.2026.11.2) every 73 days, cubic interpolation | 0.013 s at the worst
+//! against the daily series, 0.004 s rms; after November 2026 IERS's own prediction, some 0.05 s |
 //! | -720 to 1973.2 | spline of Stephenson, Morrison and Hohenkerk, Proc. R. Soc. A 472 (2016), table S15 as revised in 2020 | see [`delta_t_error_s`] |
-//! | before -720, after 2027.6 | the long-term parabola of the same paper (the revision of 2020 has another), -320 + 32.5 ((year - 1825) / 100)² s before -1720 and after 2500, joined by cubics | see [`delta_t_error_s`] |
+//! | before -720, after 2027.6 | the long-term parabola of the same paper (the revision of 2020 has another), -320 + 32.5 ((year - 1825) / 100)² s before -1720
+//! and after 2500, joined by cubics | see [`delta_t_error_s`] |
 
 use super::delta_t_table::{IERS_FIRST_MJD, IERS_MS, IERS_STEP_DAYS, SPLINE};
 use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
@@ -35,7 +37,7 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     }
     let year = year_of(tt_s);
     if index < 1.0 {
-        let spline_start_year = SPLINE[0][0];
+        let [spline_start_year, ..] = SPLINE[0];
         if year >= spline_start_year {
             // The spline smooths the last years before the table, so that it is off by 0.2 s where the table takes over. A correction that grows linearly from
             // 0 in `BLEND_FROM_YEAR` to this gap makes it meet the table.
@@ -136,7 +138,7 @@ fn iers_s(index: f64) -> f64 {
 
 /// Delta T by the spline; before or after its years, by the continuation of its first or last piece.
 fn spline_s(year: f64) -> f64 {
-    let row = SPLINE.iter().find(|r| year < r[1]).unwrap_or(&SPLINE[SPLINE.len() - 1]);
+    let row = SPLINE.iter().find(|[_, last_year, ..]| year < *last_year).unwrap_or(&SPLINE[SPLINE.len() - 1]);
     let [first_year, last_year, a3, a2, a1, a0] = *row;
     let u = (year - first_year) / (last_year - first_year);
     a0 + u * (a1 + u * (a2 + u * a3))

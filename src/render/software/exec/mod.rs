@@ -214,7 +214,7 @@ impl<R: Real> Executor<R> {
                 }
             }
         }
-        // A batch changes only registers that it computes before it reads them.
+        // Copied only for another draw: a batch changes only registers that it computes before it reads them.
         if self.draw_values_id != draw_values.id {
             self.draw_values_id = draw_values.id;
             for (row, values) in self.arena[self.program.first_register_row..].iter_mut().zip(draw_values.registers.chunks(LANES)) {

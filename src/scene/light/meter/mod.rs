@@ -395,8 +395,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         let mut mean = LogMean::default();
         let weighted_share = share * share / (share + sun_half_weight_share(is_target));
         let radiance = photometry::sun_disc_radiance() * dilution * self.sun_transmittance;
-        let (behind_air, transmittance) = if share > 0.0 { self.sun_behind_air(sun) } else { (0.0, 1.0) };
-        for (part, transmittance) in [(1.0 - behind_air, 1.0), (behind_air, transmittance)] {
+        let (fraction_behind_air, transmittance) = if share > 0.0 { self.sun_behind_air(sun) } else { (0.0, 1.0) };
+        for (part, transmittance) in [(1.0 - fraction_behind_air, 1.0), (fraction_behind_air, transmittance)] {
             // The Sun's own glare does not reduce its contrast.
             mean.add(weighted_share * part, radiance * transmittance, self.sky_exposure_radiance);
         }
