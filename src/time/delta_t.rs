@@ -4,11 +4,9 @@
 //!
 //! | dates | model | error |
 //! |---|---|---|
-//! | 1973.2 to 2027.6 | IERS finals2000A (Bulletin A, from the package astropy-iers-data 0.2026.11.2) every 73 days, cubic interpolation | 0.013 s at the worst
-//! against the daily series, 0.004 s rms; after November 2026 IERS's own prediction, some 0.05 s |
+//! | 1973.2 to 2027.6 | IERS finals2000A (Bulletin A, from the package astropy-iers-data 0.2026.11.2) every 73 days, cubic interpolation | 0.013 s at the worst against the daily series, 0.004 s rms; after November 2026 IERS's own prediction, some 0.05 s |
 //! | -720 to 1973.2 | spline of Stephenson, Morrison and Hohenkerk, Proc. R. Soc. A 472 (2016), table S15 as revised in 2020 | see [`delta_t_error_s`] |
-//! | before -720, after 2027.6 | the long-term parabola of the same paper (the revision of 2020 has another), -320 + 32.5 ((year - 1825) / 100)² s before -1720
-//! and after 2500, joined by cubics | see [`delta_t_error_s`] |
+//! | before -720, after 2027.6 | the long-term parabola of the same paper (the revision of 2020 has another), -320 + 32.5 ((year - 1825) / 100)² s before -1720 and after 2500, joined by cubics | see [`delta_t_error_s`] |
 
 use super::delta_t_table::{IERS_FIRST_MJD, IERS_MS, IERS_STEP_DAYS, SPLINE};
 use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
