@@ -52,7 +52,7 @@ impl PreparedProbe {
     /// For each query, in order, its result rows.
     ///
     /// # Errors
-    /// One line: the module cannot be compiled, or needs other bindings.
+    /// The error is one line: the module cannot be compiled, or needs other bindings.
     pub fn results(
         &self,
         renderer: &SoftwareRenderer,

@@ -138,7 +138,7 @@ impl PixelReport {
 /// Evaluates one pixel of a view.
 ///
 /// # Errors
-/// One line: an impossible view or plan, or a pixel outside the image.
+/// The error is one line: an impossible view or plan, or a pixel outside the image.
 pub(crate) fn inspect_pixel(
     prober: &Prober<'_>,
     request: &ViewRequest,

@@ -3,8 +3,8 @@
 //!
 //! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
 //! `by`. `fraction` is the green channel; it uses one law of limb darkening for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query
-//! gives others. With one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the fraction that each
-//! body alone blocks, in green. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
+//! gives others. With one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` has for each body the fraction of
+//! green sunlight that it alone would block. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
 
 use super::batch::{MAP_TAPS, PreparedProbe, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, optional, parse_fields, required};
@@ -134,7 +134,7 @@ impl<'a> OccludedSun<'a> {
     /// Finds the bodies whose penumbra touches the receiver, however little they darken it; if more than four, those that block most light.
     ///
     /// # Errors
-    /// One line: the catalog has no Sun.
+    /// The error is one line: the catalog has no Sun.
     pub fn seen_from(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
         // Every side and every direction counts, at single points instead of pixels. Without `min_change`, no shadow is too weak.
@@ -148,7 +148,7 @@ impl<'a> OccludedSun<'a> {
     /// Fraction of sunlight at points (body axes, equatorial radii), per channel; `sun_photometry` replaces the catalog's limb darkening.
     ///
     /// # Errors
-    /// One line: the module cannot be compiled, or the renderer fails.
+    /// The error is one line: the module cannot be compiled, or the renderer fails.
     pub fn sunlight(
         &self,
         occluders: &[Occluder<'_>],
@@ -167,7 +167,7 @@ impl<'a> OccludedSun<'a> {
 /// Fraction of sunlight, per channel, that the shader computes at points (body axes, equatorial radii) for given uniforms.
 ///
 /// # Errors
-/// One line: the module cannot be compiled, or needs a missing uniform, or the renderer fails.
+/// The error is one line: the module cannot be compiled, or needs a missing uniform, or the renderer fails.
 pub fn sunlight_from_uniforms(
     prober: &Prober<'_>,
     eclipse: Eclipse,
@@ -181,6 +181,7 @@ pub fn sunlight_from_uniforms(
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     let built = prober.library().get(&module)?;
     let uniform_bytes = uniform_bytes(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, MAP_TAPS)?;
+    // The point's coordinates; the probe's other inputs are 0.
     let inputs_of = |p: &DVec3| -> ProbeInputs { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
     let queries: Vec<_> = points.iter().map(inputs_of).collect();
     let results = PreparedProbe { uniform_bytes, ..PreparedProbe::without_bindings(module, RESULT_ROWS) }.results(

@@ -24,7 +24,7 @@ const MIN_RING_SHINE: f64 = 0.01;
 pub(crate) struct Irradiance {
     /// Luminance of the light of the ground, which has the body's colour.
     of_ground: f64,
-    /// Light of the air, of the Earth also that of the glint on the sea, linear RGB ([`disc_light::ground_and_air_irradiance`]).
+    /// Light of the air (for the Earth, of the air and of the glint on the sea), linear RGB ([`disc_light::ground_and_air_irradiance`]).
     of_air: DVec3,
     /// Light of the rings, linear RGB.
     of_rings: DVec3,

@@ -24,7 +24,8 @@ pub(crate) fn power_law_factor() -> f64 {
     *FACTOR.get_or_init(|| {
         const STEPS: u32 = 4096;
         let step = std::f64::consts::PI / f64::from(STEPS);
-        let sum: f64 = (0..STEPS).map(|k| (f64::from(k) + 0.5) * step).map(|y| y.powf(PHASE_EXPONENT) * y.sin()).sum();
+        // `theta`: pi minus the phase angle.
+        let sum: f64 = (0..STEPS).map(|k| (f64::from(k) + 0.5) * step).map(|theta| theta.powf(PHASE_EXPONENT) * theta.sin()).sum();
         2.0 / (sum * step)
     })
 }

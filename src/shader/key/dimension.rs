@@ -19,6 +19,7 @@ pub enum KeyPart {
     BodyShadow,
     Air,
     Shape,
+    /// Properties of a mesh.
     Flags,
     View,
 }

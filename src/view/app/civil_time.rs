@@ -32,7 +32,7 @@ impl ShownTimeZone {
         self.instants(civil).into_iter().next()
     }
 
-    /// As [`Self::instant`], except that of the two occurrences of a repeated civil time the one nearer to `near` is meant.
+    /// As [`Self::instant`]; for a civil time that occurs twice, the occurrence nearer to `near`.
     pub(crate) fn instant_near(self, civil: NaiveDateTime, near: Instant) -> Option<Instant> {
         nearest(self.instants(civil), near)
     }

@@ -330,7 +330,7 @@ impl SkyEvent {
         }
     }
 
-    /// Whether the event is notable: a total, annular or hybrid solar eclipse, a total lunar eclipse, a transit, or a shadow on a planet.
+    /// Whether the event is notable: a total, annular or hybrid solar eclipse, a total lunar eclipse, a transit, or a moon's shadow on its planet.
     pub(crate) fn is_notable(&self) -> bool {
         match self {
             Self::Solar(e) => e.class != SolarType::Partial,

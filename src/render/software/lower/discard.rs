@@ -1,8 +1,8 @@
 //! Decides whether the statements after a `discard` need to run for discarded lanes.
 //!
 //! In: the statements of a block after the `discard`. Out: whether they may be lowered for the remaining lanes only, so that no texture is read for discarded
-//! lanes, and a batch without remaining lanes skips the statements. They must run for all lanes if they compute a derivative, which needs the values of
-//! discarded lanes (as helper invocations on a GPU), or inside a loop or `switch`.
+//! lanes, and a batch without remaining lanes skips the statements. They must run for all lanes inside a loop or `switch`, or if they compute a derivative,
+//! which needs the values of discarded lanes (as helper invocations on a GPU).
 
 use super::lowerer::{DISCARDED, Lowerer};
 use super::ssa::SsaValue;
