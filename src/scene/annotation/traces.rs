@@ -26,7 +26,7 @@ const MAX_SAMPLES: usize = 1200;
 const MOON_PERIODS_PER_YEAR: f64 = 13.4;
 /// Line segments between two samples.
 const SEGMENTS_PER_SAMPLE: usize = 4;
-/// Length of a path in periods: the longer of the body's period about its parent and, unless the body orbits the centre, the centre's period.
+/// Length of a path in units of the longer period: that of the body about its parent or, unless the body orbits the centre, that of the centre.
 const LENGTH_PERIODS: f64 = 1.0;
 /// Maximum length of a path.
 const MAX_DAYS: f64 = 12.0 * DAYS_PER_JULIAN_YEAR;

@@ -346,6 +346,7 @@ impl<R: Real> Binder<R> {
 
     /// Binds a chain: one kernel if the class has chain kernels, else its operations one by one, with intermediate results in two scratch slots.
     fn bind_chain(&mut self, ops: &[FusedOp], dst: u32, args: &[Operand]) -> Result<(), String> {
+        // Bit k: whether operand k has one value per lane.
         let kinds = args.iter().take(kernels::chains::MAX_OPERANDS).enumerate().map(|(k, o)| u8::from(is_per_lane(o)) << k).sum();
         let is_complete = args.len() == kernels::chains::operand_count(ops);
         let index = if is_complete { kernels::chains::find(ops, kinds) } else { None };

@@ -110,7 +110,7 @@ pub(crate) struct Lowerer<'m> {
     nesting: usize,
     /// For each called function with the name of a function that has a native operation, such as `filtered_map`: whether its body equals the body in the
     /// shipped fragment (`native.rs`).
-    pub equals_shipped: HashMap<Handle<Function>, bool>,
+    pub known_equal_to_shipped: HashMap<Handle<Function>, bool>,
 }
 
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
@@ -180,7 +180,7 @@ impl<'m> Lowerer<'m> {
             named_values: None,
             statement_count: 0,
             nesting: 0,
-            equals_shipped: HashMap::default(),
+            known_equal_to_shipped: HashMap::default(),
         };
         for (handle, global) in module.global_variables.iter() {
             this.span = module.global_variables.get_span(handle);
