@@ -58,10 +58,15 @@ const KM_PER_ARCSEC: f64 = 1.865;
 const ECLIPTIC_P: [f64; 5] = [0.101_803_91e-4, 0.470_204_39e-6, -0.541_736_7e-9, -0.250_794_8e-11, 0.463_486e-14];
 const ECLIPTIC_Q: [f64; 5] = [-0.113_469_002e-3, 0.123_726_74e-6, 0.126_541_7e-8, -0.137_180_8e-11, -0.320_334e-14];
 
+/// The quantities of [`Term::quantity`].
+const LONGITUDE: usize = 0;
+const LATITUDE: usize = 1;
+const DISTANCE: usize = 2;
+
 /// A periodic term: amplitude times time^power times the sine of its angle.
 #[derive(Clone, Copy, Debug)]
 struct Term {
-    /// 0 longitude, 1 latitude, 2 distance.
+    /// [`LONGITUDE`], [`LATITUDE`] or [`DISTANCE`].
     quantity: usize,
     /// Exponent of the time in Julian centuries past J2000, a factor of the term.
     power: i32,
@@ -102,7 +107,7 @@ impl LunarSeries {
         // Value and rate per century of the sum for each quantity.
         let mut sums = [(0.0, 0.0); 3];
         for term in &self.terms {
-            let units_per_arcsec = if term.quantity == 2 { KM_PER_ARCSEC } else { 1.0 };
+            let units_per_arcsec = if term.quantity == DISTANCE { KM_PER_ARCSEC } else { 1.0 };
             if term.amplitude.abs() < min_arcsec * units_per_arcsec {
                 continue;
             }
@@ -120,10 +125,10 @@ impl LunarSeries {
         }
         // ELP's V, U and r: longitude, latitude and distance, referred to the mean ecliptic of date.
         let (mean_longitude, mean_longitude_rate) = polynomial(&MEAN_LONGITUDE, t);
-        let v = mean_longitude + correction + sums[0].0 * RAD_PER_ARCSEC;
-        let v_rate = mean_longitude_rate + correction_rate + sums[0].1 * RAD_PER_ARCSEC;
-        let (u, u_rate) = (sums[1].0 * RAD_PER_ARCSEC, sums[1].1 * RAD_PER_ARCSEC);
-        let (r, r_rate) = (sums[2].0 * DISTANCE_RATIO, sums[2].1 * DISTANCE_RATIO);
+        let v = mean_longitude + correction + sums[LONGITUDE].0 * RAD_PER_ARCSEC;
+        let v_rate = mean_longitude_rate + correction_rate + sums[LONGITUDE].1 * RAD_PER_ARCSEC;
+        let (u, u_rate) = (sums[LATITUDE].0 * RAD_PER_ARCSEC, sums[LATITUDE].1 * RAD_PER_ARCSEC);
+        let (r, r_rate) = (sums[DISTANCE].0 * DISTANCE_RATIO, sums[DISTANCE].1 * DISTANCE_RATIO);
         let ((sin_v, cos_v), (sin_u, cos_u)) = (v.sin_cos(), u.sin_cos());
         let outward = DVec3::new(cos_u * cos_v, cos_u * sin_v, sin_u);
         let outward_rate =

@@ -73,7 +73,7 @@ pub struct MoonEvent {
 }
 
 impl MoonEvent {
-    /// Seconds from `begin` to `end`; in mutual events from the first to the last contact.
+    /// Seconds from `begin` to `end`; in mutual events from the first to the last contact. `None` if the event lacks these contacts.
     pub(crate) fn duration_s(&self) -> Option<f64> {
         let duration = |first, last| seconds_between(&self.contacts, first, last);
         duration("begin", "end")
@@ -231,6 +231,7 @@ impl MoonConjunction {
             .try_normalize()
             .unwrap_or_else(|| observer_direction.any_orthonormal_vector());
         let sideways = observer_direction.cross(perpendicular);
+        // How far the moon's centre is beyond the plane whose normal has this angle from `perpendicular` around the line to the observer.
         let beyond_plane_km = |angle: f64| {
             let across = perpendicular * angle.cos() + sideways * angle.sin();
             // The normal is tilted so that the plane touches both planet and observer.

@@ -108,7 +108,7 @@ fn packed([r, g, b]: [u32; 3]) -> u32 {
     r >> CELL_BITS | (g >> CELL_BITS) << 8 | (b >> CELL_BITS) << 16 | 0xff00_0000
 }
 
-/// Encodes linear values, none of which is negative or NaN, as opaque RGBA.
+/// Encodes linear values, none of which is negative or NaN, as opaque RGBA, without instructions of a particular processor.
 #[inline(always)]
 fn encode_generic(linear: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
     let levels = &**LEVELS;

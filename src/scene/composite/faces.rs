@@ -116,6 +116,7 @@ pub(super) fn frames(
     if composition.projection == Projection::Fisheye && !FISHEYE_RANGE_DEG.contains(&fov_deg) {
         return Err(SceneError::Request(format!("field of view {fov_deg}: a fisheye shows 1 to 360 degrees")));
     }
+    // The viewer's camera is a perspective one, to which the field of view of the fisheye does not apply.
     let viewer = viewpoint::viewer(catalog, ephemeris, &ViewRequest { fov_deg: None, ..without_composition.clone() })?;
     let [right, up, forward] = image_axes(composition, &viewer);
     let (width, height) = (request.width, request.height);

@@ -1,8 +1,8 @@
 //! The light of a body's disc by phase angle, divided between its ground and its air.
 //!
 //! In: a body, and a phase angle `alpha` in radians, 0..=pi. Out: the factor on the drawn ground, and the light of the body's point. Always: ground and air
-//! together have the light of the published law, up to its limit; disc and point are alike (tests/scene/points_like_discs.rs), with all effects on.
-//! Exception: the ground keeps `MIN_GROUND_PART` of the law where the drawn air would leave it less.
+//! together have the light of the published law, up to the law's limit (its greatest phase angle); disc and point are alike
+//! (tests/scene/points_like_discs.rs), with all effects on. Exception: the ground keeps `MIN_GROUND_PART` of the law where the drawn air would leave it less.
 //!
 //! The air's light has two forms. Where clear air is opaque along the limb, the rim continues the disc's colour, in proportion to the ground (Venus, the giant
 //! planets: `rim::continued_light`). Haze and dust have the light of the catalog's `forward_light` (Mars, Titan, Pluto). Without a published law the

@@ -1,4 +1,4 @@
-//! Phase function and size of globes with unequal axes, without a published phase law.
+//! Phase function times squared radius of globes with unequal axes, without a published phase law.
 //!
 //! In: the body, and the directions of its Sun and its viewer. Out: the light that its lit and visible part reflects, integrated over the ellipsoid. Not here:
 //! bright and dark sides of maps ([`photometry::light_curve`]). A body with a published law keeps that law. Greatest error of the integral, for semi-axes that

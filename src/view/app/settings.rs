@@ -299,8 +299,8 @@ fn set_aside_message(path: &Path) -> String {
 /// Sets a file that cannot be used as settings aside: appends `.broken` to its name, or `.broken-2` and so on. Returns a text for the user: where the file is
 /// now, or, as the error, why it could not be renamed.
 fn set_aside(path: &Path) -> Result<String, String> {
-    let mut earlier_numbers = set_aside_numbers(path);
-    // Above all existing numbers, even if a lower one is free, so that the highest number is the newest file.
+    let earlier_numbers = set_aside_numbers(path);
+    // The new number is above all earlier ones, even if a lower one is free, so that the newest file has the highest number.
     let mut number = earlier_numbers.last().map_or(1, |last| last + 1);
     // The name may be taken all the same, for example if the folder cannot be listed.
     while set_aside_path(path, number).symlink_metadata().is_ok() {
@@ -308,9 +308,9 @@ fn set_aside(path: &Path) -> Result<String, String> {
     }
     let aside_path = set_aside_path(path, number);
     std::fs::rename(path, &aside_path).map_err(|e| format!("it could not be set aside: {e}"))?;
-    // Keeps only the numbers of the files to remove, the oldest ones: with the new file, there are then at most `MAX_SET_ASIDE`.
-    earlier_numbers.truncate((earlier_numbers.len() + 1).saturating_sub(MAX_SET_ASIDE));
-    for number in earlier_numbers {
+    // The oldest files are removed, so that with the new one at most `MAX_SET_ASIDE` are left.
+    let removed_count = (earlier_numbers.len() + 1).saturating_sub(MAX_SET_ASIDE);
+    for number in earlier_numbers.into_iter().take(removed_count) {
         // A file that cannot be removed is tried again when the next one is set aside.
         let _ = std::fs::remove_file(set_aside_path(path, number));
     }

@@ -28,7 +28,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let view = &mut interface.viewer.view;
     let mut is_automatic = view.exposure_stops.is_none();
     // The exposure of the displayed image.
-    let drawn_stops = interface.viewport.shown.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
+    let drawn_stops = interface.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.scene.exposure.stops);
     ui.horizontal_wrapped(|ui| {
         let checkbox = ui.checkbox(&mut is_automatic, text!("effects-exposure-automatic"));
         if checkbox.on_hover_text(text!("effects-exposure-automatic-hint")).changed() {
@@ -79,7 +79,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .viewport
         .shown
         .as_ref()
-        .and_then(|d| d.scene.body(interface.viewer.selected))
+        .and_then(|rendered| rendered.scene.body(interface.viewer.selected))
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
     let only_body = interface.edits_selected_body_only.then(|| selected_name.clone());

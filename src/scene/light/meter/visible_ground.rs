@@ -24,6 +24,7 @@ const SAMPLES_PER_PART: u32 = 10;
 struct GroundSample {
     /// Direction from the camera, ICRF, of any length.
     direction: DVec3,
+    /// Position in the frame, clip x and y.
     clip: DVec2,
     /// Unit-sphere frame.
     point: DVec3,
@@ -193,7 +194,8 @@ impl VisibleGround {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// Samples the ground of a body that the frame shows. Returns the body's share of the frame, times `weight`. `transmittance`: of the air around the camera.
+    /// Adds the radiance of a body's ground, at samples of the part that the frame shows, to `mean`. Returns the body's share of the frame, times `weight`.
+    /// `transmittance`: of the air around the camera.
     pub(super) fn sum_ground(
         &self,
         p: &PlacedBody<'_>,
