@@ -133,8 +133,7 @@ impl Fragment {
         }
         let imports = scan.imports.into_iter().flat_map(|i| {
             let (line, column) = line_and_column(text, i.position);
-            let import =
-                move |(stem, item): (String, String)| Import { block: i.block, line, column, path: format!("{stem}.wesl"), item };
+            let import = move |(stem, item): (String, String)| Import { block: i.block, line, column, path: format!("{stem}.wesl"), item };
             i.items.into_iter().map(import)
         });
         Self { lines, imports: imports.collect(), blocks: scan.blocks, declared: scan.declared }
