@@ -21,11 +21,11 @@ const MAX_MIDDLE_OFFSET_S: f64 = 6.0 * 3600.0;
 const MAX_HALF_DURATION_S: f64 = 6.0 * 3600.0;
 /// Number of intervals between the instants at which the points of a line are computed.
 const INSTANT_INTERVALS: u32 = 200;
-/// Number of the umbra's generators in the search for the limits.
+/// Number of generators, straight lines on the umbra's cone, in the search for the limits.
 const GENERATORS: u32 = 64;
-/// Two requests whose passages have middles at most this far apart, seconds, are for the same passage.
+/// Passages of the same bodies whose middles are at most this far apart, seconds, are the same passage.
 const SAME_PASSAGE_S: f64 = 60.0;
-/// In the search for the middle of a passage: the time over which the axis is extrapolated from its motion, and the precision of the middle, seconds.
+/// In the search for the middle of a passage: the interval over which the velocity of the axis is measured, and the precision of the middle, seconds.
 const SEARCH_STEP_S: f64 = 60.0;
 const MIDDLE_PRECISION_S: f64 = 0.1;
 /// The motion of the umbra's edge over the ground is a central difference: between this many seconds later and this many earlier.
@@ -283,7 +283,7 @@ mod tests {
     /// The centre lines of moons' shadows on Jupiter span less than 15 degrees of latitude, and a large moon's limits are 0.2 to 2.5 of its diameters apart.
     #[test]
     fn the_shadow_of_a_moon_crosses_jupiter_along_a_belt() {
-        let mut seen = 0;
+        let mut passage_count = 0;
         for time in ["2024-12-07T20:00:00Z", "2024-12-08T12:00:00Z", "2024-12-09T06:00:00Z", "2024-12-10T00:00:00Z"] {
             with_paths(599, time, |catalog, found| {
                 let radii_km = catalog.body(NaifId(599)).expect("Jupiter").radii_km;
@@ -292,22 +292,23 @@ mod tests {
                     let latitudes: Vec<f64> = line.iter().map(|p| p.z.asin().to_degrees()).collect();
                     let (south, north) = latitudes.iter().fold((90.0_f64, -90.0_f64), |(s, n), l| (s.min(*l), n.max(*l)));
                     assert!(north - south < 15.0, "{moon}: {south} to {north}");
-                    let width_km = path.limits.iter().map(|limit| {
-                        let at = line[line.len() / 2] * radii_km;
-                        limit.points.iter().map(|p| (*p * radii_km).distance(at)).fold(f64::INFINITY, f64::min)
-                    });
+                    let middle_km = line[line.len() / 2] * radii_km;
+                    let distances_to_limits_km = path
+                        .limits
+                        .iter()
+                        .map(|limit| limit.points.iter().map(|p| (*p * radii_km).distance(middle_km)).fold(f64::INFINITY, f64::min));
                     let diameter_km = 2.0 * catalog.body(NaifId(*moon)).expect("a moon").radii_km.x;
-                    let width_km: f64 = width_km.sum();
+                    let width_km: f64 = distances_to_limits_km.sum();
                     // A small moon's umbra ends before it reaches Jupiter.
                     if diameter_km < 2000.0 {
                         continue;
                     }
                     // The umbra is narrower than the moon because of the Sun's angular size, and longer where it meets the ground at a slant.
                     assert!(path.limits.len() < 2 || (0.2..2.5).contains(&(width_km / diameter_km)), "{moon}: {width_km} of {diameter_km}");
-                    seen += 1;
+                    passage_count += 1;
                 }
             });
         }
-        assert!(seen >= 1, "no passage of a large moon in three days");
+        assert!(passage_count >= 1, "no passage of a large moon in three days");
     }
 }

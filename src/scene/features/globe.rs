@@ -109,6 +109,7 @@ pub(crate) fn uniforms_of_fraction(
         std::iter::once(&lights::sunlight(placed.body_to_sun_km)).chain(secondary_lights).map(to_body_frame).collect()
     };
     let shows_clouds = inputs.effects().override_of(Effect::Clouds) != Some(false);
+    // Clouds hide a part of the glint.
     let glint_factor =
         if shows_clouds { disc_light::glint_factor(body, placed.phase_angle_rad, placed.distance_km / body.radii_km.x) } else { 1.0 };
     let floor_scale = 1.0;

@@ -166,7 +166,8 @@ fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>
     DecidedBody { appearance: Appearance::Disc, diameter_px: inputs.diameter_px, decisions, draws, point: None, disc_glare: None }
 }
 
-/// Decides on the point that replaces a small disc. From [`POINT_ONLY_BELOW_PX`] to [`DISC_ONLY_FROM_PX`], disc and point share the light.
+/// Decides on the point that replaces a small disc. From [`POINT_ONLY_BELOW_PX`] to [`DISC_ONLY_FROM_PX`], disc and point share the light. `None` without a
+/// point, or if the point is behind the camera or has no light and hides nothing.
 fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
     let (frame, placed, disc_fraction) = (inputs.frame, inputs.placed, inputs.disc_fraction);
     // Points are drawn after the air, so its transmittance is applied here.

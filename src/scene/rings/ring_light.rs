@@ -44,8 +44,8 @@ static DIRECTIONS: LazyLock<[DVec2; AZIMUTH_COUNT]> =
 /// The light of rings and their effect on the globe's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RingLight {
-    /// I/F integrated over the visible sunlit area of the rings as projected towards the viewer, divided by pi and the squared equatorial radius, linear RGB.
-    /// It corresponds to the globe's geometric albedo times its phase function.
+    /// I/F (radiance relative to that of a white Lambert plane that faces the Sun), integrated over the visible sunlit area of the rings as projected towards
+    /// the viewer, divided by pi and the squared equatorial radius, linear RGB. It corresponds to the globe's geometric albedo times its phase function.
     pub ring_albedo: DVec3,
     /// Fraction of the globe's light that is neither in the rings' shadow nor hidden by them.
     pub globe_light_fraction: f64,
@@ -67,10 +67,10 @@ impl RingLight {
         let (mu, mu0) = (viewer.z.abs().max(MIN_COSINE), sun.z.abs().max(MIN_COSINE));
         let is_same_side = viewer.z * sun.z > 0.0;
         let globe = Globe { axes: body.radii_km / unit_km };
-        let (innermost, width) = (first.inner, (last.outer - first.inner) / RADIUS_COUNT as f64);
+        let (innermost, radius_step) = (first.inner, (last.outer - first.inner) / RADIUS_COUNT as f64);
         let visible_fractions: Vec<f64> =
-            (0..RADIUS_COUNT).map(|k| globe.visible_fraction(innermost + (k as f64 + 0.5) * width, sun, viewer)).collect();
-        let visible_at = |r: f64| visible_fractions[(((r - innermost) / width) as usize).min(RADIUS_COUNT - 1)];
+            (0..RADIUS_COUNT).map(|k| globe.visible_fraction(innermost + (k as f64 + 0.5) * radius_step, sun, viewer)).collect();
+        let visible_at = |r: f64| visible_fractions[(((r - innermost) / radius_step) as usize).min(RADIUS_COUNT - 1)];
         let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
         let (large_particle_phase, dust_phase) = (large_particle_phase(cos_phase), dust_phase(cos_phase.acos()));
         let reflected = |interval: &RingInterval| {

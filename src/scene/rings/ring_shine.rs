@@ -128,8 +128,8 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     }
     let sun_disc_parts = sun_disc_parts(geometry.sin_elevation.abs(), geometry.sun_tangent);
     let annulus = |group: &Vec<RingInterval>| {
-        let weights: f64 = group.iter().map(weight).sum();
-        let radius = group.iter().map(|s| weight(s) * 0.5 * (s.inner + s.outer)).sum::<f64>() / weights.max(1e-300);
+        let total_weight: f64 = group.iter().map(weight).sum();
+        let radius = group.iter().map(|s| weight(s) * 0.5 * (s.inner + s.outer)).sum::<f64>() / total_weight.max(1e-300);
         let light_at_slant = |side: usize, k: usize| {
             let slant = (k as f64 / SLANTS_PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
@@ -392,10 +392,11 @@ mod tests {
     #[test]
     fn the_parts_of_the_suns_disc_share_its_light() {
         for sine in [0.0, 1e-4, 3e-4, 4.99e-4, 5e-4, 0.1] {
-            let [[above, up], [below, down]] = sun_disc_parts(sine, 5e-4);
-            assert!((above + below - 1.0).abs() < 1e-12 && up >= 0.0 && down >= 0.0);
+            let [[above, height_above], [below, depth_below]] = sun_disc_parts(sine, 5e-4);
+            assert!((above + below - 1.0).abs() < 1e-12 && height_above >= 0.0 && depth_below >= 0.0);
             // The mean height of the entire disc is the height of its centre.
-            assert!((above * up - below * down - sine).abs() < 1e-9, "{sine}: {above} {up} {below} {down}");
+            let mean_height = above * height_above - below * depth_below;
+            assert!((mean_height - sine).abs() < 1e-9, "{sine}: {above} {height_above} {below} {depth_below}");
         }
     }
 

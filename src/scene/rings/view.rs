@@ -91,7 +91,7 @@ struct FrameLimits {
     corner_rad: f64,
 }
 
-/// Limits of how a ring is seen, over all pixels that may show it.
+/// Bounds of the conditions under which a ring is seen, over all pixels that may show it.
 struct RingLimits {
     /// Optical depth along the flattest ray.
     max_slant_depth: f64,
@@ -170,7 +170,7 @@ impl<'a> RingView<'a> {
         // the farthest corner.
         let ring_rad = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
         let spread_rad = corner_rad.min(ring_rad);
-        // The narrowest pixel, at the ring's nearest point: a pixel spans a smaller angle away from the middle of the image.
+        // Width of the narrowest pixel, equatorial radii, at the ring's nearest point: a pixel spans a smaller angle away from the middle of the image.
         let gap = (inner - axis_distance).max(axis_distance - outer).max(0.0);
         let narrowest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest_ray * longest_ray);
         RingLimits {
