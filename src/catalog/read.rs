@@ -21,7 +21,7 @@ use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
-/// Reads a `[[atmosphere.species]]`.
+/// Reads a `[[atmosphere.species]]`; `None` if a required field is missing or invalid, which is reported.
 fn species(mut table: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
     let name = table.required("name", ALLOWED_NAME, is_name);
@@ -70,7 +70,7 @@ fn is_forward_light(rows: &[[f64; 4]]) -> bool {
     rows.len() <= 100 && rows.iter().all(is_row) && rows.windows(2).all(|pair| pair[0][0] < pair[1][0])
 }
 
-/// Reads an `[[atmosphere]]`: the body's name and the atmosphere.
+/// Reads an `[[atmosphere]]`: the body's name and the atmosphere; `None` if a problem was reported.
 fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let top_km = required_number(&mut table, "top_km", "kilometres above 0", |x| x > 0.0);

@@ -32,7 +32,7 @@ pub(super) struct RingsOfFile {
     rings: Vec<RingDraft>,
 }
 
-/// Reads a `[[ring]]`: the body's name and the ring.
+/// Reads a `[[ring]]`: the body's name and the ring; `None` if a required field is missing or invalid, which is reported.
 fn ring(mut table: TableReader) -> Option<(WithLine<String>, RingDraft)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let name = table.required("name", ALLOWED_NAME, is_name);

@@ -1,4 +1,4 @@
-//! Queries as lines of standard input, for the verbs with `--stdin`.
+//! Queries as lines of standard input, for the commands with `--stdin`.
 //!
 //! In: lines. Out: for each of them a line on standard output, `{"ok": …}` or `{"error": …}`. Always: after an invalid line the other lines are answered.
 

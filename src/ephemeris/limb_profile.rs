@@ -5,9 +5,9 @@
 //! the direction to the place. Always: a height is the distance of the grazing view ray from the Moon's centre, minus the sphere's radius, so that it
 //! hardly depends on the viewer's distance.
 //!
-//! The ground is sampled at half the map's steps along the line of sight, then the summit is searched between the neighbours of the highest sample. A
-//! higher summit between other samples can be missed, but only if its excess is less than the ground rises over half a step. Positions are relative to the
-//! Moon's centre of mass, the origin of the map. The Moon's orientation is accurate to 0.01 degrees, a shift of 0.3 km along the limb.
+//! The ground is sampled at half the map's steps along the line of sight, then its highest point, the *summit*, is searched between the neighbours of the
+//! highest sample. A higher summit between other samples can be missed, but only if its excess is less than the ground rises over half a step. Positions are
+//! relative to the Moon's centre of mass, the origin of the map. The Moon's orientation is accurate to 0.01 degrees, a shift of 0.3 km along the limb.
 
 use crate::catalog::lunar_heights::HeightMap;
 use glam::DVec3;

@@ -57,8 +57,8 @@ impl Transit {
 /// Transits whose greatest phase is in `from..to`, planet by planet.
 ///
 /// # Errors
-/// The catalog lacks a body, or the ephemeris does not cover the span with two days before it and six after it; if there is an inferior conjunction near its
-/// ends, with four days before it and eight after it.
+/// The catalog lacks a body, or the ephemeris does not cover the span with two days before it and six after it (four and eight, if there is an inferior
+/// conjunction near its ends).
 pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<Transit>, EphemerisError> {
     let eclipse_radii = BodyRadii::of(catalog)?;
     let mut found = Vec::new();

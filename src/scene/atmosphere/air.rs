@@ -166,7 +166,7 @@ pub(crate) fn backscatter(air: &Atmosphere) -> f64 {
     (1.0 - DOWNWARD_FRACTION) * -(-vertical_scattering_depth(air).max_element()).exp_m1()
 }
 
-/// The placement of the top of the atmosphere: the ground's ellipsoid scaled up.
+/// The placement of the top of the atmosphere: the ground's ellipsoid scaled up. `None` for a body without air.
 pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
     let air = body.atmosphere.as_ref()?;
     Some(Placement { radii_km: placement.radii_km * (1.0 + air.top_km / body.radii_km.x), ..*placement })
@@ -210,7 +210,8 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
     // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
     let scale_height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(floor_radius_km, |s| s.scale_height_km) / floor_radius_km);
     let coefficient = |s: Option<&Species>, of_species: fn(&Species) -> DVec3| {
-        // The catalog's coefficient is for a density of 1. The uniform is for the density at the floor; for a triangular layer, for that at its peak, 1.
+        // The catalog's coefficient is for a density of 1. The uniform is for the density at the floor or, of a triangular layer, for the density at its peak:
+        // 1.
         let uniform_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_height_km) });
         camera::narrow(s.map_or(DVec3::ZERO, of_species) * uniform_density * floor_radius_km)
     };

@@ -376,7 +376,7 @@ impl Viewer {
         self.selectable_body(id).map_or(1.0, |s| s.radii_km.x)
     }
 
-    /// Position of the camera relative to the centre of a body, and orientation of the camera; ICRF.
+    /// Position of the camera relative to the centre of a body, and orientation of the camera; ICRF. `None` if the ephemeris does not cover the time.
     fn pose_relative_to(&self, body: NaifId, positions: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
         let camera_body = self.view.camera_pose.body();

@@ -107,6 +107,7 @@ mod tests {
         Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE }
     }
 
+    /// The events that each pass handles, if all events arrive in the first frame.
     fn passes(events: &[Event]) -> Vec<Vec<Event>> {
         let mut order = InputOrder::default();
         let mut input = RawInput { events: events.to_vec(), ..RawInput::default() };
@@ -141,7 +142,8 @@ mod tests {
         assert_eq!([None, Some(Id::unique("field"))].map(|field| events_in_pass(&events, field)), [5, 2]);
     }
 
-    /// The image that Ctrl+S saves has the size that was typed.
+    /// The image that Ctrl+S saves has the size that was typed. Only Ctrl+S needs a pass of its own, and only while a text is edited; letters and Ctrl+A do
+    /// not.
     #[test]
     fn an_edited_text_is_read_before_a_shortcut_acts_elsewhere() {
         let key_with = |key, modifiers| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };

@@ -150,7 +150,7 @@ fn inner_loop(tape: &[Instr], back_jump: usize) -> Option<InnerLoop> {
     is_simple.then_some(InnerLoop { head, first_copy, back_jump })
 }
 
-/// Destination and source of a copy between two slots or between two registers.
+/// Destination and source of a copy between two slots or between two registers; `None` for any other instruction.
 fn copy_operands(instr: &Instr) -> Option<(Operand, Operand)> {
     match instr {
         Instr::Lane { op: Op::Copy, dst, args } => match args[..] {

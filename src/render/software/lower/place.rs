@@ -1,7 +1,7 @@
 //! Resolves pointers to places (scalars of the environment, or bytes of the uniform block), and loads and stores the values at these places. Indices
 //! may be constant or variable.
 //!
-//! Always: a load with an index out of range reads the last element; a store with one has no effect.
+//! Always: a load with an index out of range reads the last element; a store with such an index has no effect.
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
