@@ -41,7 +41,7 @@ const SOURCES: [&str; 8] = [
 const DECODERS: [&str; 5] = ["image", "png", "fdeflate", "zune-core", "zune-jpeg"];
 const CARGO_LOCK: &str = include_str!("../../Cargo.lock");
 
-/// The section of a library in the lock file, with version and checksum.
+/// The section of a library in the lock file, with version and checksum; `None` if the file lacks the library.
 fn locked_package(name: &str) -> Option<&'static str> {
     let line = format!("name = \"{name}\"\n");
     CARGO_LOCK.split("\n\n").find(|block| block.contains(&line))

@@ -17,9 +17,9 @@ pub(crate) const MAX_CORNERS: usize = 64;
 pub struct Corner {
     /// Index in [`Obj::positions`], and in [`Obj::colours`] if there are colours.
     pub position: u32,
-    /// Index in [`Obj::texture_coordinates`].
+    /// Index in [`Obj::texture_coordinates`], if the file gives one.
     pub texture: Option<u32>,
-    /// Index in [`Obj::normals`].
+    /// Index in [`Obj::normals`], if the file gives one.
     pub normal: Option<u32>,
 }
 
@@ -66,7 +66,7 @@ fn shortened(line: &str) -> String {
 /// Numbers of a valid file are smaller in magnitude. The limit is far above any length or texture coordinate, and far below what overflows in f32.
 const NUMBER_LIMIT: f64 = 1e12;
 
-/// Parses exactly `N` numbers below [`NUMBER_LIMIT`].
+/// Parses exactly `N` numbers below [`NUMBER_LIMIT`]; `None` for any other words.
 fn parse_numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
     let mut all = [0.0; N];
     if words.len() != N {
@@ -78,7 +78,7 @@ fn parse_numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
     Some(all)
 }
 
-/// Converts an index of the file (from 1, or negative from the end of a list of `length`) to an index from 0.
+/// Converts an index of the file (from 1, or negative from the end of a list of `length`) to an index from 0; `None` outside the list.
 fn parse_index(word: &str, length: usize) -> Option<u32> {
     let n: i64 = word.parse().ok()?;
     let index = if n < 0 { i64::try_from(length).ok()? + n } else { n - 1 };

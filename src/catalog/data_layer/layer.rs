@@ -41,7 +41,7 @@ pub struct DataLayer {
     pub points: Arc<Vec<DataPoint>>,
     /// Lines from the file.
     pub lines: Arc<Vec<DataLine>>,
-    /// The image from the file.
+    /// The image from the file, if it has one.
     pub image: Option<Arc<PlacedImage>>,
     /// SHA-256 of the file, hexadecimal; empty until the file is read.
     pub digest: String,
@@ -187,7 +187,7 @@ pub(super) fn checked_position(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], S
     Ok([lat_deg, lon_deg])
 }
 
-/// Parses `#rrggbb`.
+/// Parses `#rrggbb`; `None` for any other text.
 pub(super) fn hex_colour(text: &str) -> Option<[u8; 3]> {
     let digits = text.trim().strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
     let channel = |k: usize| u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).ok();

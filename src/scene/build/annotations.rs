@@ -78,8 +78,8 @@ impl Annotations {
 }
 
 impl<'a> SceneBuilder<'a> {
-    /// The main body of the annotations: the target, else the body that the viewer stands on. Its shadow cones and those of its occluders are drawn. All bodies
-    /// have ground lines, but only the decisions about this body's ground lines are recorded.
+    /// The main body of the annotations: the target, else the body that the viewer stands on; `None` without either, or if the camera is at its centre. Its
+    /// shadow cones and those of its occluders are drawn. All bodies have ground lines, but only the decisions about this body's ground lines are recorded.
     fn target_or_ground_body(&self) -> Option<&PlacedBody<'a>> {
         let id = self.request.target.or(self.viewer.stands_on.map(|ground| ground.id))?;
         self.placed.iter().find(|p| p.body.id == id && !self.camera_is_at_centre_of(p.body))
@@ -124,7 +124,7 @@ impl<'a> SceneBuilder<'a> {
         instrument_frames::frames(self.catalog.instruments(), &self.viewer.camera, target.map(|p| p.placement.centre_km), glyph_px)
     }
 
-    /// The [`horizon_axes`] of a viewer who stands on a body.
+    /// The [`horizon_axes`] of a viewer who stands on a body; `None` for any other viewer.
     fn local_horizon(&self) -> Option<DMat3> {
         let (Position::Ground { latitude_deg, longitude_deg, .. }, Some(BodyUnderCamera { id, .. })) =
             (self.request.position, self.viewer.stands_on)

@@ -140,7 +140,7 @@ impl ImageGeometry {
         }
     }
 
-    /// The pixel that shows an ICRF direction; in a side-by-side pair, the pixel in the left half.
+    /// The pixel that shows an ICRF direction; in a side-by-side pair, the pixel in the left half. `None` if the image cannot show the direction.
     pub fn pixel_of(&self, camera: &Camera, direction: DVec3) -> Option<DVec2> {
         self.projection(camera).pixel_of(direction)
     }

@@ -32,9 +32,10 @@ pub struct Viewer {
     pub sky_aberration_velocity_km_s: DVec3,
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,
-    /// The body or barycentre at whose centre the camera is; a body there is not drawn. The eyes of a stereo pair are beside the centre that this field gives.
+    /// The body or barycentre at whose centre the camera is; `None` for a camera elsewhere. A body around the camera is not drawn. The eyes of a stereo pair
+    /// are beside the centre that this field gives.
     pub at_centre_of: Option<BodyUnderCamera>,
-    /// The body on whose ground the camera stands.
+    /// The body on whose ground the camera stands; `None` for a camera elsewhere.
     pub stands_on: Option<BodyUnderCamera>,
 }
 

@@ -94,7 +94,7 @@ pub struct Interface {
     pub language: Language,
     /// The open panel, if any.
     pub tab: Option<Tab>,
-    /// A second panel, which the user keeps open on the other side of the viewport.
+    /// A second panel, if the user keeps one open on the other side of the viewport.
     pub kept_tab: Option<Tab>,
     /// Whether the panel with the list of bodies is open.
     pub body_browser_shown: bool,
@@ -109,7 +109,7 @@ pub struct Interface {
     pub presents_on_gpu: bool,
     /// An error from before the window opened, which is why the window shows the default view; `None` once the user has closed the message.
     pub warning: Option<String>,
-    /// The warp mesh for a projector.
+    /// The warp mesh for a projector, if there is one.
     pub warp: Option<Arc<WarpMesh>>,
     /// Function that opens a file dialog of the desktop, if available.
     pub file_dialog: Option<FileDialog>,

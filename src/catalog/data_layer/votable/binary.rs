@@ -27,7 +27,7 @@ enum DataType {
 }
 
 impl DataType {
-    /// The type that a name in the attribute `datatype` denotes.
+    /// The type that a name in the attribute `datatype` denotes; `None` for an unknown name.
     fn named(name: &str) -> Option<Self> {
         Some(match name {
             "boolean" => Self::Boolean,
@@ -70,7 +70,7 @@ enum Length {
 }
 
 impl Length {
-    /// Parses an `arraysize`: numbers joined by `x`. The last one may be `*`, or a maximum (ignored here) followed by `*`.
+    /// Parses an `arraysize`: numbers joined by `x`. The last one may be `*`, or a maximum (ignored here) followed by `*`. `None` for any other text.
     fn of(arraysize: &str) -> Option<Self> {
         if arraysize.is_empty() {
             return Some(Self::Fixed(1));
@@ -91,7 +91,7 @@ impl Length {
 pub(super) struct Column {
     data_type: DataType,
     length: Length,
-    /// The number that means null, as text.
+    /// The number that means null, as text, if there is one.
     null: Option<String>,
 }
 
