@@ -206,10 +206,11 @@ impl MoonConjunction {
     /// negative if it is earlier; and the vector to the observer.
     fn geometry_of_light(&self, s: f64) -> (DVec3, f64, DVec3) {
         let to_observer = self.to_observer.at(s);
-        // Distance by which the moon is nearer to the observer than the planet.
+        // Distance by which the moon is nearer to the observer than the planet is.
         let depth_km = self.moon.at(s).dot(to_observer.normalize_or_zero());
         // Light goes from the planet to the Earth, and from the Sun to the planet.
         let delay_s = if self.observer == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
+        // The planet moves during the delay; the vectors are from its centre at `s`.
         (self.moon.at(s + delay_s) + self.planet_velocity_km_s * delay_s, delay_s, to_observer)
     }
 

@@ -54,7 +54,7 @@ const fn cell_of_quad(quad: usize, point_count: usize) -> usize {
 
 /// Position of a pixel's centre in its cell: 0 at the cell's first point, 1 at its second.
 const fn position_in_cell(pixel: usize, point_count: usize) -> f32 {
-    // In half pixels, like the centre, 2 * pixel + 1.
+    // Both positions are in half pixels: the centre of a pixel is at 2 * pixel + 1.
     let first_point = (2 * cell_of_quad(pixel / 2, point_count) + 1) * SPACING;
     ((2 * pixel + 1) as f32 - first_point as f32) / (2 * SPACING) as f32
 }

@@ -5,7 +5,7 @@
 //! filter of shaders/lib/cube_faces.wesl read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always
 //! contains the Sun.
 //!
-//! Size of a face. A face has the fewest pixels per radian at its centre: there it gets as many as the image has where it is densest. For an equirectangular
+//! Size of a face. A face has the fewest pixels per radian at its centre: there it gets as many as the densest part of the image. For an equirectangular
 //! image this is the equator. A fisheye has the same density everywhere along its radii. Along circles around its axis the density grows with the angle from
 //! the axis, without limit towards 180 degrees, so only the circles up to 90 degrees count. A face that would be larger than [`MAX_FACE_PX_FOR_CIRCLES`] gets
 //! that size, or the size that matches the fisheye's density along its radii if this is larger.

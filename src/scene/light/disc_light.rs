@@ -50,8 +50,8 @@ fn part_without_haze(body: &Body, law: &PhaseLaw, alpha: f64) -> f64 {
     (1.0 - haze / (body.geometric_albedo * law.brightness(alpha.to_degrees())).max(1e-12)).max(MIN_GROUND_PART)
 }
 
-/// Light of a rim that continues the ground's colour at a phase angle of 90 degrees, where the light of the ground is the photometric model's phase function;
-/// at other phase angles it is proportional to their sine. The function sums over heights, so callers call it once.
+/// Light, at a phase angle of 90 degrees, of a rim that continues the ground's colour, in the unit in which the ground's light is the phase function of the
+/// photometric model. At other phase angles the rim's light is proportional to their sine. The function sums over heights, so callers call it once.
 fn rim_of_model(body: &Body) -> f64 {
     // All channels of the model's albedo are equal, since the body reflects.
     rim::continued_light(body) / model_geometric_albedo(&body.photometry)[0].max(1e-12)
@@ -113,7 +113,7 @@ pub(crate) fn glint_factor(body: &Body, alpha: f64, distance_radii: f64) -> f64 
     GLINT_PAST_CLOUDS.powf(weight)
 }
 
-/// By how much [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter does not compute their light
+/// Factor by which [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter does not compute their light
 /// in front of sunlit ground; if the air is drawn, the meter makes the ground brighter by this factor instead.
 pub(crate) fn haze_over_ground(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };

@@ -83,10 +83,10 @@ pub struct HintsFollowed {
 pub struct PanelLayout {
     /// Whether the list of bodies is shown.
     pub bodies_shown: bool,
-    /// Name of the open panel.
+    /// Name of the open panel; `None` if none is open.
     #[serde(rename = "open")]
     pub open_panel: Option<String>,
-    /// Name of the kept panel: a second panel, which the user keeps open on the other side of the viewport.
+    /// Name of the kept panel, if any: a second panel, which the user keeps open on the other side of the viewport.
     #[serde(rename = "kept")]
     pub kept_panel: Option<String>,
     /// Whether the open panel is on the left, next to the list of bodies. The kept panel is on the other side.

@@ -146,7 +146,7 @@ impl TickInterval {
         }
     }
 
-    /// The last tick at or before a civil time.
+    /// The last tick at or before a civil time; `None` outside the calendar.
     fn floor(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
         let date = civil.date();
         match self {
@@ -159,7 +159,7 @@ impl TickInterval {
         }
     }
 
-    /// The tick after a tick.
+    /// The tick after a tick; `None` outside the calendar.
     fn next_tick(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
         let date = civil.date();
         match self {

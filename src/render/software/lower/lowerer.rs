@@ -95,7 +95,7 @@ pub(crate) struct Lowerer<'m> {
     pub open_loops: Vec<OpenLoop>,
     /// Addresses of the call statements that are being inlined, outermost first.
     pub call_path: Vec<usize>,
-    /// How scalars change in the inner loops of the outermost open loop, as far as these were lowered, by [`Lowerer::path_of_loop`].
+    /// How scalars change in the inner loops of the outermost open loop that have been lowered so far. Key: [`Lowerer::path_of_loop`].
     pub known_changes: HashMap<Vec<usize>, LoopChanges>,
     /// Whether an exit from the innermost loop that all lanes take together may become a jump: only at the top level of the loop's body, and not in a loop that
     /// is being unrolled. Otherwise the exit only sets its flag.

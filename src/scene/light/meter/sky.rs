@@ -22,7 +22,7 @@ use glam::DVec3;
 const SUNSET_SKY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
-/// Least radiance of a sky: far below that of any night. Without light the level at which the sky is shown would give no white.
+/// Least radiance of a sky: far below that of any night. With a radiance of 0 the level would be 0, too, and the subject's white, radiance / level, undefined.
 const MIN_SKY_RADIANCE: f64 = 1e-30;
 /// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
 /// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
