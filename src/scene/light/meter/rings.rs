@@ -19,7 +19,8 @@ use std::sync::Arc;
 
 /// Number of rays along each side of the rings' rectangle.
 const RING_RAYS: u32 = 28;
-/// Width over which the edge of the globe's shadow on the rings is softened, globe radii: wider than the penumbra, so that the meter's reading changes gradually.
+/// Width over which the edge of the globe's shadow on the rings is softened, globe radii: wider than the penumbra, so that the meter's reading changes
+/// gradually.
 const SHADOW_EDGE_RADII: f64 = 0.02;
 /// Sizes of the rings' rectangle, with its margins, between which their weight rises from 0 to 1. Smaller rings are part of the body's point.
 const FADE_IN_SIZES_PX: (f64, f64) = (4.0, 8.0);
