@@ -333,7 +333,7 @@ impl<'a> Station<'a> {
         penumbral_magnitude: impl Fn(f64) -> f64,
     ) -> LocalCircumstances {
         let moon = Eclipsed::Moon;
-        let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
+        let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(first, last), (_, s)| (first.min(*s), last.max(*s)));
         let above_horizon = self.spans_above_horizon(first, last, moon);
         let visible_maximum_s = above_horizon.instant_of_largest_magnitude(greatest_s, &magnitude);
         LocalCircumstances {

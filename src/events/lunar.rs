@@ -165,7 +165,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
     add_contacts("P1", "P4", &penumbral, 0.0);
     add_contacts("U1", "U4", &umbral, 0.0);
     add_contacts("U2", "U3", &umbral, 1.0);
-    contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
+    contacts.sort_by(|(_, a), (_, b)| a.total_cmp(b));
     let offset = geometry.relative_to_shadow(greatest_s).offset_from_axis_km;
     let moon_itrs_km = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_body_km(greatest_s);
     Ok(Some(LunarEclipse {
@@ -206,6 +206,7 @@ impl LunarEclipse {
             let (umbral, penumbral) = self.geometry.magnitudes(s);
             if self.class == LunarType::Penumbral { penumbral } else { umbral }
         };
-        station.lunar_circumstances(&contacts, self.geometry.greatest_s, magnitude, |s| self.geometry.magnitudes(s).1)
+        let penumbral_magnitude = |s: f64| self.geometry.magnitudes(s).1;
+        station.lunar_circumstances(&contacts, self.geometry.greatest_s, magnitude, penumbral_magnitude)
     }
 }

@@ -18,7 +18,7 @@ const INFERIOR_PLANETS: [NaifId; 2] = [NaifId(199), NaifId(299)];
 const STEP_S: f64 = 2.0 * SECONDS_PER_DAY;
 /// The sample nearest to a transit, at most a day away, has a smaller elongation than this, radians: the elongation changes by at most 1.9 degrees a day.
 const MAX_ELONGATION_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// Half of the fitted span. The longest transits take 8 hours.
+/// Half of the span over which positions are fitted. The longest transits take 8 hours.
 const HALF_SPAN_S: f64 = 6.0 * 3600.0;
 
 /// A transit of an inferior planet.

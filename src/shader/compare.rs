@@ -65,8 +65,8 @@ pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> B
     let mut counts: BTreeMap<(String, String), (i64, String)> = BTreeMap::new();
     for ((wgsl, map), sign) in [(first, 1), (second, -1)] {
         for (feature, line) in lines_of(wgsl, map) {
-            let entry = counts.entry((line.fragment, line.text)).or_insert_with(|| (0, feature.to_owned()));
-            entry.0 += sign;
+            let (count, _feature) = counts.entry((line.fragment, line.text)).or_insert_with(|| (0, feature.to_owned()));
+            *count += sign;
         }
     }
     let mut changed: BTreeMap<String, ChangedLines> = BTreeMap::new();

@@ -66,7 +66,7 @@ pub(super) fn describe_cause(setup: &SweepSetup<'_>, view: &PlannedView, size: [
         let difference = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, larger_or_nan);
         Some((difference, format!("{}: {}", draw.label, first_large_difference(&single.named, &double.named))))
     };
-    let worst = draws.iter().filter_map(values_of).max_by(|a, b| a.0.total_cmp(&b.0));
+    let worst = draws.iter().filter_map(values_of).max_by(|(a, _), (b, _)| a.total_cmp(b));
     worst.map_or_else(|| "no draw has values at this pixel's centre".to_owned(), |(_, cause)| cause)
 }
 

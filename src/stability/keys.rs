@@ -23,7 +23,7 @@ pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let request = ViewRequest { width: SIDE_PX, height: SIDE_PX, ..ViewRequest::of(NaifId::MOON, super::views::eclipse_instant()) };
     // A planned view needs a scene, but the sample body has none. Nothing of this scene of the Moon is drawn; only its exposure is read.
     let scene = session.scene(&request)?;
-    for key in covering_keys(setup.by_effort(2, 3)) {
+    for key in covering_keys(setup.short_or_full(2, 3)) {
         for half_side_radii in [SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB] {
             let mut plan = sample_body_plan(session.library(), &key, SIDE_PX, half_side_radii)?;
             if let Some(change) = setup.injected_faults.change_plan {

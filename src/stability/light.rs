@@ -88,10 +88,10 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
             continue;
         };
         let receiver = Receiver::at(ephemeris, body, time)?;
-        let occluder_km =
-            receiver.body_from_icrf * (ephemeris.light_time_position(occluder.id, receiver.position_km, time)?.0 - receiver.position_km);
+        let (occluder_icrf_km, _emitted_at) = ephemeris.light_time_position(occluder.id, receiver.position_km, time)?;
+        let occluder_km = receiver.body_from_icrf * (occluder_icrf_km - receiver.position_km);
         let sun_km = receiver.body_from_icrf * receiver.body_to_sun_km;
-        let points = points_around(body, sun_km.normalize(), occluder_km, setup.by_effort(40, 400));
+        let points = points_around(body, sun_km.normalize(), occluder_km, setup.short_or_full(40, 400));
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let sunlight_in = |precision| {
                 let prober = Prober { session, renderer: setup.renderers.renderer(precision) };
@@ -191,13 +191,13 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
         let distance_km = 20.0 * radius_km;
         // The moon fills the frame: at this distance its disc has a diameter of 5.7 degrees.
         const FOV_DEG: f64 = 4.0;
-        for stops in (-20..=25).step_by(setup.by_effort(9, 1)) {
+        for stops in (-20..=25).step_by(setup.short_or_full(9, 1)) {
             let observation_time = time.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S);
             let request = ViewRequest {
                 exposure: ExposureRequest::Stops(f64::from(stops)),
                 layers: Layers { stars: false, ..Layers::default() },
                 effects: effects.clone(),
-                ..view_from_offset(moon, observation_time, -antisunward * distance_km, FOV_DEG, setup.by_effort(24, 64))
+                ..view_from_offset(moon, observation_time, -antisunward * distance_km, FOV_DEG, setup.short_or_full(24, 64))
             };
             let mut view = setup.plan_view(&request, SINGLE_SAMPLE)?;
             // Only the moon's draws, not Jupiter's.

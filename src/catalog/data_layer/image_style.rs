@@ -91,7 +91,8 @@ fn black_and_white(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
     let last = finite.len().checked_sub(1)?;
     let [black, white] = percentiles.map(|percentile| {
         let index = ((percentile / 100.0 * last as f64).round() as usize).min(last);
-        f64::from(*finite.select_nth_unstable_by(index, f32::total_cmp).1)
+        let (_, value, _) = finite.select_nth_unstable_by(index, f32::total_cmp);
+        f64::from(*value)
     });
     Some([black, white])
 }

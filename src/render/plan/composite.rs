@@ -113,12 +113,12 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
         images.push(last_pass(&combined));
     }
     // The left eye's image begins at `left_column` and ends at the last column of its frame. The right eye's image is as wide.
-    let [left_column, _] = eyes.columns;
+    let [left_column, _] = eyes.first_columns;
     let eye_px = images.first().map_or([1, 1], |(_, [w, h])| [w - left_column, *h]);
     let is_side_by_side = eyes.layout == StereoLayout::SideBySide;
     let size = if is_side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
     let draw = full_screen_draw(stereo_module(eyes.layout), size, provider, |w| {
-        w.vec2("first_columns_px", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
+        w.vec2("first_columns_px", Vec2::from_array(eyes.first_columns.map(|c| c as f32)))?;
         if is_side_by_side { w.f32("eye_width_px", eye_px[0] as f32) } else { Ok(()) }
     })?;
     let textures =

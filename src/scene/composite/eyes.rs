@@ -87,7 +87,7 @@ pub(super) fn frames(
     };
     let frames = vec![eye(-1.0), eye(1.0)];
     // The left eye's image is the right end of its frame, the right eye's image the left end of its frame.
-    let arrangement = Arrangement::Eyes(Eyes { layout: stereo.layout, separation_km, columns: [infinity_parallax_columns, 0] });
+    let arrangement = Arrangement::Eyes(Eyes { layout: stereo.layout, separation_km, first_columns: [infinity_parallax_columns, 0] });
     Ok(CompositeFrames { meter: FrameRequest { request, viewer }, frames, arrangement })
 }
 

@@ -111,22 +111,22 @@ impl Composite {
             whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter_viewer.sky_aberration_velocity_km_s);
             whole.line_texts = names::texts(request, catalog, &whole);
         }
-        if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
+        if let Arrangement::Eyes(Eyes { first_columns, layout, .. }) = &arrangement {
             let is_side_by_side = *layout == StereoLayout::SideBySide;
             let width = meter_viewer.camera.width;
-            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width, is_side_by_side });
+            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: first_columns[0], width, is_side_by_side });
             // Texts in the margin have the same position in both images, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).glyph_px);
-            for (scene, column) in scenes.iter_mut().zip(columns) {
+            for (scene, first_column) in scenes.iter_mut().zip(first_columns) {
                 let margin = Margin::of(&meter_viewer.camera, request, catalog, &scene.bodies, &metrics);
                 if margin != Margin::default() {
                     let labels = scene.labels.get_or_insert_with(|| LabelLayer::empty(request));
-                    labels.add(margin.shifted(f64::from(*column)));
+                    labels.add(margin.shifted(f64::from(*first_column)));
                 }
             }
             // Left edge of the right eye's image in the pair.
             let right_image_px = if is_side_by_side { f64::from(width) } else { 0.0 };
-            let shifts_px = [-f64::from(columns[0]), right_image_px - f64::from(columns[1])];
+            let shifts_px = [-f64::from(first_columns[0]), right_image_px - f64::from(first_columns[1])];
             whole.set_texts_of_eyes(request, &scenes, shifts_px);
             whole.bodies.iter_mut().zip(body_values).for_each(|(body, seen)| body.take_values(seen));
         }

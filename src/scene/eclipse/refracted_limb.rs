@@ -140,6 +140,7 @@ impl LimbGeometry {
         let (sum, greatest) = showing.fold((DVec3::ZERO, DVec3::ZERO), |(sum, greatest), (layer, transmittances)| {
             (sum + *transmittances * ((layer.z - layer.x) / pixel_width_radii), greatest.max(*transmittances))
         });
+        // The mean over a pixel is at most the greatest.
         centre_radiance * sum.min(greatest)
     }
 }
@@ -160,7 +161,7 @@ pub(crate) struct LimbSegment {
 pub(crate) struct LimbLight {
     pub segments: Vec<LimbSegment>,
     /// Solid angle, sr, of a disc as wide as the arc that shows the Sun: the Sun's in a sunset seen from orbit, the body's if the entire limb shows the Sun.
-    pub extent: f64,
+    pub arc_disc_sr: f64,
     /// Mean transmittance of the layers that show the Sun, over the channels.
     pub transmittance: f64,
     /// Fraction of the light that is drawn: less than 1 for a small disc.
@@ -207,15 +208,15 @@ pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_ra
         // Angles from the body's centre at which the line at this position angle enters and leaves the Sun's disc; negative on the opposite side.
         let half_chord = (geometry.sun_radius_rad.powi(2) - (geometry.separation_rad * sin).powi(2)).max(0.0).sqrt();
         let (from, to) = (geometry.separation_rad * cos - half_chord, geometry.separation_rad * cos + half_chord);
-        // The part of a range of angles that is on the Sun's disc.
-        let part_on_sun = |low: f64, high: f64| (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300);
+        // The fraction of a range of angles that is on the Sun's disc.
+        let fraction_on_sun = |low: f64, high: f64| (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300);
         // Thickness of the layers that show the Sun, in radii; the integral of their transmittance over it, and the part of this integral whose rays would miss
         // the Sun without refraction.
         let (mut shown_thickness, mut light, mut bent_light) = (0.0_f64, 0.0_f64, 0.0_f64);
         for (layer, transmittances) in layers.edges.iter().zip(&layers.transmittances) {
             let (low, high) = geometry.unrefracted_angles(layer);
-            let shown = part_on_sun(low, high) * (layer.z - layer.x);
-            let straight_fraction = part_on_sun(geometry.angle_of_straight_ray(layer.x), geometry.angle_of_straight_ray(layer.z));
+            let shown = fraction_on_sun(low, high) * (layer.z - layer.x);
+            let straight_fraction = fraction_on_sun(geometry.angle_of_straight_ray(layer.x), geometry.angle_of_straight_ray(layer.z));
             shown_thickness += shown;
             light += shown * transmittances.max_element();
             bent_light += shown * transmittances.max_element() * (1.0 - straight_fraction);
@@ -232,8 +233,8 @@ pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_ra
             });
         }
     }
-    let extent = std::f64::consts::PI * (sin_limb * half_arc.sin()).powi(2);
-    (!segments.is_empty()).then(|| LimbLight { segments, extent, transmittance: all_light / all_shown, drawn_fraction })
+    let arc_disc_sr = std::f64::consts::PI * (sin_limb * half_arc.sin()).powi(2);
+    (!segments.is_empty()).then(|| LimbLight { segments, arc_disc_sr, transmittance: all_light / all_shown, drawn_fraction })
 }
 
 /// The uniforms of one limb; `None` if the atmosphere is outside the image. `tint`: see [`refracted_limbs`]. `drawn_fraction`: see [`RefractedLimb`].

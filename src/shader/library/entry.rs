@@ -94,7 +94,8 @@ pub fn module_name_for(generator_digest: &str, bytes: &[u8]) -> Result<String, E
 
 /// The name of the module in an entry of any generator.
 pub fn module_name(bytes: &[u8]) -> Result<String, EntryError> {
-    Ok(postcard::take_from_bytes::<Head>(checked_content(bytes)?).map_err(|_| EntryError::Content)?.0.module_name)
+    let (head, _) = postcard::take_from_bytes::<Head>(checked_content(bytes)?).map_err(|_| EntryError::Content)?;
+    Ok(head.module_name)
 }
 
 /// The module in an entry of the generator with this digest, checked.

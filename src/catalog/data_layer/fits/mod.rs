@@ -319,6 +319,7 @@ mod tests {
         let rotated = [&plate_carree("10")[..], &[("LONPOLE", "90")]].concat();
         assert!(file_with(&rotated, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("LONPOLE")));
         let (_, north_up) = file_with(&plate_carree("10"), SIZE, &[1, 2, 3, 4]).expect("a part");
+        // Card 13 follows SIMPLE, BITPIX, the three cards of SIZE, the seven of the projection.
         for (latitude, is_north_up) in [("90", true), ("0", true), ("-90", false)] {
             let with_pole = [&plate_carree("10")[..], &[("LATPOLE", latitude)]].concat();
             match file_with(&with_pole, SIZE, &[1, 2, 3, 4]) {

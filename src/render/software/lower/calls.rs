@@ -57,6 +57,7 @@ impl<'m> Lowerer<'m> {
         let caller_may_exit_by_jump = std::mem::replace(&mut self.may_exit_by_jump, false);
         self.block(&function.body)?;
         self.may_exit_by_jump = caller_may_exit_by_jump;
+        // For the probe of a pixel, which shows the values of variables.
         self.capture_variables()?;
         self.frames.pop();
         let scalars = self.env[first_of_result..result_end].to_vec();

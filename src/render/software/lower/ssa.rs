@@ -23,7 +23,7 @@ pub(crate) type JumpLabel = u32;
 /// The values that an instruction reads or writes. Up to four are stored inline: with a `Vec`, most of the lowering time was spent in allocation.
 pub(crate) type SsaValues = SmallVec<[SsaValue; 4]>;
 
-/// One SSA instruction. The rate of `dst` (see `builder.rs`) determines how often it runs.
+/// One SSA instruction. It runs once per draw if `dst` is a [`SsaValue::Draw`], otherwise once per batch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum SsaInstr {
     Op {

@@ -25,7 +25,7 @@ use crate::render::software::math::Real;
 /// Which channels are needed.
 type ChannelMask = [bool; 4];
 
-/// The chunk of an array that starts at index `start`.
+/// The `CHUNK` elements of an array from index `start` on, which are filtered together.
 #[inline(always)]
 fn chunk<T>(values: &[T], start: usize) -> &[T; CHUNK] {
     match values[start..].first_chunk() {

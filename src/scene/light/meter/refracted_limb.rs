@@ -69,8 +69,8 @@ impl MeteredFrame<'_, '_> {
             // The limb counts as part of the target if the target is this body or the Sun. An image of the Sun on a short arc is a source of light, as a small
             // Sun is, and not the subject.
             let is_target = [Some(p.body.id), Some(NaifId::SUN)].contains(&request.target);
-            let extent_share = limb.extent / frame_sr;
-            let weight_as_subject = extent_share / (extent_share + sun_half_weight_share(is_target));
+            let arc_disc_share = limb.arc_disc_sr / frame_sr;
+            let weight_as_subject = arc_disc_share / (arc_disc_share + sun_half_weight_share(is_target));
             let weight = limb.drawn_fraction * weight_as_subject * if is_target { SUN_WEIGHT } else { 1.0 };
             let mean = LogMean { weight: mean.weight * weight, log_sum: mean.log_sum * weight };
             if mean.weight > max_weight {
