@@ -11,7 +11,7 @@ use crate::render::software::tape::{FusedOp, Op};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::smallvec;
 
-/// `chained_operand` of the first operation, which has no chained operand.
+/// `chained_operand` (the index of the operand that is the previous operation's result) of the first operation, which has none.
 const NO_CHAINED_OPERAND: u8 = 0;
 
 /// One operation of a chain.

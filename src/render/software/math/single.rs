@@ -7,6 +7,7 @@ const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
 /// 1.5 * 2^23. Added to a number, it rounds that number to an integer, which is then in the low bits of the sum.
 const ROUNDER: f32 = 12_582_912.0;
 
+/// a b + c, rounded once if `FMA`, else twice.
 #[inline(always)]
 fn fma<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
     if FMA { a.mul_add(b, c) } else { a * b + c }
