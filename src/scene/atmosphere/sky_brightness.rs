@@ -1,5 +1,5 @@
-//! How bright the sky is that the air scatters, by the altitude of the light source (the Sun, or a body that shines by reflected sunlight): for the exposure of
-//! images under that sky.
+//! Brightness of the sky by scattered light, as a function of the altitude of the light source (the Sun, or a body that shines by reflected sunlight): for the
+//! exposure of images under that sky.
 //!
 //! In: the atmosphere of a body. Out: [`SkyBrightness`], the mean radiance of the sky above the horizon as a luminance, per irradiance of the source, at five
 //! heights of the camera; and the altitude of the Sun at which the Earth's sky is as dark as this sky, each relative to its day

@@ -1,4 +1,4 @@
-//! Photometry: reflectance and geometric albedo of each photometric model; phase functions of models and bodies; bright and dark sides; magnitudes.
+//! Photometry: reflectance and geometric albedo of each photometric model; phase functions of models and bodies; rotational light curves; magnitudes.
 //!
 //! Units: a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi), and irradiance 1 is the Sun's at 1 au. A body of geometric albedo p
 //! at full phase then has the mean radiance p times its irradiance. `alpha` is the phase angle in radians, 0..=pi.

@@ -112,6 +112,7 @@ fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Opt
 /// Calls `visit` for each visible part of each chord. Its arguments, in radii of the disc: the chord's distance from the disc's middle, half the chord's
 /// length, and where the part begins and ends.
 fn visit_visible_parts(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)) {
+    // The ends of the current chord, and where limbs may cross it.
     let mut breaks = Vec::new();
     for &(y, h) in &*CHORD_SIZES {
         breaks.clear();

@@ -45,24 +45,24 @@ pub(super) fn unroll_loops(program: &Program) -> Cow<'_, Program> {
     }
     // For each instruction of the old tape, its index on the new one (of a doubled loop: its index in the first body). The last entry is the new tape's length.
     let mut new_index = Vec::with_capacity(tape.len() + 1);
-    let mut doubled = Vec::with_capacity(tape.len() * 2);
+    let mut new_tape = Vec::with_capacity(tape.len() * 2);
     let mut rest = loops.iter().peekable();
     let mut index = 0;
     while index < tape.len() {
         match rest.next_if(|(found, _)| found.head == index) {
             Some((found, pairs)) => {
-                append_doubled(tape, found, pairs, &mut new_index, &mut doubled);
+                append_doubled(tape, found, pairs, &mut new_index, &mut new_tape);
                 index = found.back_jump + 1;
             }
             None => {
-                new_index.push(doubled.len());
-                doubled.push((tape[index].clone(), Target::Original));
+                new_index.push(new_tape.len());
+                new_tape.push((tape[index].clone(), Target::Original));
                 index += 1;
             }
         }
     }
-    new_index.push(doubled.len());
-    let lane_tape = doubled.into_iter().map(|(mut instr, target)| {
+    new_index.push(new_tape.len());
+    let lane_tape = new_tape.into_iter().map(|(mut instr, target)| {
         if let Instr::SkipIfNoLane { target: to, .. } | Instr::JumpIf { target: to, .. } | Instr::Jump { target: to } = &mut instr {
             *to = match target {
                 Target::Original => new_index[*to as usize] as u32,
@@ -89,7 +89,7 @@ fn append_doubled(
     found: &InnerLoop,
     pairs: &[ExchangedPair],
     new_index: &mut Vec<usize>,
-    doubled: &mut Vec<(Instr, Target)>,
+    new_tape: &mut Vec<(Instr, Target)>,
 ) {
     let InnerLoop { head, first_copy, back_jump } = *found;
     let is_removed = |index: usize| {
@@ -97,13 +97,13 @@ fn append_doubled(
     };
     let kept: Vec<usize> = (head..back_jump).filter(|index| !is_removed(*index)).collect();
     // Where the two bodies begin on the new tape.
-    let (first_body, second_body) = (doubled.len(), doubled.len() + kept.len());
+    let (first_body, second_body) = (new_tape.len(), new_tape.len() + kept.len());
     // Where an instruction of the loop is within either new body. A removed instruction has the position of the next instruction that is kept.
     let position = |index: usize| kept.partition_point(|k| *k < index);
     new_index.extend((head..back_jump).map(|index| first_body + position(index)));
     // The entry of the jump back. Nothing jumps to it, but `new_index` has one entry for each instruction.
     new_index.push(second_body);
-    doubled.extend(kept.iter().map(|index| (tape[*index].clone(), Target::Original)));
+    new_tape.extend(kept.iter().map(|index| (tape[*index].clone(), Target::Original)));
     // After the second body and its jump back come its exits, one for each instruction outside the loop to which it jumps: the copies, and a jump there.
     let first_exit = second_body + kept.len() + 1;
     let mut exit_targets: Vec<usize> = Vec::new();
@@ -120,13 +120,13 @@ fn append_doubled(
             }
             None => Target::Original,
         };
-        doubled.push((instr, target));
+        new_tape.push((instr, target));
     }
     // `Target::New` replaces the 0.
-    doubled.push((Instr::Jump { target: 0 }, Target::New(first_body)));
+    new_tape.push((Instr::Jump { target: 0 }, Target::New(first_body)));
     for target in exit_targets {
-        doubled.extend(pairs.iter().map(|p| (copy_instr(p.variable, p.next), Target::Original)));
-        doubled.push((Instr::Jump { target: target as u32 }, Target::Original));
+        new_tape.extend(pairs.iter().map(|p| (copy_instr(p.variable, p.next), Target::Original)));
+        new_tape.push((Instr::Jump { target: target as u32 }, Target::Original));
     }
 }
 

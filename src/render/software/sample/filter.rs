@@ -52,6 +52,7 @@ fn texel_pair<R: Real>(coordinate: &[R; CHUNK], size: u32, mode: AddressMode) ->
     let mut out = TexelPair { first: [0; CHUNK], second: [0; CHUNK], fraction: [R::ZERO; CHUNK] };
     for i in 0..CHUNK {
         let c = coordinate[i];
+        // Texels from the centre of the first texel.
         let x = if repeats { c - floor(c) } else { c } * n - R::from_f64(0.5);
         // Written so that NaN becomes -1 and is then clamped or wrapped like any other position.
         let x = if x > -R::ONE { x } else { -R::ONE };

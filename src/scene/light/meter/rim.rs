@@ -57,8 +57,7 @@ pub(super) struct RimOfAir<'p> {
     radius_km: f64,
     /// Sine and cosine of the phase angle.
     phase_sin_cos: (f64, f64),
-    /// Sine and cosine of the angle at the body's centre between the limb and the plane through the centre that the camera faces; the angle is 0 for a far
-    /// camera.
+    /// Sine and cosine of the angle at the body's centre between the limb and the plane perpendicular to the line of sight; the angle is 0 for a far camera.
     limb_tilt_sin_cos: (f64, f64),
     /// How much of the ring continues the disc's colour, by [`rim::continued_part`]; 0 if the body's colours exclude the air, or if the air is visible over the
     /// disc.
