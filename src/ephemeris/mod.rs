@@ -294,6 +294,7 @@ impl Ephemeris {
 
     /// When light that reaches the observer at `t` left the barycentre of a planet's or moon's system, whose position takes less work than a moon's.
     fn emission_time_of_system(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Option<Instant> {
+        // The NAIF code of a planet or moon is 100 times that of its system's barycentre, plus a number below 100.
         let system = (101..1000).contains(&body.0).then_some(NaifId(body.0 / 100))?;
         let State { pos_km, vel_km_s } = self.state(system, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE).ok()?.state;
         let light_s_from = |pos_km: DVec3| (pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;

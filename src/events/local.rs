@@ -389,7 +389,7 @@ struct AboveHorizon {
 }
 
 impl AboveHorizon {
-    /// The instant of the largest magnitude while the body is above the horizon. `maximum_s`: instant of the largest magnitude regardless of the horizon.
+    /// The instant of the largest magnitude while the body is above the horizon; `None` if it never is. `maximum_s`: the same regardless of the horizon.
     fn instant_of_largest_magnitude(&self, maximum_s: f64, magnitude: impl Fn(f64) -> f64) -> Option<f64> {
         let nearest = self.spans.iter().map(|(from, to)| maximum_s.clamp(*from, *to));
         nearest.max_by(|a, b| magnitude(*a).total_cmp(&magnitude(*b)))

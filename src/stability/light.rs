@@ -142,18 +142,18 @@ const SEARCH_DURATION_S: f64 = 175.0 * 3600.0;
 /// axis, in equatorial radii of the planet. The distance is infinite if the moon is never behind the planet.
 fn deepest_in_shadow(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, start: Instant) -> Result<(Instant, f64), SessionError> {
     let ephemeris = setup.session().ephemeris();
-    let mut best = (start, f64::INFINITY);
+    let (mut deepest, mut least_distance_radii) = (start, f64::INFINITY);
     const STEP_S: f64 = 120.0;
     for k in 0..(SEARCH_DURATION_S / STEP_S) as u32 {
         let time = start.plus_seconds(STEP_S * f64::from(k));
         let moon_km = ephemeris.state(moon, planet.id, time, BEST_SOURCE)?.state.pos_km;
         let antisunward = -ephemeris.state(NaifId::SUN, planet.id, time, BEST_SOURCE)?.state.pos_km.normalize();
         let axis_distance_radii = moon_km.cross(antisunward).length() / planet.radii_km.x;
-        if moon_km.dot(antisunward) > 0.0 && axis_distance_radii < best.1 {
-            best = (time, axis_distance_radii);
+        if moon_km.dot(antisunward) > 0.0 && axis_distance_radii < least_distance_radii {
+            (deepest, least_distance_radii) = (time, axis_distance_radii);
         }
     }
-    Ok(best)
+    Ok((deepest, least_distance_radii))
 }
 
 /// Greatest absolute radiance of any channel; NaN counts as the greatest.

@@ -160,14 +160,14 @@ fn worst_omission(
     purpose: Purpose,
     difference: DifferenceMeasure<'_>,
 ) -> Result<(f64, &'static str), SessionError> {
-    let mut worst = (0.0, "several together");
+    let (mut greatest, mut name) = (0.0, "several together");
     for effect in Effect::ALL.into_iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
         let difference_alone = difference(&frame_pair(setup, request, purpose, &[effect])?)?.difference;
-        if difference_alone > worst.0 {
-            worst = (difference_alone, effect.name());
+        if difference_alone > greatest {
+            (greatest, name) = (difference_alone, effect.name());
         }
     }
-    Ok(worst)
+    Ok((greatest, name))
 }
 
 /// Largest number of views, worst first, for which the omitted effect is determined.

@@ -144,9 +144,9 @@ fn plan_faces(
         // Only the draws of the face's own pass are clipped to the visible rectangle: the images that this pass reads, such as the coarse image of the air,
         // have other pixel coordinates.
         for draw in face_plan.passes.iter_mut().filter(|p| p.name == HDR_TARGET).flat_map(|p| &mut p.draws) {
-            let [x0, y0, x1, y1] = draw.scissor;
-            let [x0, y0] = [x0.max(visible_rect[0]), y0.max(visible_rect[1])];
-            draw.scissor = [x0, y0, x1.min(visible_rect[2]).max(x0), y1.min(visible_rect[3]).max(y0)];
+            let ([x0, y0, x1, y1], [left, top, right, bottom]) = (draw.scissor, *visible_rect);
+            let [x0, y0] = [x0.max(left), y0.max(top)];
+            draw.scissor = [x0, y0, x1.min(right).max(x0), y1.min(bottom).max(y0)];
         }
         append(&mut combined, face_plan.passes);
         hdr_passes.push(combined.passes.len() - 1);

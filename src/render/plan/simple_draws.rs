@@ -291,7 +291,7 @@ pub(super) fn refracted_limb(
     limb: &RefractedLimb,
     provider: &impl ResourceProvider,
 ) -> Result<(Option<PlanDraw>, PlanDraw), PlanError> {
-    // A value of the uniform `removes_sun`.
+    // A value of the uniform `removes_sun`, which otherwise is the fraction of the unrefracted Sun that the draw removes.
     const ADDS_LIGHT: f32 = 0.0;
     let limb_draw = |rays: &ViewRays, removes_sun: f32| -> Result<PlanDraw, PlanError> {
         let draw = simple_draw("refracted_limb", scene, provider, |w| {

@@ -70,6 +70,7 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
         return None;
     }
     let (deg_per_px, max_deg_per_px) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
+    // In an eclipse detail is left out, which halves the number of keys with eclipses.
     let has_billows =
         deg_per_px < max_deg_per_px && !decisions.log.is_switched_off(Effect::Detail) && decisions.chosen.eclipse.occluders == 0;
     let sizes = reason!("detail-cloud-span", span = format_args!("{deg_per_px:.4}"), threshold = format_args!("{max_deg_per_px:.4}"));

@@ -41,7 +41,7 @@ struct ProjectedSprite {
 
 /// Where the light of a face's sprite is drawn.
 enum Drawn {
-    /// In the image, by these sprites; none if another face contains the direction.
+    /// In the image, by these sprites; none if another face contains the direction, or the circle of a fisheye does not.
     InImage(Vec<ProjectedSprite>),
     /// In the face, with this radius in the face's pixels. `for_picking`: the sprite in the image, with radius 0.
     InFace { radius_px: f32, for_picking: ProjectedSprite },
@@ -54,8 +54,8 @@ pub(crate) struct DividedSprites<T> {
 }
 
 /// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `centre`: clip position in the face's frame and reversed depth.
-/// `white`: the radiance that is shown as white. `radius_px_at`: the sprite's radius in the image, before it is limited, for the brightness of its central
-/// pixel without glare relative to white. `is_in_face`: whether the face contains a direction in the image's axes.
+/// `white`: the radiance that is shown as white. `radius_px_at`: the sprite's radius in the image before it is limited, as a function of the brightness of
+/// its central pixel (without glare, relative to white). `is_in_face`: whether the face contains a direction in the image's axes.
 fn project(
     image: &SphereImage,
     camera: &Camera,

@@ -137,7 +137,7 @@ pub struct BoundProgram<R> {
     pub(super) first_register_row: usize,
     pub(super) register_count: usize,
     pub(super) output_slots: Vec<u32>,
-    /// Slot of the mask of discarded lanes.
+    /// Slot of the mask of discarded lanes; `None` if the program discards none.
     pub(super) discarded: Option<u32>,
 }
 

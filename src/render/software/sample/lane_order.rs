@@ -100,7 +100,7 @@ impl LaneOrder {
             return values;
         }
         let buffer = buffer.0.insert([R::ZERO; PADDED]);
-        // Here and below, `& 127` shows the compiler that the index is in range.
+        // Here and below, `& 127` (`BATCH` - 1) shows the compiler that the index is in range.
         for i in 0..BATCH {
             buffer[i] = values[usize::from(self.sorted_lanes[i] & 127)];
         }

@@ -235,6 +235,7 @@ mod tests {
             let body_from_icrf = DMat3::from_axis_angle(random.direction(), random.between(0.0, 3.0));
             let placement = Placement { centre_km: towards * distance_km, body_from_icrf, radii_km };
             let clip = |n: u32| DVec2::new(f64::from(n % 9), f64::from(n / 9)) / 4.0 - 1.0;
+            // The condition under which `MeteredFrame::ray_visibility` is less than 1.
             let blocks = (0..81).any(|n| 0.5 + ray_and_limb(&placement, camera.ray(clip(n))).inside_rad / spacing > 0.0);
             let is_beside = is_beside_frame(&camera, &placement, spacing);
             assert!(!(is_beside && blocks), "{fov_deg} degrees, {placement:?}");

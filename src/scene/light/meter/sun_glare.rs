@@ -24,7 +24,7 @@ struct PointSun {
 pub(crate) struct FrameGlare {
     /// Radiance of the veil, and distance from the Sun's centre in pixels. Empty without a Sun in the frame.
     samples: Vec<[f64; 2]>,
-    /// `None` if the Sun is drawn as a disc.
+    /// `None` if no sprite's glare counts, as for a Sun that is drawn as a disc.
     point: Option<PointSun>,
 }
 
