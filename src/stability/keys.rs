@@ -1,5 +1,6 @@
-//! Compares f32 with f64 images of shaders that together have every feature. A key names the features of one emitted module. The keys of a covering set
-//! together contain every combination of values of any two (or three) dimensions. Each is drawn on the sample body, a made-up globe.
+//! Compares f32 with f64 images of shaders that together have every feature. A key names the features of one emitted module: one value in each of several
+//! dimensions, such as the shape. The keys of a covering set together contain every combination of values of any two (or three) dimensions. Each is drawn on
+//! the sample body, a made-up globe.
 //!
 //! In: a sweep's setup. Out: the greatest difference of a channel, where white is 1.
 

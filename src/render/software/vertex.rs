@@ -202,7 +202,7 @@ impl<'a, R: Real> VertexShading<'a, R> {
                     }
                 }
                 VertexInputSource::Attribute { values, stride, component, is_per_instance: true } => {
-                    // The vertices of an instance are consecutive.
+                    // The vertices of an instance are consecutive; the last instance also fills the lanes past the end.
                     let mut from = 0;
                     while from < LANES {
                         let vertices_left = self.vertices_per_instance - vertices[from] as usize;

@@ -37,7 +37,7 @@ fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Place
 }
 
 /// The light of another body is left out of the air if, as a part of the sky's mean light, it is below this fraction of the smallest visible change. By day the
-/// sky is about equally bright everywhere; in twilight it is up to some twenty times darker opposite the Sun than in the mean.
+/// sky is about equally bright everywhere; in twilight it is up to some twenty times darker opposite the Sun than on average.
 const MIN_SECOND_LIGHT_RATIO: f64 = 0.05;
 
 /// Whether a light that falls on the body, besides the Sun's, is visible in the body's air, with the reason. From inside the air it is not visible by day.

@@ -225,7 +225,7 @@ mod tests {
         let air = venus.atmosphere.as_ref().expect("air");
         let gas = exponential(air).next().expect("gas");
         let [scale_height_km, radius_km] = [gas.scale_height_km, venus.radii_km.max_element()];
-        // Ein(t) = sum of (-1)^(n + 1) t^n / (n n!) is the integral of 1 - exp(-t exp(-z)).
+        // Ein(t) = sum of (-1)^(n + 1) t^n / (n n!) is the integral of 1 - exp(-t exp(-z)) over z from 0 to infinity.
         let ein = |t: f64| {
             let mut term = 1.0;
             (1..60).fold(0.0, |sum, n| {
@@ -240,19 +240,20 @@ mod tests {
         // The opacity along grazing rays integrated over height, summed over the channels.
         let equivalent_km: f64 = limb_depth.to_array().iter().map(|t| ein(*t) * scale_height_km).sum();
         let disc = venus.colour.as_dvec3().element_sum() * venus.geometric_albedo * photometry::phase(venus, phase_angle_rad);
-        let scattered = 2.0 * ALL_ORDERS_TO_SINGLE_RATIO * PI * phase::per_steradian(gas.phase, -phase_angle_rad.cos()).x * equivalent_km
-            / (disc * radius_km);
+        let scattered_ratio =
+            2.0 * ALL_ORDERS_TO_SINGLE_RATIO * PI * phase::per_steradian(gas.phase, -phase_angle_rad.cos()).x * equivalent_km
+                / (disc * radius_km);
         let continues_disc = false;
-        let ratio = light_ratio(venus, air, phase_angle_rad, continues_disc) / scattered;
+        let ratio = light_ratio(venus, air, phase_angle_rad, continues_disc) / scattered_ratio;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
         // The limb of a Lambert disc, as bright at the position angle f as sin(phase angle) cos(f), and the light of the whole disc: 2 / 3 of its area times
         // the phase function. Along the limb the gas hides 57 % of what is behind it.
         let limb_opacity = limb_depth.to_array().iter().map(|t| 1.0 - (-t).exp()).sum::<f64>() / 3.0;
         assert!((limb_opacity - 0.57).abs() < 0.02, "{limb_opacity}");
-        let continued = 2.0 * phase_angle_rad.sin() * (equivalent_km / 3.0 / limb_opacity)
+        let continued_ratio = 2.0 * phase_angle_rad.sin() * (equivalent_km / 3.0 / limb_opacity)
             / (PI * radius_km * photometry::lambert_phase(phase_angle_rad) * 2.0 / 3.0);
         let continues_disc = true;
-        let ratio = light_ratio(venus, air, phase_angle_rad, continues_disc) / continued;
+        let ratio = light_ratio(venus, air, phase_angle_rad, continues_disc) / continued_ratio;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     }
 }

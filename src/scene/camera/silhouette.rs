@@ -24,7 +24,7 @@ pub enum Outline {
 /// Pixels added on each side of a bounding box: half a pixel for the limb's antialiased edge, and one pixel because shaders run on quads of 2x2 pixels.
 pub const PADDING_PX: f64 = 1.5;
 
-/// Whether a view ray of the padded frame meets the body, in front of or behind the camera. In the unit-sphere frame the tangent cone is circular, so only
+/// Whether a view ray of the padded frame meets the body, whose centre may be behind the camera. In the unit-sphere frame the tangent cone is circular, so only
 /// the frame's ray nearest to the cone's axis must be tested: the axis itself, or a ray on the frame's edge.
 fn meets_frame(camera: &Camera, placement: &Placement) -> bool {
     // For a very flat ellipsoid, such as a ring's disc, rounding errors make the test meaningless: assume that the cone meets the frame.

@@ -2,10 +2,10 @@
 //! images.
 //!
 //! In: a request without its composition, and the stereo pair. Out: a frame for each eye. Both look in the same direction; points at the target's distance
-//! have zero parallax, nearer points crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider
-//! symmetric frames: each frame is wider than its image by the parallax of infinity, rounded to a whole number of pixels, and the image starts at one of the
-//! frame's columns. Always: no vertical parallax. The parallax of the target is zero: exactly with the default separation, to within half a pixel with a given
-//! separation or that of human eyes.
+//! have zero parallax; nearer points are farther to the right in the left eye's image, farther points in the right eye's image. The off-axis frusta that this
+//! requires are cut out of wider symmetric frames: each frame is wider than its image by the parallax of infinity, rounded to a whole number of pixels, and the
+//! image starts at one of the frame's columns. Always: no vertical parallax. The parallax of the target is zero: exactly with the default separation, to within
+//! half a pixel with a given separation or that of human eyes.
 
 use super::arrangement::{Arrangement, CompositeFrames, Eyes, FrameRequest};
 use crate::catalog::Catalog;

@@ -112,12 +112,12 @@ uniforms! {
         pub anchor_radius_sq_minus_1: f32 = "anchor_radius_sq_minus_1",
         /// 1: the anchor is the camera. 0: it is in the plane through the body's centre.
         pub anchor_is_camera: f32 = "anchor_is_camera",
-        /// |ray|² (1 - q²), where q is the view ray's distance from the centre, as a polynomial: coefficients of 1, u, v, then of u², uv, v².
+        /// |ray|² (1 - q²), where q is the view ray's distance from the centre, as a polynomial in u and v: coefficients of 1, u, v, then of u², uv, v².
         pub silhouette_form: [Vec4; 2] = "silhouette_form",
         /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(depth_row.xyz, p) + depth_row.w).
         pub depth_row: Vec4 = "depth_row",
-        /// The point of the unit sphere that is nearest to the camera, measured along the line from the camera to the body's centre. The depth's pixel view is
-        /// relative to this line, not to the view axis, which differs between the faces of a dome image.
+        /// The point of the unit sphere that is nearest to the camera, measured along the line from the camera to the body's centre. The pixel view of the
+        /// depth is relative to this line, not to the view axis, which differs between the faces of a dome image.
         pub nearest_point: Vec3 = "nearest_point",
         /// Semi-axes divided by the equatorial radius: (1, b/a, c/a).
         pub axis_ratios: Vec3 = "axis_ratios",

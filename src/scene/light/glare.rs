@@ -155,6 +155,7 @@ pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRe
     // Tangents of the smallest and the largest angle from the view axis, after projection along the image's other axis.
     let span = |across: f64| {
         let projected_length = across.hypot(towards.z);
+        // PI, all angles: the directions surround the other axis, along which they are projected.
         let half_width = if angle < FRAC_PI_2 && angle.sin() < projected_length { (angle.sin() / projected_length).asin() } else { PI };
         let middle = across.atan2(towards.z);
         let tangent = |a: f64| if a.abs() < FRAC_PI_2 { a.tan() } else { f64::INFINITY.copysign(a) };

@@ -307,7 +307,7 @@ mod tests {
             label_middles(area, 0.0, &[(5.0, 40.0, false), (44.0, 30.0, false), (80.0, 30.0, false)]),
             [Some(22.0), None, Some(80.0)]
         );
-        // A label that starts before the end of the Sun's disc is left out, unless it is marked.
+        // A label that starts left of `min_left` (16 here) is left out, unless it is marked.
         assert_eq!(label_middles(area, 16.0, &[(20.0, 30.0, false)]), [None::<f32>]);
         assert_eq!(label_middles(area, 16.0, &[(20.0, 30.0, true)]), [Some(20.0)]);
     }
