@@ -402,7 +402,7 @@ fn impossible_stereo_pairs_are_refused() {
 #[test]
 fn only_a_fisheye_can_have_the_zenith_in_its_middle() {
     for projection in Projection::ALL {
-        let composition = Composition { projection, zenith_centred: true, ..Composition::default() };
+        let composition = Composition { projection, is_zenith_centred: true, ..Composition::default() };
         let request = ViewRequest { composition, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
         let refusal = SESSION.plan(&request, SAMPLING).err().map(|e| e.to_string());
         assert_eq!(refusal.is_none(), projection == Projection::Fisheye, "{projection:?}: {refusal:?}");

@@ -194,7 +194,7 @@ fn image_axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     // An up direction along the line of sight is replaced by the camera's own.
     let up_hint = viewer.up_hint.try_normalize().filter(|up| up.cross(camera.forward).length() > 1e-9).unwrap_or(camera.up);
     let horizontal = (camera.forward - up_hint * camera.forward.dot(up_hint)).normalize();
-    let [up, forward] = match (composition.projection, composition.zenith_centred) {
+    let [up, forward] = match (composition.projection, composition.is_zenith_centred) {
         (Projection::Equirectangular, _) => [up_hint, horizontal],
         // The target's side of the horizon is at the bottom of the image.
         (_, true) => [-horizontal, up_hint],
