@@ -83,11 +83,11 @@ impl<'m> Lowerer<'m> {
         }
         let info = &self.info[function];
         let call_span = self.span;
-        self.enter_named_call(callee.name.as_deref(), statement);
+        self.push_call_name(callee.name.as_deref(), statement);
         self.call_path.push(std::ptr::from_ref(statement).addr());
         let scalars = self.call(callee, info, values)?;
         self.call_path.pop();
-        self.leave_named_call();
+        self.pop_call_name();
         self.span = call_span;
         result.map_or(Ok(()), |r| self.set_result(r, scalars))
     }
