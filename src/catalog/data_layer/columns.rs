@@ -43,8 +43,8 @@ impl PointColumns {
         Ok(Self { indices, column_count: names.len(), coordinate_names })
     }
 
-    /// The name of a field's column if a later column has this name, too (compared as in [`PointColumns::of`]): that of the first such field, or `None`. `names`:
-    /// those of all columns.
+    /// The name of a field's column if a later column has this name, too (compared as in [`PointColumns::of`]): that of the first such field, or `None`.
+    /// `names`: those of all columns.
     pub fn repeated_name<'n>(&self, names: &'n [String]) -> Option<&'n str> {
         let comparable_names: Vec<String> = names.iter().map(|name| comparable_name(name)).collect();
         first_repeated(&comparable_names, &self.indices).map(|column| names[column].as_str())

@@ -1,8 +1,8 @@
 //! Points in a VOTable (IVOA, versions 1.1 to 1.5): the first TABLE of the document, its rows as TABLEDATA, BINARY or BINARY2.
 //!
 //! In: the document. Out: points, or a line number and what is wrong there. A column is identified by its name as in a CSV table, or, if no name fits, by its
-//! UCD (Unified Content Descriptor), such as `pos.eq.ra`, `pos.bodyrc.lon` or their forms before 2005 (UCD1). Rejected: rows in a FITS file, and angles in units
-//! other than degrees.
+//! UCD (Unified Content Descriptor), such as `pos.eq.ra`, `pos.bodyrc.lon` or their forms before 2005 (UCD1). Rejected: rows in a FITS file, and angles in
+//! units other than degrees.
 
 mod binary;
 
