@@ -66,7 +66,8 @@ pub struct SolarEclipse {
     pub contacts: Vec<Contact>,
     /// Number of the Saros series.
     pub saros: i64,
-    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the span of the ephemeris.
+    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the span of the ephemeris, or
+    /// if the search was not to find it.
     pub saros_member: Option<i64>,
     pub(super) geometry: SolarEclipseGeometry,
 }
