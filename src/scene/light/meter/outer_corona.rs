@@ -77,7 +77,7 @@ impl MeteredFrame<'_, '_> {
             if rho >= CORONA_RADII[0] && ray_weight > 0.0 {
                 let visible_share = ray_weight * share * Self::ray_visibility(&nearer, ray, spacing);
                 let radiance = corona::radiance(rho) * drawn_part(ray.dot(to_sun));
-                mean.add(visible_share, radiance, self.foreground_radiance(ray, Some(NaifId::SUN)));
+                mean.add(visible_share, radiance, self.foreground_radiance(ray, NaifId::SUN));
             }
         }
         let weight = outer_weight * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };

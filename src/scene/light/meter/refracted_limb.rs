@@ -63,7 +63,7 @@ impl MeteredFrame<'_, '_> {
                 mean.add(
                     visible_weight * segment.bent_fraction * segment.solid_angle / frame_sr,
                     segment.radiance,
-                    self.foreground_radiance(segment.direction, Some(p.body.id)),
+                    self.foreground_radiance(segment.direction, p.body.id),
                 );
             }
             // The limb counts as part of the target if the target is this body or the Sun. An image of the Sun on a short arc is a source of light, as a small

@@ -126,7 +126,7 @@ impl MeteredFrame<'_, '_> {
             let radiance = 0.25 * light * irradiance * sunlit_fraction;
             let weight = frame_position_weight(clip.abs().max_element());
             let visible_share = share * weight * visible_fraction * Self::ray_visibility(&nearer, direction, spacing);
-            mean.add(visible_share, radiance, self.foreground_radiance(direction, Some(p.body.id)));
+            mean.add(visible_share, radiance, self.foreground_radiance(direction, p.body.id));
         }
         mean
     }

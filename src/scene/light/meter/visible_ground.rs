@@ -224,7 +224,7 @@ impl MeteredFrame<'_, '_> {
             mean.add(
                 share * frame_position_weight(sample.clip.abs().max_element().min(1.0)),
                 (of_ground + of_air * ground.sun_irradiance) * transmittance,
-                self.foreground_radiance(sample.direction, Some(p.body.id)),
+                self.foreground_radiance(sample.direction, p.body.id),
             );
         }
         covered_share
