@@ -120,8 +120,8 @@ pub fn sun(tdb_s: f64) -> State {
 pub const CONSTANT_ERROR_YEARS: f64 = 640.0;
 
 /// Upper limit of the error, in km, of a position relative to [`origin_of`] the target: the largest difference from DE440 at 4000 dates over 1552-2646, as
-/// `examples/measure_ephemeris.rs` prints it, rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 the limit grows linearly with time; tests/ephemeris/positions.rs verifies this growth for the
-/// planets against VSOP87 from 3000 BC to AD 3000.
+/// `examples/measure_ephemeris.rs` prints it, rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 the limit grows linearly with time;
+/// tests/ephemeris/positions.rs verifies this growth for the planets against VSOP87 from 3000 BC to AD 3000.
 pub fn error_km(target: i32, tdb_s: f64) -> f64 {
     // Keyed by NAIF code: barycentres 1 to 9, the Sun 10, the Moon 301, the Earth 399.
     let worst_km = match target {
