@@ -158,8 +158,8 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// `active`: the mask of the lanes that are active at the start.
-    pub(crate) fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: SsaBuilder, active: SsaValue) -> Result<Self> {
+    /// `active_mask`: the mask of the lanes that are active at the start.
+    pub(crate) fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: SsaBuilder, active_mask: SsaValue) -> Result<Self> {
         let discarded = builder.bool(false);
         let mut this = Self {
             module,
@@ -170,7 +170,7 @@ impl<'m> Lowerer<'m> {
             textures: Vec::new(),
             uniform_size: 0,
             span: Span::UNDEFINED,
-            active_mask: active,
+            active_mask,
             globals: HashMap::default(),
             open_loops: Vec::new(),
             call_path: Vec::new(),
