@@ -116,11 +116,11 @@ impl Composite {
             whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter_viewer.sky_aberration_velocity_km_s);
             whole.line_texts = names::texts(request, catalog, &whole);
         }
+        // `first_columns`: the first column of each eye's frame that the image shows.
         if let Arrangement::Eyes(Eyes { first_columns, layout, .. }) = &arrangement {
             let is_side_by_side = *layout == StereoLayout::SideBySide;
             let width = meter_viewer.camera.width;
             whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: first_columns[0], width, is_side_by_side });
-            // `first_columns`: the first column of each eye's frame that the image shows.
             // Texts in the margin have the same position in both images, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).glyph_px);
             for (scene, first_column) in scenes.iter_mut().zip(first_columns) {
