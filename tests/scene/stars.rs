@@ -303,7 +303,7 @@ fn cells_omit_no_visible_star() {
                 let placed = placer.place(star);
                 let inside = viewer.camera.clip(placed.direction).is_some_and(|c| c.abs().max_element() < 1.0);
                 let pixel_sr = viewer.camera.pixel_tangent().powi(2) * placed.direction.dot(viewer.camera.forward).powi(3);
-                let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * placed.brightening * PI / pixel_sr;
+                let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * placed.brightness_ratio * PI / pixel_sr;
                 inside && flux * 0.377 * stops.exp2() > 1.0 / 3295.0
             };
             let expected = catalog.stars().stars().iter().filter(is_visible).count();

@@ -334,8 +334,8 @@ impl<'a> MeteredFrame<'_, 'a> {
 
     /// Samples the entire disc of a distant body: calls `add` with the area of each part, as a fraction of the disc's and times the part's weight, and its
     /// radiance. The grid in photometric longitude and latitude (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the
-    /// dark part separately, so that even the thinnest crescent is sampled. The sum treats the viewer as infinitely far away; only [`lit_part_weight`] takes the
-    /// distance into account.
+    /// dark part separately, so that even the thinnest crescent is sampled. The sum treats the viewer as infinitely far away; only [`lit_part_weight`] takes
+    /// the distance into account.
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,
