@@ -62,7 +62,7 @@ pub struct LunarEclipse {
     pub greatest: Instant,
     /// Least distance of the Moon's centre from the axis of the shadow, in the Earth's equatorial radii; positive if the Moon passes north of the axis.
     pub gamma: f64,
-    /// Part of the Moon's diameter inside the umbra; negative outside, and above 1 if the Moon is deeper inside than it need be.
+    /// Part of the Moon's diameter inside the umbra; negative outside, at least 1 if the Moon is entirely inside.
     pub umbral_magnitude: f64,
     /// The same for the penumbra; always positive.
     pub penumbral_magnitude: f64,

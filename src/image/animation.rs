@@ -32,7 +32,7 @@ enum Encoder<W: Write> {
 /// Largest number of pixels of an animation that is encoded in memory, all frames together: a limit for callers to check. Uncompressed they have 6 GB.
 pub const MAX_ANIMATION_PIXELS: f64 = 2e9;
 
-/// The format for a file's extension; `None` for any other, also for `.png`, which is a single image.
+/// The format for a file's extension; `None` for any other, also for `.png`.
 pub fn animation_format(path: &Path) -> Option<AnimationFormat> {
     let extension = path.extension()?.to_ascii_lowercase();
     match extension.to_str()? {

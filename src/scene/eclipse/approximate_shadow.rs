@@ -93,8 +93,8 @@ impl<'a> ApproximateShadow<'a> {
             let obscuration = ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * max_obscuration;
             fraction = fraction.min(DVec3::splat(1.0 - obscuration));
             if let Some(layers) = layers {
-                // The layers are computed for a round limb whose radius is the major semi-axis. To the separation is added what this radius exceeds the one
-                // towards the Sun by: then the Sun's centre is as far from the round limb as it is from the elliptical outline.
+                // The layers are computed for a round limb whose radius is the major semi-axis. The separation is increased by the difference between this
+                // radius and the one towards the Sun, so that the Sun's centre is as far from the round limb as it is from the elliptical outline.
                 let separation = separation + (occluder.semi_axes.x * to_solar_radii - radius);
                 fraction += layers.refracted_fraction(separation, distance_behind, to_solar_radii);
             }
@@ -104,7 +104,7 @@ impl<'a> ApproximateShadow<'a> {
 
     /// Number of points that the mean needs.
     fn mean_points(&self) -> u32 {
-        // At the receiver, in its equatorial radii.
+        // At the receiver's centre.
         let penumbra_width = |o: &Occluder<'_>| 2.0 * o.distance_along / self.axis.cot_sun_angular_radius;
         // The receiver's radius is 1.
         let needs_fine_mean = |o: &Occluder<'_>| o.semi_axes.y < 1.0 || penumbra_width(o) < SHARP_EDGE_WIDTH;
@@ -201,8 +201,8 @@ mod tests {
             }
         }
 
-        /// Distance of the occluder's outline from the axis at which the whole receiver is just outside the penumbra (or inside the umbra of a large occluder):
-        /// the receiver's radius plus half the penumbra's width, in receiver radii.
+        /// Distance of the occluder's outline from the axis at which the whole receiver is just outside the penumbra, or, behind a large
+        /// occluder, just inside the umbra: the receiver's radius plus half the penumbra's width, in receiver radii.
         fn receiver_and_penumbra(&self) -> f64 {
             1.0 + self.distance_along / self.axis.cot_sun_angular_radius
         }
