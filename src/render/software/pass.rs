@@ -380,7 +380,7 @@ impl<'a, R: Real> Worker<'a, R> {
         {
             let start = Instant::now();
             if fused.mapped_clear_colour.is_none() {
-                self.first.target.fill_unwritten();
+                self.first.target.prepare_all_blocks();
             }
             // `can_fuse_with_next_pass` admits only a second pass without depth.
             let uses_depth = false;
@@ -409,7 +409,7 @@ impl<'a, R: Real> Worker<'a, R> {
         let block = 0;
         let (samples, uses_depth) = (1, false);
         self.first.target.clear(pass.clear, uses_depth);
-        self.first.target.fill_unwritten();
+        self.first.target.prepare_all_blocks();
         let mut mapped = TileTarget::new(samples);
         mapped.clear([0.0; 4], uses_depth);
         let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);
