@@ -215,9 +215,9 @@ pub(crate) fn tan<const FMA: bool>(x: f64) -> f64 {
     if n & 1 != 0 { -c / s } else { s / c }
 }
 
-/// The arcsine of s for z = s^2 <= 1/4.
+/// The arcsine of s, where z = s^2 <= 1/4.
 #[inline(always)]
-fn asin_core<const FMA: bool>(z: f64, s: f64) -> f64 {
+fn asin_up_to_half<const FMA: bool>(z: f64, s: f64) -> f64 {
     let p = z * horner::<f64, FMA, 6>(
         z,
         [
@@ -243,7 +243,7 @@ fn asin_reduced<const FMA: bool>(a: f64, small: f64) -> (bool, f64) {
     let is_large = a > 0.5;
     let half = 0.5 * (1.0 - a);
     let root = half.sqrt();
-    (is_large, asin_core::<FMA>(if is_large { half } else { a * a }, if is_large { root } else { small }))
+    (is_large, asin_up_to_half::<FMA>(if is_large { half } else { a * a }, if is_large { root } else { small }))
 }
 
 #[inline(always)]

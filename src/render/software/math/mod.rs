@@ -87,7 +87,7 @@ pub trait Real:
     fn log2<const FMA: bool>(self) -> Self;
     /// log2 of a finite number >= 1: the same bits as `log2`, at a lower cost. Unspecified for all other numbers.
     #[inline(always)]
-    fn log2_from_one<const FMA: bool>(self) -> Self {
+    fn log2_of_at_least_one<const FMA: bool>(self) -> Self {
         self.log2::<FMA>()
     }
     /// The sine of an angle in radians; `cos` and `tan` also take radians.
@@ -315,8 +315,8 @@ macro_rules! methods_of_float {
 impl Real for f32 {
     methods_of_float!(f32, u32, single, 8_388_608.0);
     #[inline(always)]
-    fn log2_from_one<const FMA: bool>(self) -> Self {
-        single::log2_from_one::<FMA>(self)
+    fn log2_of_at_least_one<const FMA: bool>(self) -> Self {
+        single::log2_of_at_least_one::<FMA>(self)
     }
     #[inline(always)]
     fn as_f32(values: &[Self]) -> Option<&[f32]> {

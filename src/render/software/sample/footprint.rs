@@ -136,8 +136,8 @@ fn at_least_one<R: Real>(x: R) -> R {
 /// The level whose texels have a given width, in texels of level 0. `width_sq`: the square of the width, at least 1.
 #[inline(always)]
 fn level_of<R: Real>(width_sq: R) -> R {
-    // `false`: without fused multiply-add, so that the bits do not depend on the instruction set. "From one": for numbers of at least 1.
-    R::from_f64(0.5) * width_sq.log2_from_one::<false>()
+    // `false`: without fused multiply-add, so that the bits do not depend on the instruction set.
+    R::from_f64(0.5) * width_sq.log2_of_at_least_one::<false>()
 }
 
 /// Whether every value is at most 1; false if a value is NaN.
