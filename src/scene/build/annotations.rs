@@ -11,7 +11,7 @@ use crate::scene::annotation::sky_lines::{self, AnnotationLines, horizon_axes};
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, star_names};
 use crate::scene::body_report::BodyReport;
-use crate::scene::camera::viewpoint::BodyUnderCamera;
+use crate::scene::camera::viewpoint::CarryingBody;
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;
@@ -126,7 +126,7 @@ impl<'a> SceneBuilder<'a> {
 
     /// The [`horizon_axes`] of a viewer who stands on a body; `None` for any other viewer.
     fn local_horizon(&self) -> Option<DMat3> {
-        let (Position::Ground { latitude_deg, longitude_deg, .. }, Some(BodyUnderCamera { id, .. })) =
+        let (Position::Ground { latitude_deg, longitude_deg, .. }, Some(CarryingBody { id, .. })) =
             (self.request.position, self.viewer.stands_on)
         else {
             return None;
