@@ -177,6 +177,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         }
     };
     let forward = match request.look {
+        // The direction in the image: aberration does not apply.
         Look::Along { direction, axes } => {
             let unit = normalisable_direction(direction.to_array()).map(DVec3::normalize);
             let unusable_direction = || SceneError::Request("the direction to look in must be finite and not zero".into());

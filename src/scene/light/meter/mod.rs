@@ -364,6 +364,7 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let area_fraction = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area_fraction > 0.0 {
                     let no_ring_shadow = 1.0;
+                    // The body counts as a sphere, on which `normal` is also the point.
                     add(weight * area_fraction, ground.radiance(normal, normal, viewer, shadow, no_ring_shadow));
                 }
             }
