@@ -21,9 +21,9 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// Smallest radius of a point's sprite: three standard deviations of its core, so that a star is 1.6 pixels wide at half maximum.
-pub const POINT_RADIUS_PX: f64 = 2.0;
+pub const MIN_POINT_RADIUS_PX: f64 = 2.0;
 /// Standard deviation of the core.
-pub const CORE_SIGMA_PX: f64 = POINT_RADIUS_PX / 3.0;
+pub const CORE_SIGMA_PX: f64 = MIN_POINT_RADIUS_PX / 3.0;
 /// Scale radius of the glare, whose profile is (1 + r^2 / a^2)^-1.5 (Moffat's with exponent 1.5): 35 % of its peak at this radius, r^-3 far beyond it.
 pub const GLARE_SCALE_RADIUS_PX: f64 = 2.0;
 /// Upper limit of the fraction of the light that is in the glare; the brightest points approach it.
@@ -74,18 +74,18 @@ fn lowered_core(radius_px: f64) -> LoweredCore {
 
 /// Peak of the point-spread function without glare, per square pixel: a point of flux F at a pixel's centre gives this pixel F times this value as radiance.
 pub fn point_peak() -> f64 {
-    let LoweredCore { at_rim, integral } = lowered_core(POINT_RADIUS_PX);
+    let LoweredCore { at_rim, integral } = lowered_core(MIN_POINT_RADIUS_PX);
     (1.0 - at_rim) / integral
 }
 
 /// Radius of a point's sprite, at which its glare falls smoothly to zero. `brightness`: that of its central pixel relative to white, without glare.
 pub(crate) fn point_radius_px(brightness: f64) -> f64 {
-    (POINT_RADIUS_PX * brightness.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX)
+    (MIN_POINT_RADIUS_PX * brightness.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX)
 }
 
 /// Fraction of a point's light that is in the glare of a sprite of this radius: 0 for the smallest sprite, and a chosen law from there on.
 fn glare_fraction(radius_px: f64) -> f64 {
-    MAX_GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0)
+    MAX_GLARE_FRACTION * (1.0 - (MIN_POINT_RADIUS_PX / radius_px).powi(2)).max(0.0)
 }
 
 /// Integral of the glare's profile over the circle of a sprite: its light for an amplitude of 1.
@@ -115,7 +115,7 @@ pub(crate) fn disc_brightness(flux: f64, white: f64, diameter_px: f64) -> f64 {
 pub(crate) fn disc_glare(brightness: f64, diameter_px: f64) -> (f64, f64) {
     let faded = beyond_small_disc(diameter_px);
     // Radius of the sprite of a point with this glare. Around a disc the glare begins at the limb.
-    let point_sprite_px = POINT_RADIUS_PX + (1.0 - faded) * (point_radius_px(brightness) - POINT_RADIUS_PX);
+    let point_sprite_px = MIN_POINT_RADIUS_PX + (1.0 - faded) * (point_radius_px(brightness) - MIN_POINT_RADIUS_PX);
     (glare_fraction(point_sprite_px), (point_sprite_px + 0.5 * diameter_px).min(MAX_RADIUS_PX))
 }
 
@@ -152,7 +152,7 @@ fn radius_for_part_of_glare_px(radius_px: f64, part: f64) -> f64 {
         return radius_px;
     }
     // The inverse of `glare_fraction`.
-    POINT_RADIUS_PX / (1.0 - part * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2))).sqrt()
+    MIN_POINT_RADIUS_PX / (1.0 - part * (1.0 - (MIN_POINT_RADIUS_PX / radius_px).powi(2))).sqrt()
 }
 
 /// Radius of the sprite of a point of this flux: wide enough for the glare of a point that is brighter than white, else the smallest.
@@ -183,7 +183,7 @@ pub(crate) fn reaches_frame(camera: &Camera, clip: DVec2, radius_px: f64) -> boo
 /// A point's sprite. Its reversed depth is 1, that of the near plane, so that it is drawn over all bodies; [`crate::scene::visibility::hidden`]
 /// removes the part of it that nearer bodies hide. `covered_px`: see [`Point::covered_px`].
 pub(crate) fn sprite(body: NaifId, clip: DVec2, flux: DVec3, covered_px: f64) -> Point {
-    let radius_px = camera::narrow_scalar(POINT_RADIUS_PX);
+    let radius_px = camera::narrow_scalar(MIN_POINT_RADIUS_PX);
     let [centre, flux] = [clip.extend(1.0), flux].map(camera::narrow);
     Point { body, centre, radius_px, stretch: 1.0, flux, covered_px: camera::narrow_scalar(covered_px), disc_radius_px: 0.0 }
 }
@@ -265,7 +265,7 @@ mod tests {
         for radius_px in [2.0, 2.5, 10.0, MAX_RADIUS_PX] {
             for part in [0.0, 1e-6, 0.3, 0.99, 1.0] {
                 let reduced_px = radius_for_part_of_glare_px(radius_px, part);
-                assert!((POINT_RADIUS_PX..=radius_px).contains(&reduced_px), "{radius_px} {part}: {reduced_px}");
+                assert!((MIN_POINT_RADIUS_PX..=radius_px).contains(&reduced_px), "{radius_px} {part}: {reduced_px}");
                 assert!((in_glare(reduced_px) - part * in_glare(radius_px)).abs() < 1e-9, "{radius_px} {part}: {reduced_px}");
             }
         }

@@ -12,7 +12,7 @@ use crate::scene::body_report::BodyReport;
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::draw::{Point, StarSprite};
-use crate::scene::point::{POINT_RADIUS_PX, pixel_sr, point_peak, point_radius_px};
+use crate::scene::point::{MIN_POINT_RADIUS_PX, pixel_sr, point_peak, point_radius_px};
 use crate::scene::request::Projection;
 use glam::{DVec2, DVec3, Vec3};
 
@@ -79,7 +79,7 @@ fn project(
     // Brightness of the sprite's central pixel relative to white.
     let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
     let max_radius_px = max_for_image_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
-    let radius_px = radius_px_at(peak).min(max_radius_px).max(POINT_RADIUS_PX);
+    let radius_px = radius_px_at(peak).min(max_radius_px).max(MIN_POINT_RADIUS_PX);
     let wraps = image.projection == Projection::Equirectangular;
     let sprite_at = |px: DVec2, radius_px: f64, stretch: f64| ProjectedSprite {
         centre: narrow(clip_of(px).extend(f64::from(centre.z))),
@@ -94,7 +94,7 @@ fn project(
         let radians_per_face_px = camera.pixel_tangent() * cos_off_axis.powf(1.5);
         // Distance from the sprite's centre to the edge of the face's frame, beyond which the sprite would be cut off.
         let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size_px().min_element();
-        let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(POINT_RADIUS_PX);
+        let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(MIN_POINT_RADIUS_PX);
         return Drawn::InFace { radius_px: narrow_scalar(in_face_px), for_picking: sprite_at(pixel, 0.0, 1.0) };
     }
     let stretch = stretch.min(0.5 * size.x / radius_px).max(1.0);
