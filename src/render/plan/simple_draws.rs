@@ -192,8 +192,8 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     let flux: InstanceAttribute<Point> = (4, |p| p.flux.extend(0.0).to_array().to_vec());
     let light_attributes = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), flux];
     let glare_attributes = [centre, (4, disc_glare_attribute), flux];
-    // A sprite of this radius is all core, without glare: its size does not depend on the point's light.
     let hidden_area: InstanceAttribute<Point> = (4, |p| vec![0.0, 0.0, 0.0, p.covered_px]);
+    // A sprite of this radius is all core, without glare: its size does not depend on the point's light.
     let cover_attributes = [centre, (4, |p| sprite_attribute(MIN_POINT_RADIUS_PX as f32, p.stretch)), hidden_area];
     let covering: Vec<Point> = scene.points.iter().filter(|p| p.covered_px > MIN_COVERED_PX).cloned().collect();
     let covers = sprites("cover of points", &covering, &cover_attributes, GLARE_SCALE_RADIUS_PX, scene, provider)?;

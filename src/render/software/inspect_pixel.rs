@@ -109,7 +109,8 @@ fn fragment_outputs<R: Real>(
     };
     // A pass whose image is f32, and NaN where nothing is drawn.
     let pass = Pass::of_numbers("pixel", width, height, vec![single_pixel]);
-    // The scissor leaves one quad of each triangle. It is the first quad of its batch, unless several triangles of the draw cover the pixel.
+    // The scissor leaves one quad of each triangle. That of the first triangle is the first of its batch, so the pixel is one of the first four lanes. If
+    // further triangles of the draw cover the pixel, they take other lanes of the batch, which are not recorded.
     let lane = (y % 2 * 2 + x % 2) as usize;
     let recording = RecordingStage { inner: &bound.fragment, lane, recorded: Mutex::default() };
     let (image, _) = execute(&pass, &[DrawStages { vertex: &bound.vertex, vertex_grid, fragment: &recording }])?;
