@@ -150,6 +150,7 @@ impl PlanetConjunction {
             greatest: self.sky.instant(greatest_s),
             separation_arcsec: self.separation_rad(greatest_s) / RAD_PER_ARCSEC,
             gamma: (self.separation_rad(greatest_s) / sun_rad).copysign(northward),
+            // Half of the covered part of the diameter, which is at most the planet's radius, over the Sun's radius.
             magnitude: (-outer_gap_rad(greatest_s) / 2.0).min(planet_rad) / sun_rad,
             contacts,
             conjunction: self,

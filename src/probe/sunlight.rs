@@ -190,6 +190,7 @@ pub fn sunlight_from_uniforms(
     // A key with an eclipse has a light; the probe reads neither its direction nor its irradiance.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     let built = prober.library().get(&module)?;
+    // The probe reads no map, so `MAP_TAPS` has no effect.
     let uniform_bytes = uniform_bytes(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, MAP_TAPS)?;
     // The point's coordinates; the probe's other inputs are 0.
     let inputs_of = |p: &DVec3| -> ProbeInputs { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };

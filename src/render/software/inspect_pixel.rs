@@ -48,6 +48,7 @@ impl SoftwareRenderer {
         size: [u32; 2],
         pixel: [u32; 2],
     ) -> Result<Option<PixelValues>, RenderError> {
+        // `install`: on the renderer's threads.
         match self.options().precision {
             Precision::F32 => self.install(|| self.values_at::<f32>(draw, modules, size, pixel)),
             Precision::F64 => self.install(|| self.values_at::<f64>(draw, modules, size, pixel)),
@@ -92,7 +93,8 @@ impl SoftwareRenderer {
     }
 }
 
-/// The outputs of a draw's fragment program at the centre of a pixel; `None` if the draw does not shade the pixel, or computes NaN for its red.
+/// The outputs of a draw's fragment program at the centre of a pixel; `None` if the draw does not shade the pixel, or computes NaN for its red. `vertex_grid`:
+/// the grid to which the rasteriser moves vertices.
 fn fragment_outputs<R: Real>(
     draw: PlanDraw,
     bound: &BoundStages<'_, R>,

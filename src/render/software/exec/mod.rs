@@ -35,6 +35,7 @@ const INSTRUCTIONS_PER_TEXTURE_READ: u32 = 64;
 
 /// A set of a batch's lanes: bit i is lane i.
 pub type LaneMask = u128;
+// Kernels process whole chunks.
 const _: () = assert!(LANES == LaneMask::BITS as usize && LANES.is_multiple_of(kernels::CHUNK));
 
 /// Entry k has only bit k set: the bit of lane k in a 32-bit part of a [`LaneMask`]. Loops that expand or collect masks with this table are vectorised; loops
@@ -225,7 +226,9 @@ impl<R: Real> Executor<R> {
                 row.0[..values.len()].copy_from_slice(values);
             }
         }
-        self.hit_loop_limit = !self.run_steps(draw_values, textures);
+        // Another handle to the program, because `run_steps` changes `self` while it reads the program.
+        let program = Arc::clone(&self.program);
+        self.hit_loop_limit = !self.run_steps(&program, draw_values, textures);
         if self.hit_loop_limit {
             return 0;
         }
@@ -245,7 +248,7 @@ impl<R: Real> Executor<R> {
     /// The set lanes of the mask in a slot.
     fn lanes_set_in(&self, slot: u32) -> LaneMask {
         #[cfg(target_arch = "x86_64")]
-        if let Some(lanes) = R::as_f32(&self.arena[slot as usize].0).and_then(|lanes| lanes.first_chunk())
+        if let Some(lanes) = R::as_f32(&self.arena[slot as usize].0).and_then(|lanes| lanes.first_chunk::<LANES>())
             && is_x86_feature_detected!("avx2")
         {
             // SAFETY: AVX2 was detected.
@@ -266,7 +269,7 @@ impl<R: Real> Executor<R> {
     fn is_any_lane_set(&self, slot: u32) -> bool {
         let lanes = &self.arena[slot as usize].0;
         #[cfg(target_arch = "x86_64")]
-        if let Some(lanes) = R::as_f32(lanes).and_then(|lanes| lanes.first_chunk())
+        if let Some(lanes) = R::as_f32(lanes).and_then(|lanes| lanes.first_chunk::<LANES>())
             && is_x86_feature_detected!("avx2")
         {
             // SAFETY: AVX2 was detected.
@@ -296,13 +299,6 @@ impl<R: Real> Executor<R> {
 
     fn set_register(&mut self, r: usize, value: R) {
         self.registers_mut()[r] = value;
-    }
-
-    /// Runs all steps; returns false if the batch was stopped at a loop limit.
-    fn run_steps(&mut self, draw_values: &DrawTapeValues<R>, textures: &dyn TextureUnit<R>) -> bool {
-        // Another handle to the program, because `interpret` changes `self` while it reads the program.
-        let program = Arc::clone(&self.program);
-        self.interpret(&program, draw_values, textures)
     }
 
     /// Runs operations on registers. Not inlined, for the reason given at `run_kernels`.
@@ -363,8 +359,8 @@ impl<R: Real> Executor<R> {
         rest.iter().for_each(run);
     }
 
-    /// The loop over the steps; returns false if the batch was stopped at a loop limit.
-    fn interpret(&mut self, bound: &BoundProgram<R>, draw_values: &DrawTapeValues<R>, textures: &dyn TextureUnit<R>) -> bool {
+    /// Runs all steps of the program; returns false if the batch was stopped at a loop limit.
+    fn run_steps(&mut self, bound: &BoundProgram<R>, draw_values: &DrawTapeValues<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut next_step = 0usize;
         let mut backward_jumps = 0u32;
         while let Some(step) = bound.steps.get(next_step) {
