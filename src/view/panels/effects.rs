@@ -84,7 +84,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .unwrap_or_default();
     let only_body = interface.edits_selected_body_only.then(|| selected_name.clone());
     // Costs are measured for effects that are drawn or were switched by hand. Each such effect is paired with whether it is drawn.
-    let edited = if interface.edits_selected_body_only { overrides.of_body(&selected_name) } else { &mut overrides };
+    let edited = if interface.edits_selected_body_only { overrides.own_overrides_mut(&selected_name) } else { &mut overrides };
     let set_by_hand: Vec<Effect> = Effect::ALL.into_iter().filter(|e| edited.override_of(*e).is_some()).collect();
     let has_cost = |effect: Effect, decision: &Decision| decision.on || set_by_hand.contains(&effect);
     let effect_with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
