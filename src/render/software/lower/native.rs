@@ -142,7 +142,7 @@ impl Lowerer<'_> {
         if arguments.len() <= resource_count || !self.equals_shipped(index, function, &arguments[..resource_count])? {
             return Ok(None);
         }
-        let texture = self.texture_use(arguments[0], has_sampler.then(|| arguments[1]))?;
+        let texture = self.texture_index(arguments[0], has_sampler.then(|| arguments[1]))?;
         let mut args = Vec::new();
         for argument in &arguments[resource_count..] {
             args.extend(self.scalars_of(*argument)?);
