@@ -91,6 +91,6 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
     air::set_ends(&mut uniforms, air::FarEnd::Ground);
     uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness));
     let map_files =
-        MapFiles { cloud: Some(clouds.map.file.clone()), cloud_texel_bits: Some(clouds::texel_bits(clouds)), ..MapFiles::default() };
+        MapFiles { clouds: Some(clouds.map.file.clone()), cloud_texel_bits: Some(clouds::texel_bits(clouds)), ..MapFiles::default() };
     Some(Draw { body: body.id, part: BodyPart::Clouds, name: format!("{} clouds", body.name), features, uniforms, map_files })
 }

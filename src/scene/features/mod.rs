@@ -141,8 +141,8 @@ pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -
     let decided = decide_in_order(&MAP_DECISIONS, &inputs, Decisions::new(inputs.log()));
     let features = decided.chosen.globe_features(inputs.body(), inputs.pixel_view());
     let mut files = map_files(&inputs, &features, &decided);
-    let cloud_draw_map = decided.clouds.and_then(|c| c.map_files.cloud);
-    files.cloud = files.cloud.or(cloud_draw_map);
+    let cloud_draw_map = decided.clouds.and_then(|c| c.map_files.clouds);
+    files.clouds = files.clouds.or(cloud_draw_map);
     Some((files, if has_mesh { Shape::Mesh } else { features.shape }))
 }
 
@@ -249,7 +249,7 @@ fn map_files(inputs: &DecisionInputs<'_, '_>, features: &DrawFeatures, decided: 
         normal: file(features.maps.normal, &body.maps.normal),
         specular: file(features.maps.specular, &body.maps.specular),
         night: file(features.maps.night, &body.maps.night),
-        cloud: body.clouds.as_ref().filter(|_| features.maps.cloud_shadow).map(|c| c.map.file.clone()),
+        clouds: body.clouds.as_ref().filter(|_| features.maps.cloud_shadow).map(|c| c.map.file.clone()),
         cloud_texel_bits: body.clouds.as_ref().map(atmosphere::clouds::texel_bits),
         overlays: decided.overlays.iter().map(|o| o.file.clone()).collect(),
     }
