@@ -275,6 +275,7 @@ impl<'a> Station<'a> {
     pub(crate) fn inner_contacts(&self, near_s: f64) -> Option<(f64, f64)> {
         let maximum_s = self.instant_of_maximum(near_s);
         let gap_rad = |s: f64| self.discs(s).angle_from_internal_tangency_rad();
+        // Each contact is between the maximum, where the gap is negative, and the end of the search.
         (gap_rad(maximum_s) < 0.0)
             .then(|| (zero_crossing(maximum_s, maximum_s - SEARCH_S, gap_rad), zero_crossing(maximum_s, maximum_s + SEARCH_S, gap_rad)))
     }
@@ -310,7 +311,7 @@ impl<'a> Station<'a> {
             let between = 1..1;
             contacts.splice(between, [self.contact(second_name, second, sun), self.contact(third_name, third, sun)]);
         }
-        let above_horizon = self.spans_above_horizon(first, last, sun);
+        let above_horizon = self.above_horizon(first, last, sun);
         let magnitude = |s: f64| self.discs(s).magnitude();
         // The separation decreases until the maximum and increases after it. So if the maximum is below the horizon, the largest visible magnitude is at a
         // rising or a setting.
@@ -339,7 +340,7 @@ impl<'a> Station<'a> {
     ) -> LocalCircumstances {
         let moon = Eclipsed::Moon;
         let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(first, last), (_, s)| (first.min(*s), last.max(*s)));
-        let above_horizon = self.spans_above_horizon(first, last, moon);
+        let above_horizon = self.above_horizon(first, last, moon);
         let visible_maximum_s = above_horizon.instant_of_largest_magnitude(greatest_s, &magnitude);
         LocalCircumstances {
             is_visible: visible_maximum_s.is_some(),
@@ -355,24 +356,25 @@ impl<'a> Station<'a> {
     }
 
     /// When the upper limb of the eclipsed body is above the horizon between `first` and `last`.
-    fn spans_above_horizon(&self, first: f64, last: f64, eclipsed: Eclipsed) -> AboveHorizon {
-        let upper_limb_altitude_rad = |s: f64| {
+    fn above_horizon(&self, first: f64, last: f64, eclipsed: Eclipsed) -> AboveHorizon {
+        let refracted_upper_limb_rad = |s: f64| {
             let (altitude, _) = self.altitude_azimuth_rad(self.eclipsed_body_km(eclipsed, s), s);
             altitude + HORIZON_REFRACTION_RAD + self.semidiameter_rad(eclipsed, s)
         };
         let mut above_horizon = AboveHorizon { spans: Vec::new(), rise_s: None, set_s: None };
-        let mut up_since = (upper_limb_altitude_rad(first) > 0.0).then_some(first);
+        let mut up_since = (refracted_upper_limb_rad(first) > 0.0).then_some(first);
         let mut current = first;
         while current < last {
             let next = (current + SEARCH_STEP_S).min(last);
-            match (upper_limb_altitude_rad(current) > 0.0, upper_limb_altitude_rad(next) > 0.0) {
+            match (refracted_upper_limb_rad(current) > 0.0, refracted_upper_limb_rad(next) > 0.0) {
                 (false, true) => {
-                    let s = zero_crossing(current, next, upper_limb_altitude_rad);
+                    let s = zero_crossing(current, next, refracted_upper_limb_rad);
                     above_horizon.rise_s = above_horizon.rise_s.or(Some(s));
                     up_since = Some(s);
                 }
                 (true, false) => {
-                    let s = zero_crossing(current, next, |s| -upper_limb_altitude_rad(s));
+                    // `zero_crossing` expects a negative value at `current`.
+                    let s = zero_crossing(current, next, |s| -refracted_upper_limb_rad(s));
                     above_horizon.set_s = above_horizon.set_s.or(Some(s));
                     above_horizon.spans.extend(up_since.take().map(|from| (from, s)));
                 }

@@ -100,6 +100,7 @@ mod tests {
     #[test]
     fn vertices_are_accurate_from_a_metre_above_the_ground_to_a_telescope() {
         let body_from_icrf = DMat3::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), 1.1);
+        // Sizes of the Moon, of Phobos and of a small asteroid.
         for (radii_km, height_km) in [(1737.4, 1e-3), (11.0, 1e-3), (11.0, 10.0), (1737.4, 4e5), (11.0, 8e7), (0.2, 1.5e8)] {
             let radii_km = DVec3::new(radii_km, 0.9 * radii_km, 0.8 * radii_km);
             let up = DVec3::new(0.6, 0.48, 0.64);
