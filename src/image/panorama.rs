@@ -393,7 +393,7 @@ mod tests {
             // Luminance of a texel's red. The rows at the poles are filtered, so the faint sky is read at the equator.
             let at = |k: usize| linear(faint[4 * k]) * unit;
             let equator = at(width * height / 2);
-            // 4 %: half a step of 8 bits, which is 6 % at a hundredth of the unit, and a margin.
+            // 4 %: the steps of 8 bits are 6 % at a hundredth of the unit; half a step, and a margin.
             assert!((equator / 1e-3 - 1.0).abs() < 0.04, "{bright_pixels}: {equator}");
             if let Some(bright) = &sky.bright {
                 let largest = |bytes: &[u8]| linear(bytes.iter().step_by(4).copied().max().unwrap_or(0));

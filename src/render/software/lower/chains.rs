@@ -1,5 +1,5 @@
-//! Finds chains of operations, in which each operation is the only reader of the previous operation's result, and divides each chain into as few pieces as
-//! possible for each of which there is a kernel.
+//! Finds chains of operations, in which each operation is the only reader of the previous operation's result, and divides each chain into the fewest pieces
+//! that have a kernel each.
 //!
 //! In: the SSA instructions after all other optimisations but the last, `merge.rs`. Out: the same instructions, in which a fused kernel of `kernels/chains.rs`
 //! replaces each piece of several operations, at the place of the last of them. Always: the operations of a chain come from one basic block, and no variable
@@ -165,13 +165,15 @@ fn split(chain: &[ChainOp]) -> Vec<&[ChainOp]> {
     let mut best = vec![(0, 0)];
     for end in 1..=chain.len() {
         let starts = (end.saturating_sub(MAX_CHAIN_OPS)..end).filter(|start| has_kernel(&chain[*start..end]));
+        let kernels_before = |start: usize| best[start].0;
         // A piece of one operation always has a kernel, so there is a start.
-        best.push(starts.map(|start| (best[start].0 + 1, start)).min().unwrap_or((end, end - 1)));
+        let fewest = starts.map(|start| (kernels_before(start) + 1, start)).min().unwrap_or((end, end - 1));
+        best.push(fewest);
     }
     let mut pieces = Vec::new();
     let mut end = chain.len();
     while end > 0 {
-        let start = best[end].1;
+        let (_, start) = best[end];
         pieces.push(&chain[start..end]);
         end = start;
     }
