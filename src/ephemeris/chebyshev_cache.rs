@@ -51,6 +51,7 @@ mod tests {
     use super::*;
     use std::sync::atomic::{AtomicU32, Ordering};
 
+    /// Any target.
     const TARGET: i32 = 3;
     const INTERVAL_DAYS: f64 = 16.0;
 

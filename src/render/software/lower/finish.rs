@@ -149,6 +149,7 @@ fn live_ranges(code: &[SsaInstr], inputs: &[SsaValue], outputs: &[SsaValue]) -> 
             ranges.entry(v).or_insert((i, i)).1 = i;
         }
     }
+    // An output that no instruction writes becomes an error in `operand_of`.
     for v in outputs {
         ranges.entry(*v).or_insert((0, 0)).1 = code.len();
     }

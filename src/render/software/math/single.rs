@@ -46,7 +46,7 @@ fn exp_of_reduced<const FMA: bool>(r: f32, t: f32) -> f32 {
 /// would need a second scale factor.
 #[inline(always)]
 pub(crate) fn exp<const FMA: bool>(x: f32) -> f32 {
-    // Beyond these bounds the result overflows to infinity or underflows to 0. They keep n in -126..=128.
+    // Beyond these bounds the result overflows to infinity or underflows to 0. They keep n in -126..=128. NaN stays.
     let clamped = if x > 88.9 { 88.9 } else { x };
     let clamped = if clamped < -87.5 { -87.5 } else { clamped };
     let t = fma::<FMA>(clamped, std::f32::consts::LOG2_E, ROUNDER);
@@ -257,6 +257,7 @@ pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
     // Beyond these bounds the result overflows to infinity or underflows to 0.
     let exponent = if exponent > 130.0 { 130.0 } else { exponent };
     let exponent = if exponent < -152.0 { -152.0 } else { exponent };
+    // As a float and as an integer.
     let (nearest, n) = exponent.round_small();
     // 2^(exponent - nearest).
     let p = horner::<f64, FMA, 8>(
