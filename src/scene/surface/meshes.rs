@@ -108,7 +108,7 @@ mod tests {
             let camera_km = vertex.as_dvec3() * radii_km + up * height_km;
             let placement = Placement { centre_km: body_from_icrf.transpose() * -camera_km, body_from_icrf, radii_km };
             // The camera looks obliquely, so that the vertex is not in the middle. The body is about 500 of 1000 pixels wide; near the ground the field of view
-            // is 60 degrees instead.
+            // is 60 degrees instead. 1e-7 degrees is the narrowest that a request may have.
             let fov_deg = (4.0 * radii_km.x / height_km).atan().to_degrees().clamp(1e-7, 60.0);
             let down = body_from_icrf.transpose() * -up;
             let forward = (down + down.any_orthonormal_vector() * 0.3 * (0.5 * fov_deg.to_radians()).tan()).normalize();
