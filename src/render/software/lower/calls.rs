@@ -22,7 +22,7 @@ impl<'m> Lowerer<'m> {
         let return_flag = self.env.len();
         let no = self.builder.bool(false);
         self.env.push(no);
-        let first_of_result = self.env.len();
+        let result_start = self.env.len();
         if let Some(r) = &function.result {
             let zeros = self.zeros(&self.module.types[r.ty].inner)?;
             self.env.extend(zeros);
@@ -35,7 +35,7 @@ impl<'m> Lowerer<'m> {
             values: HashMap::default(),
             locals: HashMap::default(),
             return_flag,
-            first_of_result,
+            result_start,
             loop_flags: Vec::new(),
         };
         let mut initialisers = Vec::new();
@@ -60,7 +60,7 @@ impl<'m> Lowerer<'m> {
         // For the probe of a pixel, which shows the values of variables.
         self.capture_variables()?;
         self.frames.pop();
-        let scalars = self.env[first_of_result..result_end].to_vec();
+        let scalars = self.env[result_start..result_end].to_vec();
         self.env.truncate(return_flag);
         Ok(scalars)
     }

@@ -301,7 +301,7 @@ impl<'m> Lowerer<'m> {
         self.builder.open_reuse_scope();
         let start_env = self.env.clone();
         // `iteration` below sets the state.
-        let iteration_start = IterationStart::of_no_statement();
+        let iteration_start = IterationStart::unequal_to_all();
         self.open_loops.push(OpenLoop { exit, variables: variables.clone(), exit_envs: Vec::new(), iteration_start });
         let LoopFlags { break_flag, continue_flag } = self.frame().loop_flags.last().copied().unwrap_or_default();
         let constant_false = self.builder.bool(false);

@@ -4,7 +4,7 @@
 //! lanes, and a batch without remaining lanes skips the statements. They must run for all lanes inside a loop or `switch`, or if they compute a derivative,
 //! which needs the values of discarded lanes (as helper invocations on a GPU).
 
-use super::lowerer::{DISCARDED, Lowerer};
+use super::lowerer::{DISCARDED_INDEX, Lowerer};
 use super::ssa::SsaValue;
 use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
@@ -14,7 +14,7 @@ impl<'m> Lowerer<'m> {
     /// discarded lanes would not leave a loop.
     pub(crate) fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
         // Only a mask that can differ between lanes is worth a condition.
-        matches!(self.env[DISCARDED], SsaValue::Lane(_))
+        matches!(self.env[DISCARDED_INDEX], SsaValue::Lane(_))
             && !rest.is_empty()
             && self.frames.iter().all(|f| f.loop_flags.is_empty())
             && !rest.iter().any(|(s, _)| self.uses_derivatives(s))

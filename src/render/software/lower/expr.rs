@@ -115,7 +115,7 @@ impl<'m> Lowerer<'m> {
             Expression::GlobalVariable(g) => return Ok(self.globals[g].clone()),
             Expression::LocalVariable(l) => {
                 let inner = module.types[function.local_variables[*l].ty].inner.clone();
-                return Ok(Value::Place(Place::Local { base: self.frame().locals[l], indices: Vec::new(), inner }));
+                return Ok(Value::Place(Place::Variable { base: self.frame().locals[l], indices: Vec::new(), inner }));
             }
             Expression::Load { pointer } => {
                 let place = self.place_of(*pointer)?;

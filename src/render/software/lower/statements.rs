@@ -5,7 +5,7 @@
 //! take together may be a jump instead (`control_flow.rs`).
 
 use super::error::Result;
-use super::lowerer::{DISCARDED, Lowerer};
+use super::lowerer::{DISCARDED_INDEX, Lowerer};
 use super::ssa::SsaValue;
 use crate::render::software::tape::Op;
 use naga::{Block, Span, Statement};
@@ -44,7 +44,7 @@ impl<'m> Lowerer<'m> {
         for (i, (statement, span)) in statements.iter().enumerate() {
             self.span = *span;
             self.count_statement_within_limit()?;
-            let discarded_before = self.env[DISCARDED];
+            let discarded_before = self.env[DISCARDED_INDEX];
             self.statement(statement)?;
             let rest = &statements[i + 1..];
             let may_exit = matches!(
@@ -62,8 +62,8 @@ impl<'m> Lowerer<'m> {
                 Some(true) => return Ok(()),
                 Some(false) => {
                     // Discarded lanes leave the block, too, if the rest computes no derivative and no loop is open (see `can_skip_discarded`).
-                    if self.env[DISCARDED] != discarded_before && self.can_skip_discarded(rest) {
-                        let remaining = self.builder.not(self.env[DISCARDED]);
+                    if self.env[DISCARDED_INDEX] != discarded_before && self.can_skip_discarded(rest) {
+                        let remaining = self.builder.not(self.env[DISCARDED_INDEX]);
                         return self.conditional(remaining, |this| this.statements(rest));
                     }
                     continue;
@@ -117,7 +117,7 @@ impl<'m> Lowerer<'m> {
             Statement::Return { value } => {
                 if let Some(v) = value {
                     let scalars = self.scalars_of(*v)?;
-                    let first = self.frame().first_of_result;
+                    let first = self.frame().result_start;
                     self.env[first..first + scalars.len()].copy_from_slice(&scalars);
                 }
                 let yes = self.builder.bool(true);
@@ -126,7 +126,7 @@ impl<'m> Lowerer<'m> {
                 Ok(())
             }
             Statement::Kill => {
-                self.env[DISCARDED] = self.builder.bool(true);
+                self.env[DISCARDED_INDEX] = self.builder.bool(true);
                 Ok(())
             }
             Statement::Store { pointer, value } => {
