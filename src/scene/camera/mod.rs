@@ -152,7 +152,7 @@ pub struct ViewRays {
     pub silhouette_form: [Vec4; 2],
     /// The reversed depth of a unit-sphere point p is 1 / (dot(xyz, p) + w).
     pub depth_row: Vec4,
-    /// The point of the unit sphere that is nearest to the camera, measured along the line from the camera to the body's centre.
+    /// The point of the body that reaches farthest along the line from the body's centre to the camera, as a unit-sphere point.
     pub nearest_point: Vec3,
     pub camera_in_unit_sphere: Vec3,
 }
