@@ -101,8 +101,8 @@ mod tests {
         (direction.z.asin().to_degrees(), direction.y.atan2(direction.x).to_degrees().rem_euclid(360.0), feature.diameter_km)
     }
 
-    /// Each line is read, and well-known features are within 1.5 degrees and 5 % of the gazetteer's own pages (planetarynames.wr.usgs.gov). The place of Apollo 11
-    /// is that of the table.
+    /// Each line is read, and well-known features are within 1.5 degrees and 5 % of the gazetteer's own pages (planetarynames.wr.usgs.gov). The place of Apollo
+    /// 11 is that of the table.
     #[test]
     fn the_tables_are_read_and_coordinates_agree_with_the_gazetteer() {
         let unread: Vec<_> = lines().filter(|l| SurfaceFeature::from_line(l).is_none()).collect();
