@@ -225,8 +225,8 @@ uniforms! {
         pub absorption_layer: Vec3 = "air_absorption_layer",
         /// At the middle of the absorption layer, per equatorial radius, linear RGB.
         pub absorption_extinction: Vec3 = "air_absorption_extinction",
-        /// Optical depth of the air above the floor, as `scene::atmosphere::optical_depth_above_ground` fits it: coefficients of t, t², ... (xyz: RGB), and k in
-        /// w of the first row, for t = 1 / (1 + k cos z) at the zenith angle z.
+        /// Optical depth of the air above the floor, as `scene::atmosphere::optical_depth_above_ground` fits it: coefficients of t, t², ... (xyz: RGB), and k
+        /// in w of the first row, for t = 1 / (1 + k cos z) at the zenith angle z.
         pub optical_depth_above_ground: [Vec4; OPTICAL_DEPTH_TERMS] = "air_optical_depth_above_ground",
         /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of the two is shown. 2: the map
         /// includes an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's
@@ -300,8 +300,8 @@ uniforms! {
         pub largest: f32 = "detail_largest",
         /// The camera relative to the origin (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
-        /// If the origin is a point of the ground. Row 0: this point in the unit-sphere frame (xyz), and its view depth (w; 0: the origin is no point of the
-        /// ground). Row 1: the view ray to the point, with a view depth of 1 (xyz), and the point's u in the draw's rectangle (w). Row 2: its v (x).
+        /// The origin, if it is a point of the ground. Row 0: this point in the unit-sphere frame (xyz), and its view depth (w; 0: the origin is no point of
+        /// the ground). Row 1: the view ray to the point, with a view depth of 1 (xyz), and the point's u in the draw's rectangle (w). Row 2: its v (x).
         pub reference: [Vec4; 3] = "detail_reference",
     }
 }
