@@ -6,7 +6,7 @@
 //! reflected by the ground, and collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle
 //! everywhere. The levels resolve air up to an optical depth of some 10 (the catalog's thickest has 6).
 
-use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, kept_scattering, row_height_km};
+use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, row_height_km, scattering_in_draws};
 use crate::scene::atmosphere::extinction::density;
 use crate::scene::atmosphere::phase;
 use crate::scene::constants::MULTI_SCATTER_HEIGHTS as TABLE_HEIGHTS;
@@ -116,16 +116,16 @@ impl<'a> DiffuseLight<'a> {
         // The scattering optical depth along the ray, times the transmittance to the ray's start: by species, and by the level and the ray's zenith angle
         // there.
         let mut scattered = vec![DVec3::ZERO; species.len() * NODES];
-        // `transmittance_km`: length of the step times the transmittance from there to the start of the ray.
+        // `transmitted_km`: length of the step times its mean transmittance to the start of the ray.
         // `ground`: where the ray meets the ground, if it does.
-        let ground = sphere.follow(self.start(node / STREAMS), along, STEPS, |p, transmittance_km| {
+        let ground = sphere.follow(self.start(node / STREAMS), along, STEPS, |p, transmitted_km| {
             let height_km = sphere.height_km(p);
             // The inverse of `start`: heights grow with the square of the level.
             let level_position = (height_km / sphere.air.top_km).sqrt() * (LEVELS - 1) as f64;
             let stream_position = self.stream_position(along.dot(p.normalize()));
             for (k, s) in species.iter().enumerate() {
                 // Without the light that draws treat as absorbed.
-                let light = transmittance_km * kept_scattering(s) * density(s, height_km);
+                let light = transmitted_km * scattering_in_draws(s) * density(s, height_km);
                 for (level, level_weight) in interpolation_weights(level_position, LEVELS) {
                     for (stream, stream_weight) in interpolation_weights(stream_position, STREAMS) {
                         scattered[(k * LEVELS + level) * STREAMS + stream] += light * (level_weight * stream_weight);

@@ -13,7 +13,7 @@
 
 use crate::catalog::{Atmosphere, PhaseFunction, Species};
 use crate::memo::{Memo, NumbersKey};
-use crate::scene::atmosphere::air_sphere::{direction, kept_scattering};
+use crate::scene::atmosphere::air_sphere::{direction, scattering_in_draws};
 use crate::scene::atmosphere::extinction::{column_above_km, density, extinction, quadrature};
 use crate::scene::atmosphere::phase;
 use crate::scene::numeric::gauss_legendre;
@@ -100,7 +100,7 @@ impl<'a> Constituent<'a> {
         let mean_cosine = species.aerosol_phase().map_or(DVec3::ZERO, |aerosol| phase::mean_cosine(PhaseFunction::Aerosol(aerosol)));
         Self {
             species,
-            scattering: kept_scattering(species),
+            scattering: scattering_in_draws(species),
             extinction: extinction(species),
             reduced_scattering_factor: DVec3::ONE - mean_cosine,
         }
