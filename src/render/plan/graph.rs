@@ -17,7 +17,7 @@ pub struct TargetDescriptor {
     pub format: ColourFormat,
     /// Samples per pixel, 1 or 4.
     pub samples: u8,
-    /// Clear colour, as stored in the target.
+    /// Clear colour: red, green, blue, alpha, as the format stores them.
     pub clear: [f32; 4],
     /// Whether a depth buffer belongs to the target.
     pub has_depth: bool,
@@ -32,7 +32,7 @@ pub enum Write {
     Over(&'static str),
 }
 
-/// A finished resource that a step's draws read as a texture, and its binding.
+/// A finished resource that a step's draws read as a texture, and its binding in bind group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Read {
     pub resource: &'static str,
@@ -48,6 +48,7 @@ pub struct PassStep {
     pub draws: Vec<PlanDraw>,
 }
 
+/// Why steps do not form a plan.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GraphError {
     #[error("steps `{first}` and `{second}` both create `{resource}`")]
@@ -135,6 +136,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
     }
+    // Every resource that a step reads is in the order, so 0 is never used.
     let pass_index_of = |resource: &str| order.iter().position(|r| *r == resource).unwrap_or(0);
     let passes = order.iter().map(|resource| {
         let (_, target) = creators[resource];
@@ -224,24 +226,25 @@ mod tests {
         assert_eq!(names(&steps), ["light", "halo", "image"]);
         let reversed: Vec<PassStep> = steps.iter().rev().cloned().collect();
         assert_eq!(names(&reversed), ["light", "halo", "image"]);
+        // A step that draws over a resource adds no pass.
         assert_eq!(
-            names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("t", "image", &["light"])]),
+            names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("tone map", "image", &["light"])]),
             ["light", "image"]
         );
     }
 
     #[test]
-    fn each_error_names_its_step() {
+    fn each_error_names_its_step_or_the_image() {
         let why = |steps: &[PassStep]| compile(steps, "image").expect_err("a mistake").to_string();
-        let end = || creates("tone map", "image", &["light"]);
-        assert!(why(&[creates("a", "light", &[]), creates("b", "light", &[]), end()]).contains("`a` and `b` both create `light`"));
-        assert!(why(&[end()]).contains("`tone map` needs `light`"));
+        let tone_map = || creates("tone map", "image", &["light"]);
+        assert!(why(&[creates("a", "light", &[]), creates("b", "light", &[]), tone_map()]).contains("`a` and `b` both create `light`"));
+        assert!(why(&[tone_map()]).contains("`tone map` needs `light`"));
         assert!(why(&[over("points", "stars", &[])]).contains("`points` needs `stars`"));
-        assert!(why(&[creates("a", "light", &[]), creates("lost", "mask", &[]), end()]).contains("`lost` draws into `mask`"));
-        assert!(why(&[creates("a", "light", &["mask"]), creates("m", "mask", &["light"]), end()]).contains("not finished before"));
-        assert!(why(&[creates("a", "light", &["light"]), end()]).contains("not finished before"));
+        assert!(why(&[creates("a", "light", &[]), creates("lost", "mask", &[]), tone_map()]).contains("`lost` draws into `mask`"));
+        assert!(why(&[creates("a", "light", &["mask"]), creates("m", "mask", &["light"]), tone_map()]).contains("not finished before"));
+        assert!(why(&[creates("a", "light", &["light"]), tone_map()]).contains("not finished before"));
         assert!(why(&[creates("a", "light", &[])]).contains("no step creates the image"));
-        let cycle = [creates("a", "light", &[]), end(), creates("m", "mask", &["other"]), creates("o", "other", &["mask"])];
+        let cycle = [creates("a", "light", &[]), tone_map(), creates("m", "mask", &["other"]), creates("o", "other", &["mask"])];
         assert!(why(&cycle).contains("`m` draws into `mask`"));
     }
 }
