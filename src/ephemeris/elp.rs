@@ -24,7 +24,8 @@ const MEAN_LONGITUDE: [f64; 5] = [
 /// Correction of the mean longitude, fitted to DE440 (see the module's comment). Coefficients of powers of Julian centuries, radians.
 const FITTED_TO_DE440: [f64; 3] = [-0.076_889 * RAD_PER_ARCSEC, -0.317_650 * RAD_PER_ARCSEC, -0.946_281 * RAD_PER_ARCSEC];
 
-/// Arguments of the terms. Zeta is the mean longitude counted from the moving equinox: W1 plus the precession, both to first order in time. Coefficients of powers of Julian centuries, radians.
+/// Arguments of the terms. Zeta is the mean longitude counted from the moving equinox: W1 plus the precession, both to first order in time. Coefficients of
+/// powers of Julian centuries, radians.
 const ARGUMENTS: [[f64; 5]; 13] = [
     // D, the elongation from the Sun.
     [5.198_466_741_027_443, 7_771.377_146_811_758, -2.844_935_162_1e-5, 3.197_346_2e-8, -1.543_65e-10],

@@ -8,9 +8,9 @@
 //! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels.
 //! The finest spot of a map is assumed to have, before the filter, a sigma of 0.6 texels in both directions. The filter makes it 0.6 tan phi texels along the
 //! row (squares of sigmas add), which is 0.6 sin phi of the equator's texels. So the spot is 1 / sin phi times as long as it is wide: sqrt 2 at 45 degrees, 1
-//! at the poles. Always: each row keeps its mean, and rows within 45 degrees of the equator keep their texels. The rows next to the poles keep half of the first
-//! harmonic in longitude (sigma is 1.2 radians there: exp(-1.2² / 2) = 0.49) and little of the higher ones. Detail finer than the Gaussian of its row is lost;
-//! streaks that the surface itself has remain if they are wider than the Gaussian.
+//! at the poles. Always: each row keeps its mean, and rows within 45 degrees of the equator keep their texels. The rows next to the poles keep half of the
+//! first harmonic in longitude (sigma is 1.2 radians there: exp(-1.2² / 2) = 0.49) and little of the higher ones. Detail finer than the Gaussian of its row is
+//! lost; streaks that the surface itself has remain if they are wider than the Gaussian.
 //!
 //! The directions east and north rotate with the meridian, so slopes (the east and north components of normals) are averaged as vectors in one
 //! frame at the pole. In this frame, the slopes of a cone around the pole cancel out over the full circle. Every mip level is filtered again:

@@ -51,7 +51,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { threads: 0, kernel_class: KernelClass::detect(), precision: Precision::F32, vertex_grid: VertexGrid::default() }
+        Self { threads: 0, kernel_class: KernelClass::in_use(), precision: Precision::F32, vertex_grid: VertexGrid::default() }
     }
 }
 

@@ -152,12 +152,12 @@ pub struct ExecutionCounts {
 }
 
 impl<R: Real> Executor<R> {
-    /// Binds the program to the kernels of this process's class ([`KernelClass::detect`]).
+    /// Binds the program to the kernels of this process's class ([`KernelClass::in_use`]).
     ///
     /// # Errors
     /// As [`Executor::with_class`].
     pub fn new(program: &Program) -> Result<Self, String> {
-        Self::with_class(program, KernelClass::detect())
+        Self::with_class(program, KernelClass::in_use())
     }
 
     /// Binds the program to the kernels of a class, which must be available on this machine.
