@@ -1,7 +1,7 @@
 //! The Moon by ELP2000-82B, truncated. In: an instant, and the amplitude of the smallest terms to sum. Out: the geocentric state, ICRF.
 //!
 //! The theory: Chapront-Touzé and Chapront, Astron. Astrophys. 190 (1988), 342; the terms are in catalogs/elp2000_truncated.csv. ELP's value of the tidal
-//! acceleration is older than DE440's, so [`FITTED_TO_DE440`] was fitted to DE440's longitude over 1560 to 2640 (1500 dates). The greatest error against DE440
+//! acceleration is older than DE440's, so `FITTED_TO_DE440` was fitted to DE440's longitude over 1560 to 2640 (1500 dates). The greatest error against DE440
 //! (`examples/measure_ephemeris.rs`) is 6.6 km or 3.8 arcsec (1.4 km rms) over 1552 to 2646, and 4.7 km or 2.7 arcsec over 1600 to 2500. Outside these years
 //! the fitted quadratic term is an extrapolation: an error of 1 arcsec per century squared in the tidal acceleration moves the Moon by 50² / 2 arcsec, 21
 //! arcmin, in 3000 BC.

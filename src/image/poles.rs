@@ -18,7 +18,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// How the rows near the poles of an image are filtered, by the meaning of its texels. [`PoleRowFilter`] does it.
+/// How the rows near the poles of an image are filtered, by the meaning of its texels; `PoleRowFilter` does it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PoleFilter {
     /// No poles: the image is not equirectangular over the whole sphere.

@@ -121,8 +121,8 @@ mod tests {
         let ratio = Quartiles::of_ratios(&times[1], &times[0]).expect("ratios");
         // The second run of a round is slower by 1.06, so the ratio is 2 * 1.06 = 2.12 in half of the rounds and 2 / 1.06 = 1.89 in the others.
         assert!((ratio.median - true_ratio).abs() < 0.15 && ratio.low > 1.8 && ratio.high < 2.2, "{ratio:?}");
-        // If all runs of the first workload came before those of the second, the slowdown would count as a cost of the second: its last ten runs take 6.4 times
-        // as long as the first ten of the other, 2 for the work and 1.06^20 = 3.2 for the slowdown by the 20 runs from one to the other.
+        // Times of different rounds may not be compared: the slowdown would count as a cost of the second workload. Its last ten rounds take 6.4 times as long
+        // as the first ten of the other, 2 for the work and 1.06^20 = 3.2 for the slowdown by the 20 runs of ten rounds.
         let (first, second) = (times[0][..10].iter().sum::<f64>(), times[1][10..].iter().sum::<f64>());
         assert!(second / first > 2.0 * true_ratio);
     }

@@ -250,7 +250,7 @@ impl PixelView {
         Self::Cost,
     ];
 
-    /// The view with this name, in any case; `None` if there is none.
+    /// The view with this name, whatever the case of its letters; `None` if there is none.
     pub fn by_name(name: &str) -> Option<Self> {
         // Earlier versions called the final image `shaded`.
         let known = Self::ALL.map(|v| (v.name(), v)).into_iter().chain([("shaded", Self::Final)]);
