@@ -355,6 +355,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
                 for start in (first..tap_end).step_by(CHUNK) {
                     let (mut tap_u, mut tap_v) = (*chunk(u, start), *chunk(v, start));
                     let (step_u, step_v) = (chunk(step_u, start), chunk(step_v, start));
+                    // `along`: from the middle of the footprint, in steps.
                     let (along, weight) = taps(tap, chunk(length, start));
                     for i in 0..CHUNK {
                         tap_u[i] = tap_u[i] + along[i] * step_u[i];
