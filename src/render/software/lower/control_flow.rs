@@ -58,7 +58,7 @@ impl<'m> Lowerer<'m> {
     /// The label behind the innermost loop, if the code may jump there instead of running the rest of this iteration when no lane remains; otherwise `None`. It
     /// may if the iteration has changed no scalar yet except the flag of `break`: the loop variables then have the right values behind the loop, and no further
     /// iteration runs.
-    pub(super) fn exit_if_iteration_is_unchanged(&self) -> Option<JumpLabel> {
+    pub(super) fn loop_exit_if_nothing_changed(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
         let break_flag = self.frame().loop_flags.last()?.break_flag;
         let start = &open_loop.iteration_start;

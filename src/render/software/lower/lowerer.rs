@@ -60,7 +60,7 @@ pub(crate) struct OpenLoop {
 }
 
 /// The state of the lowering at the start of an iteration, to tell whether the iteration has changed anything yet
-/// ([`Lowerer::exit_if_iteration_is_unchanged`]).
+/// ([`Lowerer::loop_exit_if_nothing_changed`]).
 pub(crate) struct IterationStart {
     pub env: Vec<SsaValue>,
     pub condition_depth: usize,
@@ -133,7 +133,7 @@ impl<'m> Lowerer<'m> {
     ///
     /// # Errors
     /// More statements than [`MAX_STATEMENTS`], or more instructions than [`MAX_INSTRS`].
-    pub(super) fn count_statement_within_limit(&mut self) -> Result<()> {
+    pub(super) fn count_statement_and_check_limits(&mut self) -> Result<()> {
         self.statement_count += 1 + self.env.len() / SCALARS_PER_STATEMENT;
         for (count, max, what) in
             [(self.statement_count, MAX_STATEMENTS, "statements"), (self.builder.lane_instrs.len(), MAX_INSTRS, "steps")]
