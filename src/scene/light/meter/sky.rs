@@ -82,7 +82,7 @@ impl MeteredFrame<'_, '_> {
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_exposure_radiance).powf(air.sky_weight());
         let exposed = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
         let scattered = self.sum_over_lights_of_sky(|air, towards, irradiance| air.scattered_radiance(towards, irradiance));
-        Some(with_drawn_radiance(exposed, scattered + air.night_radiance()))
+        Some(with_drawn_radiance(exposed, scattered + air.night_sky_radiance()))
     }
 }
 
