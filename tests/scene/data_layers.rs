@@ -169,7 +169,7 @@ fn outlines_follow_their_coordinates() {
     let earth = scene.body(NaifId::EARTH).expect("the Earth").placement;
     let (body, segments) = scene.ground_lines.first().expect("lines");
     assert!(*body == NaifId::EARTH && segments.len() >= 4, "{}", segments.len());
-    let half = scene.camera.half_size();
+    let half = scene.camera.half_size_px();
     let ends: Vec<DVec2> =
         segments.iter().flat_map(|p| p.ends).map(|e| (e.truncate().as_dvec2() * DVec2::new(1.0, -1.0) + 1.0) * half).collect();
     // Each end lies on one of the two parallels or meridians.

@@ -9,9 +9,9 @@ use crate::scene::atmosphere::air::SurroundingAir;
 use glam::DVec3;
 
 /// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun: the light
-/// meter takes it for the sky's mean radiance, which an image shows at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. Chosen by eye: by day 4 times
-/// the true mean, with the Sun 12 degrees below the horizon 40 times, so that dusk is shown darker than day. Between altitudes the logarithm of the radiance
-/// is linear.
+/// meter uses it in place of the sky's mean radiance: an image shows it at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. Chosen by eye: by day 4
+/// times the true mean, with the Sun 12 degrees below the horizon 40 times; the higher the factor, the darker the image, so dusk is shown darker than day.
+/// Between altitudes the logarithm of the radiance is linear.
 const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
     [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
