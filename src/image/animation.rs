@@ -91,8 +91,11 @@ impl<W: Write> AnimationWriter<W> {
                 encoder.set_compression(png::Compression::Fast);
                 // The number of plays; 0 is without end.
                 encoder.set_animated(frame_count, 0).map_err(write_error)?;
-                let frames_per_s = u16::try_from(frames_per_s)
-                    .map_err(|_| ImageError::Write(format!("{frames_per_s} frames a second: at most {MAX_APNG_FRAMES_PER_S}")))?;
+                // A delay of 1 / 0 s would mean 1/100 s.
+                let in_range = u16::try_from(frames_per_s).ok().filter(|rate| *rate > 0);
+                let frames_per_s = in_range.ok_or_else(|| {
+                    ImageError::Write(format!("{frames_per_s} frames a second: an animated PNG has 1 to {MAX_APNG_FRAMES_PER_S}"))
+                })?;
                 encoder.set_frame_delay(1, frames_per_s).map_err(write_error)?;
                 Encoder::Apng(Box::new(encoder.write_header().map_err(write_error)?))
             }
@@ -208,6 +211,7 @@ mod tests {
         assert!(new(AnimationFormat::Gif, (70_000, 1), 25).is_err_and(|e| e.contains("65535")));
         assert!(new(AnimationFormat::Gif, (7, 1), 120).is_err_and(|e| e.contains("1 to 100")));
         assert!(new(AnimationFormat::Apng, (7, 1), 70_000).is_err_and(|e| e.contains("65535")));
+        assert!([AnimationFormat::Gif, AnimationFormat::Apng].iter().all(|format| new(*format, (7, 1), 0).is_err()));
         let mut writer = AnimationWriter::new(Vec::new(), AnimationFormat::Gif, (4, 3), 1, 25).expect("a writer");
         assert!(matches!(writer.add(&[[0; 4]; 5]), Err(ImageError::WrongLength { .. })));
     }

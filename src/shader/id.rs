@@ -85,7 +85,7 @@ const FORMER_PROBES: [(&str, &str); 1] = [("probe_ring_shadow", "probe_body_shad
 /// The probe modules that are recorded (`shader::record`) and tested: each probe, with keys of some of the models that it evaluates.
 pub fn probe_samples() -> Vec<ModuleId> {
     let modules = |name: &'static str, keys: &[&str]| {
-        keys.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
+        keys.iter().map(|text| text.parse().expect("a shader key")).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
     };
     let overlap_keys = ["linear", "uniform-disc", "limb-darkened"].map(|m| format!("lambert.sun1.eclipse1-{m}.sphere"));
     let mut all = modules("probe_disc_overlap", &overlap_keys.each_ref().map(String::as_str));

@@ -58,7 +58,7 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
     });
     let mut occupied: Vec<Rect> = body_rects.collect();
     // The texts and bars of the margin: caption, scale bar, surface features.
-    occupied.extend(labels.into_iter().flat_map(|layer| layer.occupied(&metrics).collect::<Vec<_>>()));
+    occupied.extend(labels.into_iter().flat_map(|layer| layer.occupied(&LabelMetrics::of_size(layer.glyph_px)).collect::<Vec<_>>()));
     candidates.sort_by_key(|t| t.is_grid_coordinate);
     let mut texts = Vec::new();
     for candidate in candidates {

@@ -126,6 +126,7 @@ impl<'a> Scanner<'a> {
         // The branches of the chain that an `@elif` or `@else` would continue, and the start of its first item.
         let mut chain: Vec<u32> = Vec::new();
         let mut chain_start = 0;
+        let mut chain_has_else = false;
         while !self.is_at_end_of_list() {
             let start = self.position();
             let (branch, attribute_span) = self.scan_attributes()?.unzip();
@@ -134,11 +135,15 @@ impl<'a> Scanner<'a> {
             if continues_chain && previous_branch.is_none() {
                 return Err(ScanError { position: start, what: "the item before has no `@if`".into() });
             }
+            if continues_chain && chain_has_else {
+                return Err(ScanError { position: start, what: "the item before is an `@else`, which ends the chain".into() });
+            }
             if !continues_chain {
                 self.finish_chain(&chain, chain_start);
                 chain.clear();
                 chain_start = start;
             }
+            chain_has_else = matches!(branch, Some(Branch::Else));
             let block = match branch {
                 None => parent,
                 Some(Branch::If(condition) | Branch::Elif(condition)) => {

@@ -49,7 +49,7 @@ struct Table {
     content: Content,
     /// Whether TABLEDATA, BINARY or BINARY2 has begun.
     has_data: bool,
-    /// Whether the TABLE has ended; later elements are ignored.
+    /// Whether the TABLE has ended; later elements other than the service's status are ignored.
     has_ended: bool,
 }
 
@@ -149,7 +149,14 @@ impl ElementHandler for Table {
     }
 
     fn end_element(&mut self, path: &[Element]) -> Result<(), String> {
-        let Some(element) = path.last().filter(|_| !self.has_ended) else { return Ok(()) };
+        let Some(element) = path.last() else { return Ok(()) };
+        // A service that fails while it writes the rows says so after the TABLE (IVOA DALI 1.1, 4.4).
+        if element.name == "INFO" && element.attribute("name") == Some("QUERY_STATUS") && element.attribute("value") == Some("ERROR") {
+            return Err(format!("the service that wrote it says: {}", echo_within(element.text.trim(), 200)));
+        }
+        if self.has_ended {
+            return Ok(());
+        }
         match element.name.as_str() {
             "STREAM" => {
                 let serialization = path.iter().rev().nth(1).map_or("", |parent| parent.name.as_str());
@@ -170,9 +177,6 @@ impl ElementHandler for Table {
                 self.content.points.push(point);
             }
             "TABLE" => self.has_ended = true,
-            "INFO" if element.attribute("name") == Some("QUERY_STATUS") && element.attribute("value") == Some("ERROR") => {
-                return Err(format!("the service that wrote it says: {}", echo_within(element.text.trim(), 200)));
-            }
             _ => {}
         }
         Ok(())
