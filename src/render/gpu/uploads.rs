@@ -73,7 +73,7 @@ impl Uploads {
             Some(decoded) => decoded.strong_count() > 0,
             None => u.last_used_frame + UNUSED_TABLE_FRAMES >= frame,
         });
-        let mut total = self.total_bytes();
+        let mut total = self.resident_bytes();
         if total <= BUDGET_BYTES {
             return;
         }
@@ -91,7 +91,7 @@ impl Uploads {
         }
     }
 
-    pub(crate) fn total_bytes(&self) -> u64 {
+    pub(crate) fn resident_bytes(&self) -> u64 {
         self.by_key.values().map(|u| u.byte_count).sum()
     }
 
