@@ -1,12 +1,14 @@
 //! Headers of FITS files (standard 4.0). A header is a sequence of 80-byte cards, `KEYWORD = value / comment`, in blocks of 2880 bytes.
 //!
 //! In: the bytes of a file from the start of a header. Out: its cards and the offset of its data, or a [`CardError`]. Always: at most 1000 blocks are read.
-//! Not read: long strings (CONTINUE), hierarchical keywords.
+//! Left out: long strings (CONTINUE), hierarchical keywords.
 
 use crate::wording::echo_within;
 
 /// Length of a card, bytes.
 pub(super) const CARD_BYTES: usize = 80;
+/// Length of the keyword at the start of a card, bytes.
+const KEYWORD_BYTES: usize = 8;
 /// Block size of headers and data, bytes.
 pub(super) const BLOCK_BYTES: usize = 2880;
 /// Maximum number of blocks of a header.
@@ -20,8 +22,8 @@ pub(super) struct Header {
     pub data_offset: usize,
 }
 
-/// An error in a header: the number of the wrong card, counted from 1 at the start of the file, and the reason. For a missing card, the number is 1 or that
-/// of the header's first card.
+/// An error in a header: the number of the wrong card, counted from 1 at the start of the file, and the reason. For a missing card, the number is
+/// 1; if END is missing, it is that of the header's first card.
 pub(super) type CardError = (usize, String);
 
 impl Header {
@@ -34,7 +36,7 @@ impl Header {
                 return Err((card_number, "a header card with bytes that are not text: not FITS, or damaged".to_owned()));
             }
             let text = String::from_utf8_lossy(card);
-            let (keyword, rest) = text.split_at(8);
+            let (keyword, rest) = text.split_at(KEYWORD_BYTES);
             let keyword = keyword.trim_end();
             if keyword == "END" {
                 return Ok(Self { cards, data_offset: ((k + 1) * CARD_BYTES).next_multiple_of(BLOCK_BYTES) });
@@ -51,7 +53,7 @@ impl Header {
         self.cards.iter().find(|(k, _, _)| k == keyword).map(|(_, value, card_number)| (value.as_str(), *card_number))
     }
 
-    /// The text of a card, without quotes; empty if there is no such card.
+    /// The value of a card as text, without quotes; empty if there is no such card.
     pub fn text(&self, keyword: &str) -> &str {
         self.find(keyword).map_or("", |(value, _)| value)
     }
