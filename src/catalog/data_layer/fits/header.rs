@@ -13,6 +13,8 @@ const KEYWORD_BYTES: usize = 8;
 pub(super) const BLOCK_BYTES: usize = 2880;
 /// Maximum number of blocks of a header.
 const MAX_BLOCKS: usize = 1000;
+/// Maximum length of a value that a message quotes, characters.
+const MAX_VALUE_ECHO_CHARS: usize = 40;
 
 /// The header of one HDU (header-data unit: an image or table of the file).
 pub(super) struct Header {
@@ -68,7 +70,7 @@ impl Header {
         let Some((value, card_number)) = self.find(keyword) else { return Ok(None) };
         // Fortran writes exponents with D.
         let parsed = value.replace(['D', 'd'], "E").parse::<f64>().ok().filter(|v| v.is_finite());
-        parsed.map(Some).ok_or_else(|| (card_number, format!("{keyword}: `{}` is not a number", echo_within(value, 40))))
+        parsed.map(Some).ok_or_else(|| (card_number, format!("{keyword}: `{}` is not a number", echo_within(value, MAX_VALUE_ECHO_CHARS))))
     }
 
     /// The integer value of a card. A missing card or a value outside `range` is an error.
@@ -77,7 +79,7 @@ impl Header {
         let parsed = value.parse::<i64>().ok().filter(|v| range.contains(v));
         parsed.ok_or_else(|| {
             let (min, max) = (range.start(), range.end());
-            (card_number, format!("{keyword}: `{}` is not a whole number from {min} to {max}", echo_within(value, 40)))
+            (card_number, format!("{keyword}: `{}` is not a whole number from {min} to {max}", echo_within(value, MAX_VALUE_ECHO_CHARS)))
         })
     }
 }
