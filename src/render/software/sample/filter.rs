@@ -14,7 +14,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::filter_avx2;
-use super::footprint::{FilterRequest, Footprints, ceil, floor, taps};
+use super::footprint::{FilterRequest, Footprints, ceil, floor, tap_of_each_lane};
 pub(crate) use super::lane_order::{BATCH, Channels, MAX_TAPS};
 use super::lane_order::{CHUNK, LaneOrder, LazyArray, MAX_LEVELS, PADDED};
 use super::texels::{BoundLevel, Decode, TexelLevel, read_pair};
@@ -356,7 +356,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
                     let (mut tap_u, mut tap_v) = (*chunk(u, start), *chunk(v, start));
                     let (step_u, step_v) = (chunk(step_u, start), chunk(step_v, start));
                     // `along`: from the middle of the footprint, in steps.
-                    let (along, weight) = taps(tap, chunk(length, start));
+                    let (along, weight) = tap_of_each_lane(tap, chunk(length, start));
                     for i in 0..CHUNK {
                         tap_u[i] = tap_u[i] + along[i] * step_u[i];
                         tap_v[i] = tap_v[i] + along[i] * step_v[i];
