@@ -33,7 +33,7 @@ impl Lowerer<'_> {
             let before = self.env[scalar];
             let is_lane = |v: SsaValue| matches!(v, SsaValue::Lane(_));
             // A flag that is known on one side is merged by a select, which the builder may simplify to a known value: the lowering of later statements depends
-            // on whether a flag is known. A select of values that all lanes share runs once per batch, not in each lane.
+            // on whether a flag is known. A select of values that all lanes share does not run in each lane.
             let is_known = [accepted, rejected].iter().any(|v| self.builder.known_bool(*v).is_some());
             if accepted == rejected || is_known || !(is_lane(accepted) || is_lane(rejected)) {
                 self.env[scalar] = self.builder.select(cond, accepted, rejected);

@@ -73,6 +73,7 @@ pub(crate) enum SsaInstr {
         mask: SsaValue,
         label: JumpLabel,
     },
+    /// Jumps if `cond` equals `when`.
     JumpIf {
         cond: SsaValue,
         when: bool,
