@@ -124,8 +124,8 @@ impl SolarEclipse {
         let Some(mean_limb) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
         let mut found = Vec::new();
         // The first instant, searched from `from_s` to `to_s` (which may be earlier), at which the angle outside the Sun has changed its sign. Times
-        // `sign`, the angle is negative before; there is no contact if it is not negative at `from_s`, or stays negative up to `to_s`. The first round uses the silhouette
-        // at the contact of the mean limb, the second round the silhouette at the instant that the first one found.
+        // `sign`, the angle is negative before; there is no contact if it is not negative at `from_s`, or stays negative up to `to_s`. The first
+        // round uses the silhouette at the contact of the mean limb, the second round the silhouette at the instant that the first one found.
         let find_contact =
             |name, condition, mean_limb_s: f64, [from_s, to_s]: [f64; 2], sign: f64| -> Result<Option<LimbContact>, EphemerisError> {
                 let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_limb_s)?;
