@@ -43,7 +43,7 @@ impl<'m> Lowerer<'m> {
         self.builder.open_reuse_scope();
         let is_unrolled = if let Some(count) = count {
             self.frame_mut().loop_flags.push(flags);
-            // With a start that equals no state, no jump leads to `exit` either (`exit_if_iteration_is_unchanged`).
+            // With a start that equals no state, no jump leads to `exit` either (`loop_exit_if_nothing_changed`).
             let iteration_start = IterationStart::unequal_to_all();
             let exit = self.builder.fresh_label();
             self.open_loops.push(OpenLoop { exit, variables: Vec::new(), exit_envs: Vec::new(), iteration_start });
