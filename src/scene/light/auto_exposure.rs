@@ -94,6 +94,7 @@ fn metered_exposure(
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
         .map(|p| night_lights::white_radiance(p.body))
         .fold(0.0, f64::max);
+    // 1e-30 only keeps the logarithm finite where there are no city lights.
     let city_light_weight = (brightest_city_light / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
     if city_light_weight > 0.0 { exposure_with(city_light_weight.min(1.0)) } else { without_city_lights }
 }
