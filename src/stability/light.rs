@@ -85,6 +85,7 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
         let (Ok(body), Ok(occluder), Ok(time)) =
             (session.catalog().body_named(receiver_name), session.catalog().body_named(occluder_name), Instant::parse(time))
         else {
+            // The catalog lacks one of the bodies.
             continue;
         };
         let receiver = Receiver::at(ephemeris, body, time)?;

@@ -3,8 +3,8 @@
 //!
 //! A *form* is a quadratic polynomial of the position on the screen that is positive inside an outline. In: the uniforms of a body's draw, with its silhouette
 //! form, a polynomial of the position (u, v) in the draw's rectangle. The silhouette form is |ray|^2 (1 - q^2), in the unit-sphere frame: the ray is
-//! `ray_origin` + u `ray_du` + v `ray_dv`, and q is its distance from the body's centre. Out: forms in pixel coordinates. Always: each outline is an ellipse, so
-//! its form is concave: over a rectangle it is least at a corner, and nowhere above its tangent plane at the middle.
+//! `ray_origin` + u `ray_du` + v `ray_dv`, and q is its distance from the body's centre. Out: forms in pixel coordinates. Always: each outline is an ellipse,
+//! so its form is concave: over a rectangle it is least at a corner, and nowhere above its tangent plane at the middle.
 
 use crate::scene::camera::silhouette::PADDING_PX;
 use crate::scene::draw::{BodyPart, Draw, DrawUniforms, Shape};

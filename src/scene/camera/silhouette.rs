@@ -49,7 +49,7 @@ fn meets_frame(camera: &Camera, placement: &Placement) -> bool {
 fn largest_cosine_on_segment(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
     let step = to - from;
     let (a, b) = (axis.dot(from), axis.dot(step));
-    // Where the derivative of (a + b t) / |from + t step| by t is zero.
+    // The t at which the derivative of the cosine (a + b t) / |from + t step| is zero.
     let stationary = (b * from.length_squared() - a * from.dot(step)) / (a * step.length_squared() - b * from.dot(step));
     let cosine = |t: f64| axis.dot((from + step * t).normalize());
     let at_stationary = if (0.0..=1.0).contains(&stationary) { cosine(stationary) } else { -1.0 };
@@ -77,7 +77,7 @@ impl Outline {
             return Self::Behind;
         }
         // With p = (x, y), the form is -pᵀ B p + 2 linear · p + |c|². It is largest at the ellipse's centre. Relative to this centre, the ellipse is
-        // pᵀ B p <= form_at_centre; its half extents squared are form_at_centre times the diagonal of B's inverse.
+        // pᵀ B p <= form_at_centre; its half extents squared are form_at_centre times the diagonal of B's inverse, its area is pi form_at_centre / sqrt(det B).
         let inverse = DMat2::from_cols(DVec2::new(yy, -xy), DVec2::new(-xy, xx)) * (1.0 / determinant);
         let linear = -DVec2::new(r.dot(c), u.dot(c));
         let ellipse_centre = inverse * linear;

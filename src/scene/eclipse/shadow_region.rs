@@ -57,8 +57,8 @@ pub(crate) struct ShadowRegion {
 
 impl ShadowRegion {
     /// The part of a penumbra that may touch the receiver; `None` if the penumbra misses the receiver. `centre`, `radius`: of the occluder. `sunward`: unit
-    /// vector to the Sun. `widening`: growth of the penumbra's radius per unit of distance behind the occluder. `max_radius`: distance of the receiver's farthest
-    /// point from its centre. Lengths in the receiver's equatorial radii, positions relative to its centre.
+    /// vector to the Sun. `widening`: growth of the penumbra's radius per unit of distance behind the occluder. `max_radius`: distance of the receiver's
+    /// farthest point from its centre. Lengths in the receiver's equatorial radii, positions relative to its centre.
     pub(crate) fn of(centre: DVec3, radius: f64, sunward: DVec3, widening: f64, max_radius: f64, shape: ReceiverShape) -> Option<Self> {
         let radius_at = |behind: f64| (radius + behind * widening) * RADIUS_MARGIN;
         // How far behind the occluder the axis is nearest to the receiver's centre; and the square of its distance from this centre.

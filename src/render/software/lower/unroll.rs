@@ -113,6 +113,7 @@ impl<'m> Lowerer<'m> {
             self.block(body)?;
             self.env[continue_flag] = constant_false;
             let exited = self.exited_mask();
+            // `Some`: the same, known value in all lanes.
             match self.builder.known_bool(exited) {
                 Some(false) => {}
                 known => return Ok(known == Some(true)),

@@ -32,6 +32,7 @@ const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
 /// Factor by which the target level of surroundings is reduced, by their `radiance`: a photograph of dusk that is as bright as one of noon looks like day. The
 /// factor is 1 above [`SUNSET_SKY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in luminance, by at most [`MAX_DUSK_STOPS`].
 pub(super) fn dusk_factor(radiance: f64) -> f64 {
+    // The limit of 1e-30 cd/m2 avoids a division by 0.
     let decades = (SUNSET_SKY_CD_M2 / (radiance * CD_M2_PER_RADIANCE).max(1e-30)).log10().max(0.0);
     (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
