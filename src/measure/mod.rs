@@ -172,7 +172,7 @@ pub(crate) type MeasureFn = fn(&Session, Effort) -> Result<ChoiceMeasure, Sessio
 /// the complete image.
 pub(crate) const CHOICES: [(&str, MeasureFn); 14] = [
     ("ephemeris", positions::ephemeris_source),
-    ("light-time", positions::light_time),
+    ("light-time", positions::direction_corrections),
     ("eclipse", drawings::eclipse_model),
     ("ring-shadow", drawings::ring_shadow),
     ("body-shadow", drawings::body_shadow),
