@@ -110,7 +110,7 @@ impl Tass17 {
         // x: cosines; y: sines.
         Sums {
             semi_major_axis_or_mean_motion: sum(mean_motion).map(|v| v.x),
-            longitude: own_variation.plus(sum(longitude).map(|v| v.y)),
+            periodic_longitude: own_variation.plus(sum(longitude).map(|v| v.y)),
             eccentricity: sum(eccentricity),
             inclination: sum(inclination),
         }
@@ -123,7 +123,7 @@ impl Tass17 {
         Elements {
             semi_major_axis_au: (moon.mu / (mean_motion_per_day * mean_motion_per_day)).cbrt(),
             mean_motion_per_day,
-            mean_longitude_rad: sums.longitude.extrapolated(days_from_node) + s0[1] + moon.aam * tt_days_past(t, EPOCH_JD_TT),
+            mean_longitude_rad: sums.periodic_longitude.extrapolated(days_from_node) + s0[1] + moon.aam * tt_days_past(t, EPOCH_JD_TT),
             eccentricity: DVec2::new(s0[2], s0[3]) + sums.eccentricity.extrapolated(days_from_node),
             inclination: DVec2::new(s0[4], s0[5]) + sums.inclination.extrapolated(days_from_node),
         }
