@@ -1,8 +1,9 @@
 //! Self-shadowing of a mesh: at each vertex, the altitude of the Sun, which is its angle above the horizon that the mesh itself forms.
 //!
 //! In: a mesh, the direction of the Sun and its angular radius. Out: the altitude of the Sun's centre at each vertex, in units of that radius: above 1 the
-//! whole disc is visible, below -1 it is hidden, in between the horizon, taken as straight, cuts it. Rays are traced in f64 through a bounding volume hierarchy,
-//! in the plane of the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the altitude.
+//! whole disc is visible, below -1 it is hidden, in between the horizon, taken as straight, cuts it. Rays are traced in f64 through a bounding volume
+//! hierarchy, in the plane of the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection
+//! refines the altitude.
 //!
 //! Error: the altitude is measured from the edge of the mesh that is nearest above a hidden Sun or below a visible one. It is accurate to a quarter of the
 //! Sun's radius or a tenth of the altitude, whichever is larger. But only the directions 1, 4, 16, ... solar radii from the Sun are tested, so a gap or an
