@@ -7,7 +7,7 @@
 use super::corners::{Corners, TexelsBeside};
 use super::footprint::{FilterRequest, tap_of_each_lane};
 use super::lane_order::{BATCH, Channels, MAX_TAPS};
-use super::texels::{BoundLevel, Decode, TexelLevel};
+use super::texels::{BoundLevel, Decode, LoadedLevel};
 use crate::render::plan::{AddressMode, SamplerState};
 use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
@@ -92,7 +92,7 @@ impl AxisSize {
 /// A level, and its width and height in registers.
 #[derive(Clone, Copy)]
 pub(super) struct SizedLevel<'a> {
-    pub texels: TexelLevel<'a>,
+    pub texels: LoadedLevel<'a>,
     pub axes: [AxisSize; 2],
     /// The number of texels in a row.
     pub width: __m256i,
@@ -102,7 +102,7 @@ impl<'a> SizedLevel<'a> {
     /// # Safety
     /// The machine has AVX2.
     #[inline(always)]
-    pub(super) unsafe fn new(texels: TexelLevel<'a>, address_modes: [AddressMode; 2]) -> Self {
+    pub(super) unsafe fn new(texels: LoadedLevel<'a>, address_modes: [AddressMode; 2]) -> Self {
         let repeats = address_modes.map(|mode| mode == AddressMode::Repeat);
         // SAFETY: the caller guarantees AVX2.
         unsafe {
