@@ -118,7 +118,7 @@ impl Program {
         for (index, instr) in self.lane_tape.iter().enumerate() {
             dependent.extend(dependent_at_target.remove(&index).unwrap_or_default());
             let depends = |o: &Operand| matches!(o, Operand::Slot(s) if dependent.contains(s));
-            // The coordinates of a load may depend on the position; its mask and level may not.
+            // The coordinates of a load may depend on the position; its mask and its level, the last argument, may not.
             let result_depends = match instr {
                 Instr::Texture { op: TextureOp::Load, args, mask, .. }
                     if !depends(mask) && args.last().is_none_or(|level| !depends(level)) =>

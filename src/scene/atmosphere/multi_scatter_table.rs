@@ -68,6 +68,7 @@ fn ground_irradiance_once(sphere: &AirSphere<'_>, sun: DVec3) -> DVec3 {
     // Factors with which the phase functions integrate to 1 over these directions.
     let norms = sphere.phase_norms(sun, directions(GROUND_DIRECTIONS).map(|d| (d, solid_angle)));
     let sky = directions(GROUND_DIRECTIONS).filter(|d| d.z > 0.0);
+    // `.0`: the radiance. Where the ray would meet the ground (`.1`) does not matter here.
     let sum: DVec3 = sky.map(|along| sphere.single_scattering(from, along, GROUND_STEPS, sun, &norms).0 * along.z).sum();
     sum * solid_angle
 }
