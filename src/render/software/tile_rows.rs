@@ -28,8 +28,8 @@ pub(crate) fn unorm8(colour: [f32; 4]) -> [u8; 4] {
     (byte(colour[0]) | byte(colour[1]) << 8 | byte(colour[2]) << 16 | byte(colour[3]) << 24).to_le_bytes()
 }
 
-/// Writes a block's pixels, given in lane order ([`coverage`]): quad after quad, each with its upper two and then its lower two pixels. Here and below, `[x0,
-/// y0]` is the block's top-left pixel inside the tile.
+/// Writes a block's pixels, given in lane order ([`coverage`]): quad after quad, each with its upper two and then its lower two pixels. Here and below,
+/// `[x0, y0]` is the block's top-left pixel inside the tile.
 #[inline(always)]
 fn place_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], pixels: &[T; BLOCK_PIXELS]) {
     let (pairs, _) = pixels.as_chunks::<2>();
