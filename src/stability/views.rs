@@ -76,6 +76,7 @@ pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
     let time = eclipse_instant();
     let views = bodies.iter().flat_map(|body| {
         let radius_km = body.radii_km.max_element();
+        // Beside the Sun's direction, so that a part of the night side is in view.
         let to_camera = (sunward(setup, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
         (0..steps).flat_map(move |k| {
             // Heights in logarithmic steps.
@@ -165,7 +166,7 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
             for k in 0..azimuth_count {
                 let (latitude_deg, longitude_deg) = (23.0, 77.0);
                 let [east, north, up] = local_axes(latitude_deg, longitude_deg);
-                let place_deg = place_of_normal_deg(body.radii_km, up);
+                let [lat_graphic_deg, lon_east_deg] = place_of_normal_deg(body.radii_km, up);
                 // From north towards east.
                 let azimuth_rad = 0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuth_count);
                 let (sin, cos) = azimuth_rad.sin_cos();
@@ -175,7 +176,7 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
                         json!({ "body": body.name, "height_km": height_km, "azimuth_deg": azimuth_rad.to_degrees(), "fov_deg": fov_deg });
                     views.push(ExtremeView {
                         case,
-                        request: ground_view(&body, [place_deg[0], place_deg[1], height_km], direction, fov_deg, eclipse_instant()),
+                        request: ground_view(&body, [lat_graphic_deg, lon_east_deg, height_km], direction, fov_deg, eclipse_instant()),
                     });
                 }
             }
@@ -210,14 +211,14 @@ pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
         for (place, latitude_deg, longitude_deg) in spots {
             let longitude_deg = (longitude_deg + 180.0_f64).rem_euclid(360.0) - 180.0;
             let [east, _, up] = local_axes(latitude_deg, longitude_deg);
-            let place_deg = place_of_normal_deg(body.radii_km, up);
+            let [lat_graphic_deg, lon_east_deg] = place_of_normal_deg(body.radii_km, up);
             // Not exactly down, where the image's orientation would be undefined.
             for (look, direction) in [("down", east * 1e-3 - up), ("horizon", east - 0.05 * up), ("Sun", sun)] {
                 for height_km in [2e-3, 1000.0] {
                     let case = json!({ "body": body.name, "place": place, "look": look, "height_km": height_km });
                     views.push(ExtremeView {
                         case,
-                        request: ground_view(&body, [place_deg[0], place_deg[1], height_km], direction, 50.0, eclipse_instant()),
+                        request: ground_view(&body, [lat_graphic_deg, lon_east_deg, height_km], direction, 50.0, eclipse_instant()),
                     });
                 }
             }

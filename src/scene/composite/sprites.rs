@@ -129,6 +129,7 @@ pub(crate) fn stars(
         // Distance from the edge of the face in half sides of the face. The face reaches to a tangent of 1, the frame with its border to `tan_half_fov`.
         let edge_distance = (1.0 - (s.centre.truncate().abs().as_dvec2() * camera.tan_half_fov).max_element()).abs();
         // The tolerance is wider than that of `is_on_edge`, so that every star which an earlier face took as on its edge is recognised.
+        // A comet's head has no index (`star`) by which to recognise it.
         if s.star.is_some() && edge_distance < 10.0 * EDGE_WIDTH && earlier_stars.iter().any(|e| e.star == s.star) {
             continue;
         }

@@ -127,7 +127,7 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let Some(moon) = placed.iter().find(|p| p.body.id == NaifId::MOON) else { return };
     let Some(profile) = moon.limb_profile.as_deref() else { return };
     let [min_km, max_km] = profile.range_km();
-    // Height of a pixel at the Moon's distance, without the distortion off the image's axis.
+    // With pixels as in the image's middle, at the distance of the Moon's centre. At the limb of a near Moon the span is up to 1.5 times as large.
     let span_px = (max_km - min_km) / (moon.distance_km * camera.pixel_tangent());
     let draw = draws.iter_mut().find(|d| d.body == NaifId::MOON && d.part == BodyPart::Globe);
     let supports_limb_profile = |d: &Draw| d.features.shape == Shape::Sphere && d.features.eclipse.occluders == 0;
