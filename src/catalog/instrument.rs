@@ -1,8 +1,8 @@
 //! Fields of view of instruments and eyepieces: `[[instrument]]` of a catalog file.
 //!
-//! In: the TOML table. Out: an [`Instrument`] with its field of view in degrees, or problems, added to the catalog's list. The table gives a circle by `diameter_deg`, or
-//! by `focal_length_mm` and `field_stop_mm`; a rectangle by `width_deg` and `height_deg`, or by `focal_length_mm` and `sensor_mm`. Lenses are taken as free of
-//! distortion, so a field stop or sensor side of length s covers the angle 2 atan(s / (2 focal length)).
+//! In: the TOML table. Out: an [`Instrument`] with its field of view in degrees, or problems, added to the catalog's list. The table gives a circle by
+//! `diameter_deg`, or by `focal_length_mm` and `field_stop_mm`; a rectangle by `width_deg` and `height_deg`, or by `focal_length_mm` and `sensor_mm`. Lenses
+//! are taken as free of distortion, so a field stop or sensor side of length s covers the angle 2 atan(s / (2 focal length)).
 
 use super::fields::{ALLOWED_NAME, is_name, required_word};
 use super::table::TableReader;

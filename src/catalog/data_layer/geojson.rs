@@ -2,8 +2,8 @@
 //! geometry alone.
 //!
 //! In: the document, where a position is longitude (east-positive), then latitude. Out: points and lines, where latitude comes first; or an error with line
-//! number and field. Heights are ignored; a polygon is read as the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogs of earthquakes, milliseconds
-//! since 1970. Ignored: other properties. Rejected: a `crs` member that names a coordinate system other than WGS 84.
+//! number and field. A polygon is read as the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogs of earthquakes,
+//! milliseconds since 1970. Ignored: heights and other properties. Rejected: a `crs` member that names a coordinate system other than WGS 84.
 
 use super::layer::{Content, check_is_line, checked_position};
 use crate::time::Instant;

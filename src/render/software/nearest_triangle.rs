@@ -2,8 +2,8 @@
 //!
 //! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, the draw's vertices with the indices of that
 //! triangle only. These triangles are candidates: the rasteriser rounds corners to a grid finer than pixels, and counts a centre on an edge as covered by only
-//! one of the two triangles at the edge. The first candidate that covers the centre in the rasteriser is the visible triangle. Barycentric coordinates are computed in homogeneous clip
-//! space, so that triangles that extend behind the camera are included.
+//! one of the two triangles at the edge. The first candidate that covers the centre in the rasteriser is the visible triangle. Barycentric coordinates are
+//! computed in homogeneous clip space, so that triangles that extend behind the camera are included.
 
 use super::RenderError;
 use super::math::Real;
