@@ -237,6 +237,7 @@ fn best_completion(
     let mut best = completion(base_features, random.below(base_features.len()), values)?;
     let mut best_count = count_new(&best);
     for _ in 0..TRIES {
+        // The first search found a completion, so this one does too.
         let Some(mut features) = completion(base_features, random.below(base_features.len()), values) else { break };
         for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {
             (d.set)(&mut features, random.below(d.texts.len()));
