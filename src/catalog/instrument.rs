@@ -122,6 +122,7 @@ mod tests {
         assert!((width_deg - 90.0).abs() < 1e-12 && (height_deg - 67.380).abs() < 1e-3 && wide[0].position_angle_deg == 30.0);
         let normal = read("shape = \"rectangle\"\nfocal_length_mm = 50.0\nsensor_mm = [36.0, 24.0]").expect("read");
         assert!(matches!(normal[0].field_of_view, FieldOfView::Rectangle { width_deg, .. } if (width_deg - 39.6).abs() < 0.01));
+        // Those of catalogs/instruments.toml.
         assert!(Catalog::embedded().instruments().len() >= 4);
     }
 

@@ -255,7 +255,7 @@ impl Texture {
 mod tests {
     use super::*;
 
-    /// A line break at the end would be printed as `\n`.
+    /// Messages are printed with control characters escaped, so a line break at the end would appear as `\n`.
     #[test]
     fn reasons_of_decoders_end_without_a_line_break() {
         let error = |reason: &str| ImageError::Unreadable { name: "a.jpg".into(), reason: reason.into() };

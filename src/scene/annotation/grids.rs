@@ -204,7 +204,7 @@ mod tests {
         }
     }
 
-    /// A view with a radius of 500 pixels has at least one line with an opacity above one half and fewer than 4000 lines, from degrees down to arcseconds, also
+    /// A cap with a radius of 500 pixels has at least one line with an opacity above one half and fewer than 4000 lines, from degrees down to arcseconds, also
     /// at the poles.
     #[test]
     fn views_of_any_size_have_visible_lines() {
@@ -224,6 +224,7 @@ mod tests {
     fn invisible_lines_are_left_out() {
         assert!(grid_lines(WHOLE_SPHERE, 90.0 / (SPACING_FADE_PX.0 - 1.0)).is_empty());
         assert!(!grid_lines(WHOLE_SPHERE, 90.0 / (SPACING_FADE_PX.0 + 1.0)).is_empty());
+        // A quarter turn is 180 pixels long.
         let pole = Cap { longitude_deg: 0.0, latitude_deg: 90.0, radius_deg: 0.1 };
         assert!(grid_lines(pole, 0.5).iter().any(|l| l.kind == GridLineKind::Meridian && l.opacity(90.0, 0.5) > 0.0));
     }
