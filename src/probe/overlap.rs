@@ -118,6 +118,7 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    // The row begins with the blocked fraction.
     const RESULT_ROWS: u32 = 1;
     let query: Fields = parse_fields(query)?;
     let [major, minor, distance] = query.checked_axes_and_distance()?;

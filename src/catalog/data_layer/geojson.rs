@@ -178,7 +178,7 @@ impl<'de> Deserialize<'de> for Geometry {
     }
 }
 
-/// The geometries of an object itself, and its property `time`; `None` if it has none, as every object but a Feature.
+/// The geometries of an object itself, and its property `time`; `None` if it has none.
 type TimedGeometries = (Geometries, Option<Instant>);
 
 /// Reads an object: its own geometries with their time, and the content of its `features`.

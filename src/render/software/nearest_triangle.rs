@@ -125,6 +125,7 @@ mod tests {
             shading_rate: ShadingRate::PerPixel,
             cull: Cull::None,
             depth: DepthState { test: false, write: false },
+            // The pixel alone.
             scissor: [x, y, x + 1, y + 1],
             extent: None,
         };
