@@ -89,6 +89,7 @@ impl SolarEclipse {
         let place = place_along(centre, bearing_rad, inside_deg);
         let station = geometry.station(place);
         // Far from the centre line the phase is greatest up to an hour before or after `s`, at another altitude of the Sun.
+        // The altitude is without refraction; with it, the Sun's upper limb is above the horizon down to an altitude of -0.8 degrees.
         let greatest_s = station.total_or_annular_instant_near(s).unwrap_or(s);
         (station.sun_altitude_deg(greatest_s) > -1.0).then_some(place)
     }
