@@ -24,7 +24,7 @@ pub(crate) struct RingInterval {
     pub outer: f64,
     /// Optical depth along the normal.
     pub tau: f64,
-    /// Effective single-scattering albedo, linear RGB.
+    /// Effective single-scattering albedo (it includes multiple scattering), linear RGB.
     pub albedo: [f64; 3],
     /// Fraction of the scattered light that comes from dust.
     pub dust_fraction: f64,
@@ -114,7 +114,7 @@ impl RingTables {
 /// One slant is enough if the slant varies little across the disc. The criterion: for either half of the disc, the fraction of light that an interval removes
 /// differs by at most 0.004 from the fraction for the slant of the centre. To first order the difference is at most 0.156 `tangent` / `sine`, where 0.156 is
 /// the product of 4 / (3 pi), the distance of a half's centroid from the centre in radii of the disc, and 1 / e, the steepest change of the fraction with the
-/// logarithm of the slant. In a test at [`ONE_SLANT_MIN_ELEVATION_SUN_RADII`] it is below 0.158 `tangent` / `sine`. For a lower Sun the slant of the centre is
+/// logarithm of the slant. In a test at `ONE_SLANT_MIN_ELEVATION_SUN_RADII` it is below 0.158 `tangent` / `sine`. For a lower Sun the slant of the centre is
 /// followed by one slant for each strip of the disc, at the nodes of a Gauss-Chebyshev rule (shaders/lib/ring/shadow.wesl).
 pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slant = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
