@@ -114,7 +114,7 @@ macro_rules! class {
             /// # Safety
             /// As [`chains::run_lanes`]; the instruction set of this class is available.
             $(#[$feature])*
-            unsafe fn chain<C: chains::FusedKernel, R: Real, const KINDS: u8>(
+            unsafe fn chain<C: chains::ChainKernel, R: Real, const KINDS: u8>(
                 dst: &mut [R; LANES], base: *const R, offsets: *const u32,
             ) {
                 // SAFETY: the caller guarantees it.
