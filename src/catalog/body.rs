@@ -84,7 +84,7 @@ pub enum Photometry {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapLatitude {
     /// Planetographic: angle of the ellipsoid's normal to the equator. If the equatorial semi-axes a and b differ, maps are read as if both were the square
-    /// root of ab; the sine of the error is at most |a - b| / (a + b).
+    /// root of ab; the sine of the latitude's error is then at most |a - b| / (a + b).
     Planetographic,
     /// Planetocentric: angle of the line from the centre to the equator.
     Planetocentric,
@@ -98,11 +98,11 @@ pub struct Map {
     /// Linear factor per channel that scales the decoded map to the body's published colour and albedo.
     pub gain: [f64; 3],
     /// For an albedo map: the mean over the sphere of map times gain, relative to [`Body::mean_reflectance`]. It is 1, unless the published albedo is that of
-    /// one side, as the Moon's is that of its near side.
+    /// one side, as the Moon's is that of its near side. Also 1 for any other map.
     pub relative_mean: f64,
     /// The kind of latitude in which its rows are evenly spaced.
     pub latitude: MapLatitude,
-    /// Its width in texels, if the catalog states it. The choice of procedural detail needs the width before the map is read.
+    /// Its width in texels, if the catalog states it. The choice of procedural relief needs the width before the map is read.
     pub columns: Option<u32>,
     /// The invented part of the map and its source; `None` if the entire map consists of images or measurements.
     pub invented: Option<String>,
@@ -142,7 +142,7 @@ pub struct Clouds {
 /// The theory of a body's motion relative to its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// The source of the planets and the Moon: the SPK kernel, the series or the mean elements that the ephemeris has for its NAIF code.
+    /// As for the planets and the Moon: from the SPK kernel, the series or the mean elements that the ephemeris has for the body's NAIF code.
     Planetary,
     /// The theory L1.2 of Jupiter's Galilean moons.
     GalileanL12 {
@@ -158,8 +158,8 @@ pub enum Motion {
     MeanElements(MeanElements),
 }
 
-/// Mean orbital elements about the parent. Their frame has its z axis at the given pole. Its x axis is on the ICRF equator, 90 degrees east of the pole's
-/// right ascension.
+/// Mean orbital elements about the parent. The z axis of their frame points to the given pole, its x axis to the point of the ICRF equator 90 degrees east of
+/// the pole's right ascension.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeanElements {
     /// Right ascension of the frame's pole, ICRF.
@@ -223,7 +223,8 @@ pub struct Ring {
     pub outer_km: f64,
     /// Optical depth along the normal.
     pub tau_normal: f64,
-    /// Single-scattering albedo per linear RGB channel, fitted so that single scattering matches the observed brightness.
+    /// Effective single-scattering albedo per linear RGB channel, which includes multiple scattering; chosen by eye for the brightness in images
+    /// (catalogs/README.md).
     pub albedo: [f64; 3],
     /// Fraction of the scattered light, summed over all directions, that comes from dust. Dust scatters forward.
     pub dust_fraction: f64,
@@ -303,15 +304,15 @@ pub struct ShapeModel {
 /// The atmosphere of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atmosphere {
-    /// Height of its top, above which it is not drawn. Sunlight is dimmed by its species above the top, too.
+    /// Height of its top, above which it is not drawn. Sunlight is also dimmed by the part of the species above the top.
     pub top_km: f64,
     /// Refractivity (refractive index minus 1) in green light at height 0, on the ellipsoid; `None`: refraction is left out.
     pub refractivity: Option<f64>,
     /// Luminance of its airglow in the zenith, seen from the ground; `None`: left out.
     pub airglow_cd_m2: Option<f64>,
-    /// Light of haze or dust beside that of the ground, in rows of ascending phase angle. Each row: the phase angle in degrees, then the mean radiance of the
-    /// disc under irradiance 1, linear RGB, in the unit of the geometric albedo. Linear between rows, constant beyond them. The published phase law of a body
-    /// includes this light.
+    /// Light that haze or dust adds to that of the ground, in rows of ascending phase angle. Each row: the phase angle in degrees, then the mean radiance of
+    /// the disc under irradiance 1, linear RGB; as in the geometric albedo, 1 is that of a white Lambert disc that faces the Sun. Linear between rows, constant
+    /// beyond them. The published phase law of a body includes this light.
     pub forward_light: Vec<[f64; 4]>,
     /// Rayleigh gas, Mie aerosol and absorption layers.
     pub species: Vec<Species>,
@@ -340,8 +341,8 @@ pub struct Body {
     pub bond_albedo: Option<f64>,
     /// Geometric albedo without clouds, if the map shows the ground without them; `None`: that of the ground is `geometric_albedo`.
     pub clear_sky_albedo: Option<f64>,
-    /// Mean colour of the ground without air and clouds, linear sRGB scaled to luminance 1. Set if the map shows that ground and its colour
-    /// differs from the disc's.
+    /// Mean colour of the ground without air and clouds, linear sRGB scaled to luminance 1; `None`: that of the disc. Set if the map shows
+    /// that ground and its colour differs from the disc's.
     pub clear_sky_colour: Option<Vec3>,
     /// Mean colour of the disc, linear sRGB scaled to luminance 1.
     pub colour: Vec3,
@@ -379,7 +380,7 @@ impl Body {
         self.kind == BodyKind::Moon && self.parent == Some(planet)
     }
 
-    /// The planet, dwarf planet or asteroid to whose system it belongs: the body that it orbits, unless that is the Sun; else the body itself.
+    /// The planet, dwarf planet or asteroid to whose system it belongs: its parent, unless that is the Sun; else (also for the Sun) the body itself.
     pub fn system_planet(&self) -> NaifId {
         self.parent.filter(|parent| *parent != NaifId::SUN).unwrap_or(self.id)
     }
@@ -403,8 +404,8 @@ impl Body {
     }
 
     /// Mean reflectance of the ground, linear RGB: the body's colour times its geometric albedo (for a star: 1). If the catalog has the colour and albedo of
-    /// the ground without clouds and air (the Earth), they replace those of the disc. The albedo map times its gain has this mean over the sphere, times
-    /// the map's `relative_mean`.
+    /// the ground without clouds and air (the Earth), they replace those of the disc. The mean over the sphere of the albedo map times its gain
+    /// is this reflectance times the map's `relative_mean`.
     pub fn mean_reflectance(&self) -> [f64; 3] {
         let albedo = match self.kind {
             BodyKind::Star => 1.0,
@@ -419,7 +420,8 @@ impl Body {
         let latitude = self.maps.albedo.as_ref().or(self.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |map| map.latitude);
         let DVec3 { x: a, y: b, z: c } = self.radii_km;
         // Planetocentric latitude and longitude are those of the position: the unit-sphere point times the semi-axes.
-        // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes. On a spheroid b is a.
+        // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes. With r = sqrt(ab) for both equatorial semi-axes (see
+        // `MapLatitude`), z is multiplied by r² / (ac) = b / c.
         let for_latitude = match latitude {
             MapLatitude::Planetocentric => c / a,
             MapLatitude::Planetographic => b / c,

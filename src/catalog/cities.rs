@@ -2,8 +2,8 @@
 //!
 //! In: the embedded table cities.csv, and a prefix. Out: the cities whose name starts with the prefix, then those with the prefix at the start of
 //! a later word.
-//! Always: coordinates are those of the table, accurate to about two kilometres. The table lists the cities after which time zones are named, other large
-//! cities, and cities on the paths of eclipses.
+//! Always: coordinates are those of the table, to a minute of arc or 0.02 degrees: about two kilometres. The table lists the cities after
+//! which time zones are named, other large cities, and cities on the paths of eclipses.
 
 use std::sync::LazyLock;
 
@@ -21,7 +21,7 @@ pub struct City {
 }
 
 impl City {
-    /// Parses a line of the table: name, latitude, longitude, country.
+    /// Parses a line of the table: name, latitude, longitude, country. `None` if a field is missing or a coordinate is not a number.
     fn from_line(line: &'static str) -> Option<Self> {
         let mut fields = line.splitn(4, ',');
         let (name, latitude, longitude, country) = (fields.next()?, fields.next()?, fields.next()?, fields.next()?);
@@ -40,7 +40,8 @@ pub fn all() -> &'static [City] {
     &CITIES
 }
 
-/// At most `limit` cities whose name, or a later word of the name, starts with `text`. Case is ignored. Empty if `text` has fewer than two characters.
+/// At most `limit` cities: first those whose name starts with `text`, then those of which a later word does. Case is ignored. Empty if `text` has fewer than
+/// two characters.
 pub fn with_prefix(text: &str, limit: usize) -> Vec<&'static City> {
     let prefix = text.trim().to_lowercase();
     if prefix.chars().count() < 2 {
@@ -82,6 +83,7 @@ mod tests {
 
     #[test]
     fn every_line_is_a_city_and_prefixes_find_cities() {
+        // Without the line that names the columns.
         let lines = orrery_catalogs::CITIES.lines().filter(|l| !l.starts_with('#')).count() - 1;
         assert!(lines > 400 && all().len() == lines, "{} of {lines}", all().len());
         assert!(all().iter().all(|c| c.latitude_deg.abs() <= 90.0 && c.longitude_deg.abs() <= 180.0 && !c.country.is_empty()));

@@ -1,8 +1,8 @@
 //! The radii of the Sun and the Moon for the computation of eclipses.
 //!
-//! In: a convention ([`EclipseRadii`]). Out: the catalog with its two radii, so that images, shadows, contact times and queries use the same values. The
-//! convention changes the length of totality by seconds: on 2024-04-08 the IAU's radii, with a Moon 0.75 km larger than the almanacs', give 4 s more totality
-//! and an umbra 3 km wider.
+//! In: a convention ([`EclipseRadii`]). Out: the catalog with the convention's two radii, so that images, shadows, contact times and queries use the same
+//! values. The convention changes the length of totality by seconds: on 2024-04-08 the IAU's radii, with a Moon 0.75 km larger than the almanacs', give 4 s
+//! more totality and an umbra 3 km wider.
 //! Not here: the Moon's limb profile, which shifts contacts by further seconds.
 
 use super::{Catalog, NaifId};
@@ -12,10 +12,10 @@ use glam::DVec3;
 
 /// The Earth's equatorial radius (WGS 84), the unit of k.
 const ALMANAC_EARTH_RADIUS_KM: f64 = 6378.137;
-/// k, the ratio of the Moon's radius to the Earth's, for the umbra. It is smaller than that of the mean limb, because sunlight still passes through the
+/// k, the ratio of the Moon's radius to the Earth's, for the umbra. It is smaller than k of the mean limb, because sunlight still passes through the
 /// valleys of the limb when the mean limb covers the Sun.
 const K_UMBRA: f64 = 0.272_281;
-/// k for the penumbra, that of the mean limb.
+/// k of the mean limb, for the penumbra.
 const K_PENUMBRA: f64 = 0.272_488;
 /// The Sun's semidiameter at 1 au, arcseconds (Auwers 1891), the value that almanacs adopted.
 const ALMANAC_SUN_SEMIDIAMETER_ARCSEC: f64 = 959.63;
@@ -87,7 +87,7 @@ impl Catalog {
         self.eclipse_radii
     }
 
-    /// The convention and its radii in words: `iau: Sun 695700.0 km, Moon 1737.4 km`.
+    /// The convention and its radii in words (NaN for a body that the catalog lacks): `iau: Sun 695700.0 km, Moon 1737.4 km`.
     pub fn eclipse_radii_text(&self) -> Message {
         let radius_km = |id| self.body(id).map_or(f64::NAN, |b| b.radii_km.x);
         message!(

@@ -1,8 +1,8 @@
 //! Fields of view of instruments and eyepieces: `[[instrument]]` of a catalog file.
 //!
-//! In: the TOML table. Out: an [`Instrument`] with its field of view in degrees, or problems in the shared list. The table gives a circle by `diameter_deg`, or
-//! by `focal_length_mm` and `field_stop_mm`; a rectangle by `width_deg` and `height_deg`, or by `focal_length_mm` and `sensor_mm`. Lenses are taken as free of
-//! distortion, so a field stop or sensor side of length s covers the angle 2 atan(s / (2 focal length)).
+//! In: the TOML table. Out: an [`Instrument`] with its field of view in degrees, or problems, added to the catalog's list. The table gives a circle by
+//! `diameter_deg`, or by `focal_length_mm` and `field_stop_mm`; a rectangle by `width_deg` and `height_deg`, or by `focal_length_mm` and `sensor_mm`. Lenses
+//! are taken as free of distortion, so a field stop or sensor side of length s covers the angle 2 atan(s / (2 focal length)).
 
 use super::fields::{ALLOWED_NAME, is_name, required_word};
 use super::table::TableReader;
@@ -10,11 +10,11 @@ use super::table::TableReader;
 /// The field of view of an instrument or eyepiece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instrument {
-    /// The name, drawn as the label of the frame.
+    /// The name, drawn as the label of the outline.
     pub name: String,
-    /// Its field of view.
+    /// Shape and size on the sky.
     pub field_of_view: FieldOfView,
-    /// Position angle of the frame's upper side, from north through east.
+    /// Position angle of the upper side of the field of view, from north through east.
     pub position_angle_deg: f64,
 }
 
@@ -23,7 +23,7 @@ pub struct Instrument {
 pub enum FieldOfView {
     /// A circle, for example of an eyepiece.
     Circle {
-        /// Diameter.
+        /// Diameter on the sky.
         diameter_deg: f64,
     },
     /// A rectangle, for example of a sensor.
@@ -35,10 +35,10 @@ pub enum FieldOfView {
     },
 }
 
-/// Largest angle of a field of view. At 180 degrees the tangents with which frames are drawn would be infinite.
-const MAX_FIELD_DEG: f64 = 170.0;
+/// Largest angle of a field of view. At 180 degrees the tangent of half the angle, with which outlines are drawn, would be infinite.
+const MAX_FIELD_OF_VIEW_DEG: f64 = 170.0;
 
-/// The values of the field `shape`.
+/// The values of the key `shape`.
 #[derive(Clone, Copy, PartialEq)]
 enum FieldShape {
     Circle,
@@ -50,47 +50,48 @@ fn angle_deg(size_mm: f64, focal_length_mm: f64) -> f64 {
     2.0 * (0.5 * size_mm / focal_length_mm).atan().to_degrees()
 }
 
-/// Reads an instrument.
+/// Reads an instrument; `None` if something required is missing or wrong, which is reported as a problem.
 pub(super) fn instrument(mut table: TableReader) -> Option<Instrument> {
     let name = table.required("name", ALLOWED_NAME, is_name);
     let shape = required_word(&mut table, "shape", &[("circle", FieldShape::Circle), ("rectangle", FieldShape::Rectangle)]);
-    let is_field_angle = |x: &f64| *x > 0.0 && *x <= MAX_FIELD_DEG;
-    let is_size = |x: &f64| *x > 0.0 && x.is_finite();
-    let allowed_angle = format!("degrees above 0, at most {MAX_FIELD_DEG}");
+    let is_allowed_angle = |x: &f64| *x > 0.0 && *x <= MAX_FIELD_OF_VIEW_DEG;
+    let is_length = |x: &f64| *x > 0.0 && x.is_finite();
+    let allowed_angle = format!("degrees above 0, at most {MAX_FIELD_OF_VIEW_DEG}");
     let has_focal_length = table.has("focal_length_mm");
     let focal_length_mm =
-        if has_focal_length { table.optional("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
+        if has_focal_length { table.optional("focal_length_mm", "millimetres above 0", is_length).map(|l| l.value) } else { None };
     // Without a valid focal length, any size is accepted, so that the only problem reported is that of the focal length.
-    let has_valid_angle = |size_mm: &f64| {
-        is_size(size_mm) && focal_length_mm.is_none_or(|focal_length_mm| angle_deg(*size_mm, focal_length_mm) <= MAX_FIELD_DEG)
+    let covers_allowed_angle = |size_mm: &f64| {
+        is_length(size_mm) && focal_length_mm.is_none_or(|focal_length_mm| angle_deg(*size_mm, focal_length_mm) <= MAX_FIELD_OF_VIEW_DEG)
     };
-    let allowed_size = format!("millimetres above 0 that cover at most {MAX_FIELD_DEG} degrees");
+    let allowed_size = format!("millimetres above 0 that cover at most {MAX_FIELD_OF_VIEW_DEG} degrees");
     let field_of_view = match (shape, has_focal_length) {
         (Some(FieldShape::Circle), true) => {
-            let stop = table.required("field_stop_mm", &allowed_size, has_valid_angle);
+            let stop = table.required("field_stop_mm", &allowed_size, covers_allowed_angle);
             focal_length_mm
                 .zip(stop)
                 .map(|(focal_length_mm, stop)| FieldOfView::Circle { diameter_deg: angle_deg(stop.value, focal_length_mm) })
         }
         (Some(FieldShape::Circle), false) => {
-            table.required("diameter_deg", &allowed_angle, is_field_angle).map(|d| FieldOfView::Circle { diameter_deg: d.value })
+            table.required("diameter_deg", &allowed_angle, is_allowed_angle).map(|d| FieldOfView::Circle { diameter_deg: d.value })
         }
         (Some(FieldShape::Rectangle), true) => {
             let allowed = format!("width and height in {allowed_size}");
-            let sensor = table.required("sensor_mm", &allowed, |v: &[f64; 2]| v.iter().all(has_valid_angle));
+            let sensor = table.required("sensor_mm", &allowed, |v: &[f64; 2]| v.iter().all(covers_allowed_angle));
             focal_length_mm.zip(sensor).map(|(focal_length_mm, sensor)| {
                 let [width_deg, height_deg] = sensor.value.map(|mm| angle_deg(mm, focal_length_mm));
                 FieldOfView::Rectangle { width_deg, height_deg }
             })
         }
         (Some(FieldShape::Rectangle), false) => {
-            let width = table.required("width_deg", &allowed_angle, is_field_angle);
-            let height = table.required("height_deg", &allowed_angle, is_field_angle);
+            let width = table.required("width_deg", &allowed_angle, is_allowed_angle);
+            let height = table.required("height_deg", &allowed_angle, is_allowed_angle);
             width.zip(height).map(|(w, h)| FieldOfView::Rectangle { width_deg: w.value, height_deg: h.value })
         }
         (None, _) => None,
     };
     let position_angle = table.optional("position_angle_deg", "degrees from -360 to 360", |x: &f64| x.abs() <= 360.0);
+    // For readers of the file only.
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     Some(Instrument { name: name?.value, field_of_view: field_of_view?, position_angle_deg: position_angle.map_or(0.0, |a| a.value) })
@@ -113,16 +114,19 @@ mod tests {
             read("shape = \"circle\"\ndiameter_deg = 6.5").expect("read")[0].field_of_view,
             FieldOfView::Circle { diameter_deg: 6.5 }
         );
-        // A sensor twice as wide as the focal length covers 90 degrees; 36 mm behind a 50 mm lens cover 39.6 degrees, the usual value for a normal lens.
+        // A sensor twice as wide as the focal length covers 90 degrees; 24 mm cover 2 atan(12/18).
+        // 36 mm behind a 50 mm lens cover 39.6 degrees, the usual value for a normal lens.
         let wide =
             read("shape = \"rectangle\"\nfocal_length_mm = 18.0\nsensor_mm = [36.0, 24.0]\nposition_angle_deg = 30.0").expect("read");
         let FieldOfView::Rectangle { width_deg, height_deg } = wide[0].field_of_view else { panic!("{wide:?}") };
         assert!((width_deg - 90.0).abs() < 1e-12 && (height_deg - 67.380).abs() < 1e-3 && wide[0].position_angle_deg == 30.0);
         let normal = read("shape = \"rectangle\"\nfocal_length_mm = 50.0\nsensor_mm = [36.0, 24.0]").expect("read");
         assert!(matches!(normal[0].field_of_view, FieldOfView::Rectangle { width_deg, .. } if (width_deg - 39.6).abs() < 0.01));
+        // Those of catalogs/instruments.toml.
         assert!(Catalog::embedded().instruments().len() >= 4);
     }
 
+    /// Line 1 is the table's header, line 2 its name; a missing field is reported at the header.
     #[test]
     fn each_mistake_names_line_and_field() {
         for (fields, expected) in [

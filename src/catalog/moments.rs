@@ -1,8 +1,8 @@
-//! Well-known moments and viewpoints for them: eclipses, transits, shadows of three moons on Jupiter at once, ring-plane crossings.
+//! Well-known moments, each with a viewpoint: eclipses, transits, shadows of three moons on Jupiter at once, ring-plane crossings.
 //!
-//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or problems in the shared list. A field that this kind
-//! of viewpoint ([`Vantage`]) does not use is checked and then ignored. A moment replaces an earlier moment of the same name. Nothing is computed here; tests
-//! compare the moments with the ephemeris.
+//! In: the `[[moment]]` tables of the catalog files. Out: [`Moment`]s with known bodies and valid times, or additions to the list of problems that all catalog
+//! files share. A field that the moment's kind of viewpoint ([`Vantage`]) does not use is checked and then ignored. A moment replaces an earlier moment of the
+//! same name. Nothing is computed here; tests compare the moments with the ephemeris.
 
 use super::fields::{ALLOWED_NAME, is_name};
 use super::table::{Problems, TableReader, WithLine};
@@ -20,7 +20,7 @@ pub enum Vantage {
         /// Vertical field of view.
         fov_deg: f64,
     },
-    /// Above the side of the target that faces a body, or above the opposite side.
+    /// Above the side of the target that faces a body, or above the opposite side; towards the target, with the default field of view.
     Side {
         /// The body that the near side faces; the far side is opposite.
         reference_body: NaifId,
@@ -35,7 +35,7 @@ pub enum Vantage {
         body: NaifId,
         /// Planetographic latitude.
         latitude_deg: f64,
-        /// East longitude.
+        /// Planetocentric east longitude, -360 to 360.
         longitude_deg: f64,
         /// Height above the ellipsoid.
         height_km: f64,
@@ -84,7 +84,7 @@ enum UnresolvedVantage {
     Place { body: WithLine<String>, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
 }
 
-/// Reads one `[[moment]]` table.
+/// Reads one `[[moment]]` table; `None` if a required field or the viewpoint is missing or invalid, which is then a reported problem.
 pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMoment> {
     let text =
         |table: &mut TableReader, field: &'static str, allowed: &str| table.required(field, allowed, |v: &String| !v.trim().is_empty());
@@ -97,7 +97,8 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     let time = table.required("time", "ISO 8601 UTC, as 2024-04-08T18:17:16Z", |t: &String| Instant::parse(t).is_ok());
     let target = text(&mut table, "target", "the name of a body");
     let source = text(&mut table, "source", "a string");
-    // Asked before the fields are read. A field with an invalid value counts as given: the problem of this value is the only one.
+    // Determined before the fields are read, which removes them from the table. A field with an invalid value counts as given, so that it is not reported as
+    // missing, too.
     let bodies_given = ["from", "side", "away_from", "over"].map(|field| table.has(field));
     let [has_fov, has_radii] = ["fov_deg", "radii"].map(|field| table.has(field));
     let has_place = ["latitude_deg", "longitude_deg", "height_km"].iter().all(|field| table.has(field));
@@ -117,6 +118,7 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
         let given = body.zip(distance_radii);
         given.map(|(reference_body, distance_radii)| UnresolvedVantage::Side { reference_body, is_far_side, distance_radii })
     };
+    // Exactly one of `from`, `side`, `away_from` and `over` must be given.
     let (is_complete, vantage) = match bodies_given {
         [true, false, false, false] => (has_fov, from_body.zip(fov).map(|(body, fov_deg)| UnresolvedVantage::Centre { body, fov_deg })),
         [false, true, false, false] => (has_radii, side(side_body, false)),

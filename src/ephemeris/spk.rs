@@ -14,10 +14,10 @@ use anise::naif::daf::{DafDataType, NAIFSummaryRecord, datatypes::Type2Chebyshev
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
-/// Bytes of a record of a DAF file, the container of SPK. A *summary record* is such a record; all other records mentioned here are sets of Chebyshev
-/// coefficients.
+/// Bytes of a record of a DAF file, the container of SPK. The *file record*, the *summary records* and the *name records* are such records. A
+/// record of a segment is something else: a set of Chebyshev coefficients.
 const DAF_RECORD_BYTES: usize = 1024;
-/// Largest number of centres above a body that [`Spk::state`] follows.
+/// Largest number of links from a body to its centre, from this to the centre's own centre and so on, that [`Spk::state`] follows.
 const MAX_CENTRES: usize = 16;
 /// Maximum number of summaries in a record of an SPK: (128 - 3) doubles, 5 per summary.
 const MAX_SUMMARIES: f64 = 25.0;
@@ -70,7 +70,7 @@ pub struct Segment {
     first_s: f64,
     /// Time that each record covers.
     record_span_s: f64,
-    /// Doubles in a record: midpoint, radius, then one row of coefficients per component.
+    /// Doubles in a record: midpoint and radius (half the length) of its time span in seconds, then one row of coefficients per component.
     record_len: usize,
     /// 3: positions; 6: positions and velocities.
     components: usize,
@@ -90,6 +90,7 @@ impl Segment {
         let index = (((tdb_s - self.first_s) / self.record_span_s).max(0.0) as usize).min(record_count - 1);
         let record = &self.data[index * self.record_len..][..self.record_len];
         let (midpoint_s, radius_s) = (record[0], record[1]);
+        // The argument of the polynomials, -1 to 1.
         let u = (tdb_s - midpoint_s) / radius_s;
         let terms = (self.record_len - 2) / self.components;
         let row = |k: usize| &record[2 + k * terms..][..terms];
@@ -194,7 +195,7 @@ impl Spk {
         Ok(Self { name: name.to_owned(), by_target })
     }
 
-    /// The centre of the segment that covers the instant, and the state of `target` relative to it.
+    /// The centre of the segment that covers the instant, and the state of `target` relative to this centre; `None` if no segment covers the instant.
     pub fn state_and_center(&self, target: i32, tdb_s: f64) -> Option<(i32, State)> {
         self.segment(target, tdb_s).map(|segment| (segment.center, segment.state(tdb_s)))
     }
@@ -204,7 +205,7 @@ impl Spk {
         self.by_target.values().flatten()
     }
 
-    /// The segment of `target` that covers the instant.
+    /// The segment of `target` that covers the instant, by precedence; `None` if there is none.
     pub fn segment(&self, target: i32, tdb_s: f64) -> Option<&Segment> {
         self.by_target.get(&target)?.iter().find(|s| s.covers(tdb_s))
     }
@@ -214,12 +215,13 @@ impl Spk {
         self.by_target.get(&target).into_iter().flatten().map(|s| (s.start_s, s.end_s))
     }
 
-    /// The first and the last TDB second past J2000 that any segment of `target` covers; there may be gaps between them.
+    /// The first and the last TDB second past J2000 that any segment of `target` covers; there may be gaps between them. `None` if
+    /// `target` has no segment.
     pub fn coverage(&self, target: i32) -> Option<(f64, f64)> {
         self.spans(target).reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 
-    /// State of `target` relative to `center` from this file only, by following both chains of centres.
+    /// State of `target` relative to `center` from this file only: both are followed from centre to centre up to a common one. `None` if there is none.
     pub fn state(&self, target: i32, center: i32, tdb_s: f64) -> Option<State> {
         // The body and the centres above it, each with the body's state relative to this centre.
         let chain_of_centres = |mut id: i32| {
@@ -276,6 +278,7 @@ mod tests {
     /// A little-endian file of one segment of one record: Earth (399) from the Earth-Moon barycentre (3), ICRF, -100 to 100 s.
     fn file_of(data_type: i32, record: &[f64]) -> Vec<u8> {
         let mut data = record.to_vec();
+        // The segment's directory: start and length in seconds of the first record, doubles per record, number of records.
         data.extend([-100.0, 200.0, record.len() as f64, 1.0]);
         // Addresses count doubles from 1: the data begin in the fourth record of 128 doubles.
         let (first, last) = (385, 384 + data.len() as i32);
@@ -291,7 +294,7 @@ mod tests {
         put(84, &(last + 1).to_le_bytes());
         put(88, b"LTL-IEEE");
         put(699, b"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xce:ENDFTP");
-        // The summary record with one summary, a blank name record, the data.
+        // The summary record: the count, 1, and one summary (start, end, then the integers). Then a blank name record, and the data.
         put(1024 + 16, &1.0_f64.to_le_bytes());
         put(1024 + 24, &(-100.0_f64).to_le_bytes());
         put(1024 + 32, &100.0_f64.to_le_bytes());
@@ -310,12 +313,13 @@ mod tests {
         // Midpoint, radius, then two coefficients of x, y, z and of their velocities, which differ from the slopes of the positions.
         let record = [0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 7.0, 0.5, 8.0, 0.25, 9.0, -1.0];
         let spk = Spk::parse("x.bsp", &file_of(3, &record)).expect("a kernel");
+        // Half a radius after the midpoint, so the values are first coefficient + second / 2.
         let (center, state) = spk.state_and_center(399, 50.0).expect("the Earth");
         assert_eq!(center, 3);
         assert!((state.pos_km - DVec3::new(6.0, 12.0, 18.0)).length() < 1e-12, "{}", state.pos_km);
         assert!((state.vel_km_s - DVec3::new(7.25, 8.125, 8.5)).length() < 1e-12, "{}", state.vel_km_s);
         assert!(spk.state_and_center(399, 100.5).is_none() && spk.state_and_center(301, 50.0).is_none());
-        // With type 2, the velocity is the slope of the same positions.
+        // With type 2, the velocity is the slope of the same positions: the second coefficient over the radius of 100 s.
         let spk = Spk::parse("x.bsp", &file_of(2, &record[..8])).expect("a kernel");
         let (_, state) = spk.state_and_center(399, 50.0).expect("the Earth");
         assert!((state.vel_km_s - DVec3::new(0.1, 0.2, 0.3)).length() < 1e-12, "{}", state.vel_km_s);
@@ -343,6 +347,7 @@ mod tests {
         for (bytes, word) in [
             (big, "big-endian"),
             (other_frame, "frame 17"),
+            // A type that is known to anise but not read here, then an unknown one.
             (file_of(13, &record), "types 2 and 3 are read"),
             (file_of(99, &record), "segment of 399"),
             (file_of(2, &with_nan), "segment of 399"),
@@ -404,7 +409,7 @@ mod tests {
     #[test]
     fn no_number_in_the_headers_makes_the_reader_panic() {
         let whole = file_of(3, &[0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 7.0, 0.5, 8.0, 0.25, 9.0, -1.0]);
-        // The file record and the start of the summary record; the data.
+        // The file record and the start of the summary record; the data, 14 doubles of the record and 4 of the directory.
         let offsets = (0..1024 + 64).chain(3072..3072 + 18 * 8);
         for at in offsets.step_by(4) {
             for whole_number in [-1_i32, 0, 1, 127, 384, 386, i32::MAX, i32::MIN] {

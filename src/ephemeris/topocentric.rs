@@ -1,9 +1,10 @@
 //! Topocentric phenomena: altitude and azimuth, rising and setting, and transits and occultations of discs.
 //!
-//! In: a place on a body, a target, an instant. Out: degrees and instants. Altitudes are without refraction; rising and setting on the Earth include the
-//! conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light time is included.
-//! Stellar aberration is left out: it changes altitudes by up to 20 arcsec, hence risings by up to 1.4 s at the equator and by more elsewhere, and shifts two
-//! neighbouring discs together. The horizon is perpendicular to the ellipsoid's normal.
+//! In: a place on a body, a target, an instant. Out: horizontal coordinates in degrees, and the instants of events. Altitudes are without refraction; rising
+//! and setting on the Earth include the conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light
+//! time is included.
+//! Stellar aberration is left out: it changes altitudes by up to 20 arcsec, hence risings by up to 1.4 s at the equator and by more elsewhere; two
+//! neighbouring discs are shifted by nearly the same angle. The horizon is perpendicular to the ellipsoid's normal.
 
 use super::{BEST_SOURCE, Ephemeris, EphemerisError, angle_rad};
 use crate::catalog::{Catalog, NaifId};
@@ -17,7 +18,8 @@ pub(crate) const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 const RISE_STEP_S: f64 = 600.0;
 /// Seconds between samples of two discs that may overlap.
 const CONTACT_STEP_S: f64 = 60.0;
-/// Longest time in seconds for which a passage is followed: from the searched span to a greatest obscuration outside it, and from that to each contact.
+/// Longest time in seconds for which a passage is followed: from the searched span to the greatest obscuration if that is outside the span, and from the
+/// greatest obscuration to each contact.
 const LONGEST_PASSAGE_S: f64 = 2.0 * crate::units::SECONDS_PER_DAY;
 /// Tolerance of roots, seconds.
 const ROOT_TOLERANCE_S: f64 = 0.05;
@@ -77,22 +79,24 @@ pub struct DiscPassage {
     pub inner: Option<(Instant, Instant)>,
     /// The instant of greatest obscuration.
     pub greatest: Instant,
-    /// Largest covered part of the target's diameter; if one disc lies within the other, the near disc's diameter over the target's.
+    /// Largest covered fraction of the target's diameter; if one disc lies within the other, the near disc's diameter over the target's.
     pub magnitude: f64,
     /// The target's altitude at the greatest obscuration.
     pub altitude_deg: f64,
 }
 
-/// The point at `height_km` above a place of the reference ellipsoid, and the ellipsoid's outward normal there, body-fixed. Latitude and longitude of a place
-/// are defined here, also for three different axes: the planetographic latitude is the angle between the equator and the normal, and the longitude is the
-/// planetocentric one, that of the line from the centre to the place, as in the IAU's reports and in maps. On a spheroid the normal has the same longitude.
+/// The point at `height_km` above a place of the reference ellipsoid, and the ellipsoid's outward normal there, in body-fixed axes. Definition of
+/// a place's latitude and longitude, also on an ellipsoid with three different axes: the planetographic latitude is the angle between the equator and the
+/// normal; the longitude is planetocentric, that of the line from the centre to the place, as in the IAU's reports and in maps. On a spheroid the normal has
+/// the same longitude.
 pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, height_km: f64) -> (DVec3, DVec3) {
     let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
     let squared = radii_km * radii_km;
-    // Unit vector of the normal's equatorial part. It is parallel to the position's, divided by the squared semi-axes, and is computed from squares relative
-    // to the first one, so that on a spheroid it is exactly the direction of the longitude.
+    // Unit vector of the normal's equatorial part. The normal at the position p is parallel to p / squared. Here `squared` is divided by its first component,
+    // so that on a spheroid the vector is exactly the direction of the longitude.
     let outward = (DVec2::from_angle(lon) * (squared.x / squared.truncate())).normalize();
     let normal = (outward * lat.cos()).extend(lat.sin());
+    // p = k squared normal; k follows from the ellipsoid's equation, p . (p / squared) = 1.
     let surface = squared * normal / (squared * normal).dot(normal).sqrt();
     (surface + normal * height_km, normal)
 }
@@ -119,7 +123,7 @@ impl ObserverSky<'_> {
     /// The position of a target in the sky of the place.
     ///
     /// # Errors
-    /// The body that the place is on, a body that is not in the catalog, or one that the ephemeris cannot place at `t`.
+    /// The target is the body that the place is on, one of the two is not in the catalog, or the ephemeris cannot place it at `t`.
     pub fn topocentric(&self, target: NaifId, t: Instant) -> Result<Horizontal, EphemerisError> {
         let catalog_body = |id: NaifId| {
             let unknown = || EphemerisError::other(format!("{} has no disc and no ground: name a body", self.ephemeris.name_of(id)));
@@ -139,6 +143,7 @@ impl ObserverSky<'_> {
         let direction = to_target / distance_km;
         // The direction in the axes of the body that the place is on, like `normal`.
         let in_body = icrf_from_body.transpose() * direction;
+        // If the normal is exactly along the polar axis, the body's y axis is taken as east.
         let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
         let north = normal.cross(east);
         let azimuth_deg = in_body.dot(east).atan2(in_body.dot(north)).to_degrees().rem_euclid(360.0);
@@ -160,7 +165,7 @@ impl ObserverSky<'_> {
         let horizontal = self.topocentric(target, t)?;
         let refraction_deg = if self.place.body == NaifId::EARTH { HORIZON_REFRACTION_DEG } else { 0.0 };
         // Almanacs use the upper limb of the Sun and the Moon, and the centre of planets and stars. Here the upper limb counts for every disc of more than
-        // 0.05 degrees in semidiameter.
+        // 0.05 degrees in semidiameter: of the bodies in the Earth's sky, the Sun and the Moon.
         let limb_deg = if horizontal.semidiameter_deg > 0.05 { horizontal.semidiameter_deg } else { 0.0 };
         Ok(horizontal.altitude_deg + refraction_deg + limb_deg)
     }
@@ -173,8 +178,8 @@ impl ObserverSky<'_> {
         let rise_set_altitude = |s: f64| self.rise_set_altitude_deg(target, start.plus_seconds(s));
         let (rise_s, set_s) = first_crossings(length_s, rise_set_altitude)?;
         let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));
-        // Positive while the target is west of the meridian. The target passes the meridian twice; only the upper passage, at an hour angle of 0, is its
-        // transit.
+        // Positive while the target is west of the meridian; `to_west_s` and `to_east_s` are the times at which it passes the meridian to that side. Only the
+        // upper passage, at an hour angle of 0, is its transit.
         let west_of_meridian = |s: f64| Ok(horizontal(s)?.hour_angle_deg.to_radians().sin());
         let (to_west_s, to_east_s) = first_crossings(length_s, west_of_meridian)?;
         let mut transit = None;
@@ -192,8 +197,8 @@ impl ObserverSky<'_> {
         })
     }
 
-    /// When the target's centre, without refraction, first rises above an altitude and first sinks below it in the `length_s` seconds after `start`, as for
-    /// twilight by the Sun at -6, -12 and -18 degrees. A stay of less than ten minutes on one side may be missed.
+    /// When the target's centre, without refraction, first rises above an altitude and first sinks below it, in this order, in the `length_s` seconds after
+    /// `start`, as for twilight by the Sun at -6, -12 and -18 degrees; `None` where it does not. A stay of less than ten minutes on one side may be missed.
     ///
     /// # Errors
     /// As [`Self::topocentric`].
@@ -209,12 +214,13 @@ impl ObserverSky<'_> {
         Ok([rise_s, set_s].map(|s| s.map(|s| start.plus_seconds(s))))
     }
 
-    /// The first passage of `occulting` in front of `target` of which a part is within the `length_s` seconds after `start`, above the horizon or not.
+    /// The first passage of `occulting` in front of `target` that is at least partly within the `length_s` seconds after `start`, above the horizon or not;
+    /// `None` if there is none.
     ///
     /// # Errors
     /// As [`Self::topocentric`].
     pub fn passage(&self, target: NaifId, occulting: NaifId, start: Instant, length_s: f64) -> Result<Option<DiscPassage>, EphemerisError> {
-        // Overlap of the discs in degrees; negative if they are apart, or if `occulting` is not in front of `target`.
+        // Overlap of the discs in degrees; negative if they are apart. -180, less than any overlap, if `occulting` is not in front of `target`.
         let overlap = |s: f64| -> Result<f64, EphemerisError> {
             let t = start.plus_seconds(s);
             let (far, near) = (self.topocentric(target, t)?, self.topocentric(occulting, t)?);
@@ -355,7 +361,8 @@ fn time_of_maximum(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, Epheme
 mod tests {
     use super::*;
 
-    /// The end of the search is no contact.
+    /// The end of the search is no contact. The overlap is positive for `half_duration_s` before and after a greatest obscuration at 500 s. 3600.5 s is not a
+    /// multiple of the search's step.
     #[test]
     fn discs_that_overlap_for_more_than_two_days_have_no_contact() {
         for (half_duration_s, has_contact) in [(3600.5, true), (LONGEST_PASSAGE_S - 1.0, true), (LONGEST_PASSAGE_S + 1.0, false)] {
@@ -384,10 +391,12 @@ mod tests {
     }
 
     /// On bodies with three different axes a place has the planetocentric longitude, and its normal the planetographic latitude. The longitude of the normal
-    /// is another one, which must not pass: on Amalthea it differs by up to 29 degrees.
+    /// is another one, which must not pass: the last assertion checks that the two differ by more than 20
+    /// degrees somewhere, on Amalthea's ellipsoid.
     #[test]
     fn places_on_triaxial_bodies_have_planetocentric_longitudes() {
         let mut greatest_difference_deg = 0.0_f64;
+        // About the radii of Amalthea, of Phobos and of Saturn; the last is a spheroid.
         for radii_km in [DVec3::new(125.0, 73.0, 64.0), DVec3::new(13.0, 11.4, 9.1), DVec3::new(60_268.0, 60_268.0, 54_364.0)] {
             for latitude_deg in [-89.0, -40.0, 0.0, 20.0, 75.0] {
                 for longitude_deg in [-179.0, -110.0, -20.0, 0.0, 45.0, 90.0, 133.0] {

@@ -1,6 +1,6 @@
 //! Contacts of a solar eclipse at the Moon's true limb, with its mountains and valleys.
 //!
-//! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: the contacts of the Sun's disc and the Moon's true
+//! In: an eclipse, a place, a map of the Moon's heights, and the ephemeris for its libration. Out: the contacts of the Sun's disc and the Moon's true
 //! silhouette, from the first (C1) to the fourth (C4). Each has an instant, a position on the limb, and a delay after the contact of the mean limb (the Moon as
 //! a sphere). In a total eclipse, the last of Baily's beads goes out at C2 and the first one shines at C3. In an annular eclipse, the last mountain
 //! leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed for the instant of each contact. If
@@ -19,8 +19,8 @@ use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::{DMat3, DVec3};
 use std::f64::consts::TAU;
 
-/// Contacts are searched this far from those of the mean limb: the Moon moves by a third of an arcsecond a second, and its heights are under seven
-/// arcseconds.
+/// Contacts are searched this far from those of the mean limb. The Moon moves by a third of an arcsecond a second, and its heights are under seven arcseconds:
+/// 21 seconds of motion straight across the Sun's limb, and several times as many of oblique motion.
 const SEARCH_S: f64 = 90.0;
 /// Step of the search; every visible bead lasts longer.
 const STEP_S: f64 = 0.25;
@@ -49,38 +49,41 @@ enum ContactCondition {
     AllPointsOnSun,
 }
 
-/// The Moon's silhouette as seen from a place. The profile of one instant is used for some minutes around it.
+/// The Moon's silhouette as seen from a place. The profile is that of one instant, and is used for a search of some minutes around it.
 struct Silhouette<'a> {
     station: &'a Station<'a>,
     profile: LimbProfile,
+    /// Rotation from the Moon's body axes, at the instant of the profile, to ICRF.
     icrf_from_moon: DMat3,
 }
 
 impl<'a> Silhouette<'a> {
-    /// The silhouette at `s`, seconds from the middle of the span of the station's `EarthSky`.
-    fn at(station: &'a Station<'a>, ephemeris: &Ephemeris, map: &HeightMap, s: f64) -> Result<Self, EphemerisError> {
-        let (_, moon_km) = station.sun_and_moon_km(s);
-        let emitted = station.instant(s).plus_seconds(-moon_km.length() / SPEED_OF_LIGHT_KM_S);
-        let moon_from_icrf = ephemeris.body_from_icrf(NaifId::MOON, emitted)?;
+    /// The silhouette at `time_s`: here and below, seconds from the middle of the time span of the eclipse (`EarthSky`).
+    fn at(station: &'a Station<'a>, ephemeris: &Ephemeris, map: &HeightMap, time_s: f64) -> Result<Self, EphemerisError> {
+        let (_, moon_km) = station.sun_and_moon_km(time_s);
+        let emission_time = station.instant(time_s).plus_seconds(-moon_km.length() / SPEED_OF_LIGHT_KM_S);
+        let moon_from_icrf = ephemeris.body_from_icrf(NaifId::MOON, emission_time)?;
         let profile = LimbProfile::seen_from(map, moon_from_icrf * -moon_km);
         Ok(Self { station, profile, icrf_from_moon: moon_from_icrf.transpose() })
     }
 
-    /// Unit vector from the place to point `k` of the silhouette. `moon_km`: vector from the place to the Moon. The point keeps its position angle and its
-    /// height while the Moon moves.
+    /// Unit vector from the place to point `k` of the silhouette, an index into [`LimbProfile::heights_km`]. `moon_km`: vector from the place to the Moon. The
+    /// point keeps its position angle and its height while the Moon moves.
     fn direction(&self, k: usize, moon_km: DVec3) -> DVec3 {
         let (distance_km, to_moon) = (moon_km.length(), moon_km.normalize());
+        // At position angles of 0 and 90 degrees.
         let position_angle_axes =
             self.profile.position_angle_axes().map(|a| self.icrf_from_moon * a).map(|a| (a - to_moon * a.dot(to_moon)).normalize());
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
+        // Of the angle between the Moon's centre and the silhouette: a height is that of the ray that grazes the ground.
         let sin_angle = (self.profile.sphere_km() + self.profile.heights_km()[k]) / distance_km;
         (position_angle_axes[0] * cos + position_angle_axes[1] * sin) * sin_angle + to_moon * (1.0 - sin_angle * sin_angle).sqrt()
     }
 
-    /// Angle by which the silhouette's nearest (or, for [`ContactCondition::AllPointsOnSun`], farthest) point lies outside the Sun's disc, and the index of
-    /// that point.
-    fn angle_outside_sun_rad(&self, condition: ContactCondition, s: f64) -> (f64, usize) {
-        let (sun_km, moon_km) = self.station.sun_and_moon_km(s);
+    /// Angle by which the silhouette's point nearest to the Sun's centre (or, for [`ContactCondition::AllPointsOnSun`], farthest from it) lies outside the
+    /// Sun's disc, negative inside; and the index of that point.
+    fn angle_outside_sun_rad(&self, condition: ContactCondition, time_s: f64) -> (f64, usize) {
+        let (sun_km, moon_km) = self.station.sun_and_moon_km(time_s);
         let sun_radius_rad = (self.station.radii().sun_radius_km / sun_km.length()).min(1.0).asin();
         let angles_outside = (0..LIMB_POINTS).map(|k| (angle_rad(self.direction(k, moon_km), sun_km) - sun_radius_rad, k));
         let by_angle = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
@@ -89,17 +92,17 @@ impl<'a> Silhouette<'a> {
         nearest_or_farthest.unwrap_or((f64::INFINITY, 0))
     }
 
-    /// The contact at `s`. `mean_limb_s`: the time of the same contact of the mean limb.
-    fn contact(&self, name: &'static str, s: f64, condition: ContactCondition, mean_limb_s: f64) -> LimbContact {
-        let (_, k) = self.angle_outside_sun_rad(condition, s);
-        let (_, moon_km) = self.station.sun_and_moon_km(s);
+    /// The contact at `time_s`. `mean_limb_s`: that of the same contact of the mean limb, on the same scale.
+    fn contact(&self, name: &'static str, time_s: f64, condition: ContactCondition, mean_limb_s: f64) -> LimbContact {
+        let (_, k) = self.angle_outside_sun_rad(condition, time_s);
+        let (_, moon_km) = self.station.sun_and_moon_km(time_s);
         let (to_moon, to_contact) = (moon_km.normalize(), self.direction(k, moon_km));
         let east = DVec3::Z.cross(to_moon).normalize();
         let north = to_moon.cross(east);
         LimbContact {
             name,
-            time: self.station.instant(s),
-            delay_s: s - mean_limb_s,
+            time: self.station.instant(time_s),
+            delay_s: time_s - mean_limb_s,
             position_angle_deg: to_contact.dot(east).atan2(to_contact.dot(north)).to_degrees().rem_euclid(360.0),
             height_km: self.profile.heights_km()[k],
         }
@@ -120,35 +123,36 @@ impl SolarEclipse {
         let station = self.geometry.station(place);
         let Some(mean_limb) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
         let mut found = Vec::new();
-        // The first instant, searched from `from_s` to `to_s`, at which `sign` times the angle outside the Sun is no longer negative. The first round uses the
-        // silhouette at the contact of the mean limb, the second round the silhouette at the instant that the first one found.
+        // The first instant, searched from `from_s` to `to_s` (which may be earlier), at which the angle outside the Sun has changed its sign. Times
+        // `sign`, the angle is negative before; there is no contact if it is not negative at `from_s`, or stays negative up to `to_s`. The first
+        // round uses the silhouette at the contact of the mean limb, the second round the silhouette at the instant that the first one found.
         let find_contact =
             |name, condition, mean_limb_s: f64, [from_s, to_s]: [f64; 2], sign: f64| -> Result<Option<LimbContact>, EphemerisError> {
                 let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_limb_s)?;
                 let mut contact_s = None;
                 for _ in 0..2 {
-                    let signed_angle_rad = |s: f64| sign * silhouette.angle_outside_sun_rad(condition, s).0;
+                    let signed_angle_rad = |time_s: f64| sign * silhouette.angle_outside_sun_rad(condition, time_s).0;
                     let step_s = if to_s > from_s { STEP_S } else { -STEP_S };
                     let steps = ((to_s - from_s) / step_s).ceil() as i32;
                     if signed_angle_rad(from_s) >= 0.0 {
                         return Ok(None);
                     }
                     let Some(k) = (1..=steps).find(|k| signed_angle_rad(from_s + step_s * f64::from(*k)) >= 0.0) else { return Ok(None) };
-                    let s = zero_crossing(from_s + step_s * f64::from(k - 1), from_s + step_s * f64::from(k), signed_angle_rad);
-                    silhouette = Silhouette::at(&station, ephemeris, map, s)?;
-                    contact_s = Some(s);
+                    let time_s = zero_crossing(from_s + step_s * f64::from(k - 1), from_s + step_s * f64::from(k), signed_angle_rad);
+                    silhouette = Silhouette::at(&station, ephemeris, map, time_s)?;
+                    contact_s = Some(time_s);
                 }
-                Ok(contact_s.map(|s| silhouette.contact(name, s, condition, mean_limb_s)))
+                Ok(contact_s.map(|time_s| silhouette.contact(name, time_s, condition, mean_limb_s)))
             };
         let (c1_s, c4_s) = mean_limb.outer;
-        // The angle outside the Sun is positive before C1 and after C4.
+        // The angle outside the Sun is positive before C1 and after C4, where the searches start.
         found.extend(find_contact("C1", ContactCondition::AnyPointOnSun, c1_s, [c1_s - SEARCH_S, c1_s + SEARCH_S], -1.0)?);
         if let Some((c2_s, c3_s)) = mean_limb.inner {
             // Searched from the middle outwards: totality ends when a point of the silhouette lies on the Sun, annularity when one lies off the Sun.
             let (condition, sign) =
                 if mean_limb.is_annular { (ContactCondition::AllPointsOnSun, 1.0) } else { (ContactCondition::AnyPointOnSun, -1.0) };
             let middle_s = 0.5 * (c2_s + c3_s);
-            // Where the searches for C2 and C3 start: inside totality or annularity, but not beyond its middle.
+            // Where the searches for C2 and C3 start: in totality or annularity, `SEARCH_S` from the mean limb's contact, or at the middle if it is nearer.
             let (c2_start_s, c3_start_s) = ((c2_s + SEARCH_S).min(middle_s), (c3_s - SEARCH_S).max(middle_s));
             let inner = [
                 find_contact("C2", condition, c2_s, [c2_start_s, c2_s - SEARCH_S], sign)?,

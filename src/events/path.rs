@@ -1,8 +1,8 @@
 //! The path of a central eclipse on the ground: centre line and limits.
 //!
-//! In: a solar eclipse. Out: places on the centre line at equal steps of time, and on both limits; lines cut at the antimeridian. A limit is the farthest
+//! In: a solar eclipse. Out: places on the centre line at equal steps of time, and on both limits. A limit is the farthest
 //! place, on a great circle perpendicular to the path, at which the eclipse is still total or annular. Not here: the limits beyond the ends of the centre line,
-//! where only one side of the shadow meets the ground.
+//! where only one side of the shadow meets the ground. [`cut_at_antimeridian`] cuts any line of places for GeoJSON.
 
 use super::local::GeodeticPosition;
 use super::solar::SolarEclipse;
@@ -37,17 +37,18 @@ impl SolarEclipse {
         let geometry = &self.geometry;
         let (start_s, end_s) = geometry.central_span()?;
         let mut path = EclipsePath::default();
-        // Degrees of latitude by which the left limit is north of the right one, summed over the steps; where a limit has no point, the centre line replaces
-        // it.
+        // Degrees of latitude by which the left limit is north of the right one, summed over the steps; a missing point counts as one on the centre
+        // line.
         let mut left_is_north_by_deg = 0.0;
         for i in 0..=STEPS {
             // Slightly inside the span, where the axis certainly meets the ground.
             let fraction = (f64::from(i) / f64::from(STEPS)).clamp(1e-5, 1.0 - 1e-5);
-            // In the seconds of the eclipse's geometry.
+            // Seconds from the mean new moon, as all times of the eclipse's geometry.
             let s = start_s + (end_s - start_s) * fraction;
             let Some(centre) = geometry.centre(s) else { continue };
             path.centre_line.push((geometry.sky.instant(s), centre));
             let step_s = 1e-3 * (end_s - start_s);
+            // Ahead in the first half and behind in the second, so that the other place is inside the span, too.
             let heading_rad = match (fraction < 0.5, geometry.centre(s + step_s), geometry.centre(s - step_s)) {
                 (true, Some(ahead), _) => bearing_rad(centre, ahead),
                 (false, _, Some(behind)) => bearing_rad(behind, centre),
@@ -68,7 +69,7 @@ impl SolarEclipse {
 
     /// The place farthest from `centre`, on the great circle that leaves `centre` at `bearing_rad`, where the eclipse is still total or annular. `None` if it
     /// is beyond [`MAX_OFFSET_DEG`], or if the Sun is more than a degree below the place's horizon when the phase there is greatest. `s`: when the shadow's
-    /// axis is at `centre`, in the seconds of the eclipse's geometry.
+    /// axis is at `centre`, in seconds from the mean new moon.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
         let is_total_or_annular =
@@ -88,19 +89,21 @@ impl SolarEclipse {
         let place = place_along(centre, bearing_rad, inside_deg);
         let station = geometry.station(place);
         // Far from the centre line the phase is greatest up to an hour before or after `s`, at another altitude of the Sun.
+        // The altitude is without refraction; with it, the Sun's upper limb is above the horizon down to an altitude of -0.8 degrees.
         let greatest_s = station.total_or_annular_instant_near(s).unwrap_or(s);
         (station.sun_altitude_deg(greatest_s) > -1.0).then_some(place)
     }
 }
 
-/// Direction from one place to another along a great circle of the sphere, from north through east.
+/// Direction from one place to another along a great circle, from north through east, on a sphere with the places' geodetic coordinates.
 fn bearing_rad(from: GeodeticPosition, to: GeodeticPosition) -> f64 {
     let (from_lat, to_lat) = (from.latitude_deg.to_radians(), to.latitude_deg.to_radians());
     let delta_lon = (to.longitude_deg - from.longitude_deg).to_radians();
     (delta_lon.sin() * to_lat.cos()).atan2(from_lat.cos() * to_lat.sin() - from_lat.sin() * to_lat.cos() * delta_lon.cos())
 }
 
-/// The place on the sphere that is reached from another by a distance (degrees of arc) along the great circle that leaves it at a bearing.
+/// The place that is reached from another, on the sphere of [`bearing_rad`], by a distance (degrees of arc) along the great circle that leaves it at a
+/// bearing.
 fn place_along(from: GeodeticPosition, bearing_rad: f64, distance_deg: f64) -> GeodeticPosition {
     let (lat, distance) = (from.latitude_deg.to_radians(), distance_deg.to_radians());
     let sin_lat = (lat.sin() * distance.cos() + lat.cos() * distance.sin() * bearing_rad.cos()).clamp(-1.0, 1.0);

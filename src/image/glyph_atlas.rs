@@ -1,12 +1,12 @@
 //! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
 //! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: a texture of one mip level that holds coverage (the same in all four
-//! channels), and a [`Glyph`] for each character. Two more glyphs are a ring, which marks surface features and bodies of a few pixels, and a filled square.
+//! channels), and a [`Glyph`] for each character. Two more glyphs are a ring and a filled square.
 //! Always: each glyph has a rectangle of its own in the texture (its cell), and at least one empty texel lies between two cells. A character missing in the
 //! font becomes the font's replacement glyph. Not here: the position of text.
 //!
-//! A pen position is the top left corner of a pixel, but the ring is drawn around the middle of that pixel. To centre the ring on a point, a caller subtracts
-//! half a pixel from the point. The font is Ubuntu Light, as in the window.
+//! A glyph is drawn with the pen at the top left corner of a pixel; the ring surrounds the middle of that pixel. So for a ring around a point, the pen position
+//! is the point minus half a pixel, rounded. The font is Ubuntu Light, as in the window.
 
 use super::{Level, SharedTexture, TexelFormat, Texture};
 use ab_glyph::{Font, FontRef, ScaleFont};
@@ -43,7 +43,7 @@ pub struct GlyphAtlas {
 
 /// Width of the texture, in units of the font size.
 const TEXTURE_WIDTH_EMS: f32 = 20.0;
-/// Stroke width of the ring, in units of the font size: one pixel for the window's text.
+/// Stroke width of the ring, in units of the font size: one pixel for text of 13 pixels.
 const RING_STROKE_EMS: f32 = 1.0 / 13.0;
 
 /// The coverage of a glyph before it is placed in the atlas. `size`, `bearing` and `advance` as in [`Glyph`].
@@ -55,8 +55,9 @@ struct GlyphBitmap {
     coverage: Vec<f32>,
 }
 
-/// Coverage and metrics of a character's glyph.
+/// Coverage and metrics of a character's glyph; no texels if it has no outline, as a space. `size_px`: font size, the side of the em square.
 fn rasterise(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap {
+    // `unwrap_or`: for a font that does not state its units per em.
     let scaled = font.as_scaled(font.pt_to_px_scale(size_px * POINTS_PER_PX).unwrap_or(size_px.into()));
     let id = font.glyph_id(character);
     let advance = scaled.h_advance(id);
@@ -77,7 +78,7 @@ fn rasterise(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap {
 /// Points per pixel: the font crate assumes 96 pixels per inch, and an inch has 72 points.
 const POINTS_PER_PX: f32 = 0.75;
 
-/// A ring, antialiased by the distance from its edges. Its centre is the middle of the pen's pixel.
+/// A ring, antialiased by the distance from its edges. Its centre is half a pixel right and down of the pen.
 fn ring(radius_px: f32, stroke_px: f32) -> GlyphBitmap {
     let half_side = (radius_px + 0.5 * stroke_px + 1.0).ceil() as i32;
     let side = (2 * half_side + 1) as u32;
@@ -93,16 +94,16 @@ fn ring(radius_px: f32, stroke_px: f32) -> GlyphBitmap {
     }
 }
 
-/// Side of the filled square, in units of the font size.
+/// Side of the filled square, in units of the font size. Larger rectangles are tiled with it.
 const SQUARE_SIDE_EMS: f32 = 2.0;
 
-fn solid_square(side: u32) -> GlyphBitmap {
-    GlyphBitmap { size: [side, side], bearing: [0, 0], advance: 0.0, coverage: vec![1.0; side as usize * side as usize] }
+fn solid_square(side_px: u32) -> GlyphBitmap {
+    GlyphBitmap { size: [side_px, side_px], bearing: [0, 0], advance: 0.0, coverage: vec![1.0; side_px as usize * side_px as usize] }
 }
 
 impl GlyphAtlas {
     /// Draws the given characters for text of `size_px`, which is clamped to the range from 4 to 512. `ring_radius_ems`: radius of the ring, in units of the
-    /// font size.
+    /// font size. If the font cannot be read, the atlas has no characters.
     pub(crate) fn draw(characters: impl IntoIterator<Item = char>, size_px: f32, ring_radius_ems: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
@@ -118,7 +119,7 @@ impl GlyphAtlas {
             .collect();
         let widest = drawn.iter().map(|(_, bitmap)| bitmap.size[0]).max().unwrap_or(0);
         let width = ((TEXTURE_WIDTH_EMS * size_px) as u32).max(widest + 2);
-        // Rows of cells, each as high as its highest glyph, with a border of one empty texel.
+        // Rows of cells, each as high as its highest glyph, with a border of one empty texel. `corner`: top left corner of the next cell.
         let (mut corner, mut row_height) = ([1_u32, 1_u32], 0_u32);
         let mut positions = Vec::new();
         for (_, bitmap) in &drawn {
@@ -174,10 +175,12 @@ impl GlyphAtlas {
 mod tests {
     use super::*;
 
-    fn covered(glyphs: &GlyphAtlas, cell: &Glyph) -> f64 {
-        let level = &glyphs.texture.levels[0];
+    /// Sum of the coverage of a glyph's texels.
+    fn covered_texels(atlas: &GlyphAtlas, glyph: &Glyph) -> f64 {
+        let level = &atlas.texture.levels[0];
         let texel = |x: u32, y: u32| f64::from(level.bytes()[4 * (y * level.width + x) as usize]) / 255.0;
-        (0..cell.size[0] * cell.size[1]).map(|k| texel(cell.top_left[0] + k % cell.size[0], cell.top_left[1] + k / cell.size[0])).sum()
+        let ([left, top], [width, height]) = (glyph.top_left, glyph.size);
+        (0..width * height).map(|k| texel(left + k % width, top + k / width)).sum()
     }
 
     #[test]
@@ -185,29 +188,31 @@ mod tests {
         let glyphs = GlyphAtlas::draw("Ganymede Io ö\u{10FFFF}".chars(), 20.0, 0.4);
         let mut all: Vec<Glyph> = glyphs.by_character.values().copied().collect();
         all.extend([glyphs.ring, glyphs.solid_square]);
-        let apart = |a: &Glyph, b: &Glyph, k: usize| a.top_left[k] + a.size[k] < b.top_left[k] || b.top_left[k] + b.size[k] < a.top_left[k];
-        for (k, a) in all.iter().enumerate().filter(|(_, c)| c.size[0] > 0) {
-            assert!(all[k + 1..].iter().filter(|c| c.size[0] > 0).all(|b| apart(a, b, 0) || apart(a, b, 1)), "{a:?}");
+        let end = |glyph: &Glyph, axis: usize| glyph.top_left[axis] + glyph.size[axis];
+        let apart = |a: &Glyph, b: &Glyph, axis: usize| end(a, axis) < b.top_left[axis] || end(b, axis) < a.top_left[axis];
+        let inked: Vec<&Glyph> = all.iter().filter(|glyph| glyph.size[0] > 0).collect();
+        for (k, a) in inked.iter().enumerate() {
+            assert!(inked[k + 1..].iter().all(|b| apart(a, b, 0) || apart(a, b, 1)), "{a:?}");
         }
         let total: f64 = glyphs.texture.levels[0].bytes().chunks(4).map(|t| f64::from(t[0]) / 255.0).sum();
-        let cells: f64 = all.iter().map(|c| covered(&glyphs, c)).sum();
+        let cells: f64 = all.iter().map(|glyph| covered_texels(&glyphs, glyph)).sum();
         assert!((total - cells).abs() < 1e-6 && total > 100.0, "{total} of texels, {cells} in cells");
         assert!(glyphs.by_character[&' '].advance > 2.0 && glyphs.by_character[&' '].size[0] == 0);
-        assert!(covered(&glyphs, &glyphs.by_character[&'\u{10FFFF}']) > 1.0, "the replacement glyph");
+        assert!(covered_texels(&glyphs, &glyphs.by_character[&'\u{10FFFF}']) > 1.0, "the replacement glyph");
     }
 
     #[test]
     fn letters_grow_with_their_size_and_the_ring_has_its_area() {
         let [small, large] = [20.0, 40.0].map(|size| GlyphAtlas::draw("Saturn".chars(), size, 0.4));
-        let ink = |l: &GlyphAtlas| l.layout("Saturn").map(|(_, c)| covered(l, &c)).sum::<f64>();
+        let ink = |atlas: &GlyphAtlas| atlas.layout("Saturn").map(|(_, glyph)| covered_texels(atlas, &glyph)).sum::<f64>();
         let ratio = ink(&large) / ink(&small);
         assert!((3.8..4.2).contains(&ratio), "twice the size has {ratio} times the ink");
-        let ring_px = covered(&large, &large.ring);
+        let ring_px = covered_texels(&large, &large.ring);
         let stroke_px = f64::from(RING_STROKE_EMS) * 40.0;
         // The circumference of a ring with a radius of 0.4 font sizes of 40 pixels, times its stroke.
         let expected = std::f64::consts::TAU * 16.0 * stroke_px;
         assert!((ring_px / expected - 1.0).abs() < 0.02, "{ring_px} texels, {expected}");
-        let end = |l: &GlyphAtlas| l.layout("Saturn").last().map_or(0.0, |(at, c)| at + c.advance);
+        let end = |atlas: &GlyphAtlas| atlas.layout("Saturn").last().map_or(0.0, |(pen, glyph)| pen + glyph.advance);
         assert!((end(&large) / end(&small) - 2.0).abs() < 0.02);
     }
 }

@@ -61,8 +61,9 @@ pub(super) struct EntryHeader {
 }
 
 impl EntryHeader {
-    /// Reads the header from the first bytes of a file; `None` if it is damaged or does not agree with the file's length.
-    pub(super) fn parse(bytes: &[u8], file_bytes: u64) -> Option<Self> {
+    /// Reads the header from the first bytes of a file, of which [`MAX_HEADER_BYTES`] are enough; `None` if it is damaged or does not agree with `file_length`,
+    /// in bytes.
+    pub(super) fn parse(bytes: &[u8], file_length: u64) -> Option<Self> {
         let (key, rest) = bytes.strip_prefix(MAGIC)?.split_first_chunk()?;
         let (width, rest) = rest.split_first_chunk()?;
         let (height, rest) = rest.split_first_chunk()?;
@@ -76,31 +77,32 @@ impl EntryHeader {
         }
         let level = |[channels, checksum @ ..]: &[u8; LEVEL_RECORD_BYTES]| matches!(channels, 1 | 3 | 4).then_some((*channels, *checksum));
         let header = Self { key: *key, size, levels: levels.iter().map(level).collect::<Option<_>>()? };
-        let (last_level_start, byte_count) = header.byte_range(sizes.len() - 1);
-        (last_level_start.checked_add(byte_count as u64) == Some(file_bytes)).then_some(header)
+        let (last_level_start, byte_count) = header.start_and_length(sizes.len() - 1);
+        (last_level_start.checked_add(byte_count as u64) == Some(file_length)).then_some(header)
     }
 
     pub(super) fn sizes(&self) -> Vec<(u32, u32)> {
         chain_sizes(self.size)
     }
 
-    /// Offset of a level's packed texels in the file, and their number of bytes.
-    pub(super) fn byte_range(&self, level: usize) -> (u64, usize) {
+    /// Offset of a level's packed texels in the file, and their number of bytes (0 if there is no such level). Saturates if the size in the header is absurd.
+    pub(super) fn start_and_length(&self, level: usize) -> (u64, usize) {
         let mut byte_counts =
             self.sizes().into_iter().zip(&self.levels).map(|(size, (channels, _))| texel_count(size).saturating_mul(u64::from(*channels)));
         let start = byte_counts.by_ref().take(level).fold(header_bytes(self.levels.len()) as u64, u64::saturating_add);
         (start, byte_counts.next().map_or(0, |count| usize::try_from(count).unwrap_or(usize::MAX)))
     }
 
-    /// The texels of a level, four bytes each; `None` if the packed texels are damaged.
+    /// The texels of a level, four bytes each; `None` if there is no such level or `packed` is damaged.
     pub(super) fn unpack(&self, level: usize, packed: &[u8]) -> Option<Vec<u8>> {
         let (channels, level_checksum) = self.levels.get(level)?;
-        if packed.len() != self.byte_range(level).1 || checksum(packed) != *level_checksum {
+        if packed.len() != self.start_and_length(level).1 || checksum(packed) != *level_checksum {
             return None;
         }
         if *channels == 4 {
             return Some(packed.to_vec());
         }
+        // Alpha stays opaque.
         let mut rgba = vec![u8::MAX; packed.len() / usize::from(*channels) * 4];
         let texels = rgba.as_chunks_mut::<4>().0.iter_mut();
         match channels {
@@ -159,7 +161,7 @@ pub(super) fn encode(key: &Key, chain: &[Level]) -> Option<Vec<u8>> {
 pub(super) fn key_if_intact(file: &[u8]) -> Option<Key> {
     let header = EntryHeader::parse(file, file.len() as u64)?;
     let is_intact = |level: usize| {
-        let (start, byte_count) = header.byte_range(level);
+        let (start, byte_count) = header.start_and_length(level);
         let packed = usize::try_from(start).ok().and_then(|start| file.get(start..)?.get(..byte_count));
         packed.is_some_and(|packed| header.unpack(level, packed).is_some())
     };

@@ -1,4 +1,4 @@
-//! The store of maps. A map in the user's folder takes precedence over an embedded one of the same name; each is decoded when first needed.
+//! The maps of bodies, by file name. A map in the user's folder takes precedence over an embedded one of the same name; each is decoded when first needed.
 //!
 //! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`MEMORY_BUDGET_BYTES`], the next use of
 //! any map drops those that no view has used for [`MIN_IDLE`], the least recently used first. So a tour of all bodies does not fill the memory. Textures that
@@ -36,7 +36,7 @@ pub enum MapOrigin {
     Missing,
 }
 
-/// How images with alpha (overlays on a body's ground) are decoded, before their colours are multiplied by alpha.
+/// How images with alpha (overlays on a body's ground) are decoded. Their colours are multiplied by alpha afterwards.
 const OVERLAY_DECODING: MapDecoding = MapDecoding::plain(TexelFormat::Rgba8Srgb);
 
 /// A decoded map in memory.
@@ -58,6 +58,7 @@ fn evict(decoded: &mut HashMap<(String, MapDecoding), CachedMap>, now: Instant) 
     if total_bytes <= MEMORY_BUDGET_BYTES {
         return;
     }
+    // `None`: recently used, or never dropped.
     let idle_since = |map: &CachedMap| map.last_used.filter(|used| now.saturating_duration_since(*used) >= MIN_IDLE);
     let mut oldest: Vec<_> = decoded.iter().filter_map(|(key, map)| Some((idle_since(map)?, key.clone()))).collect();
     oldest.sort_by_key(|(used, _)| *used);
@@ -72,7 +73,7 @@ fn evict(decoded: &mut HashMap<(String, MapDecoding), CachedMap>, now: Instant) 
 /// All maps by file name.
 #[derive(Debug)]
 pub struct MapStore {
-    /// The user's folder of maps.
+    /// The user's folder of maps, if any.
     folder: Option<PathBuf>,
     /// Limit on the size of maps in that folder.
     max_megapixels: u32,
@@ -80,7 +81,7 @@ pub struct MapStore {
     decoded: Mutex<HashMap<(String, MapDecoding), CachedMap>>,
     /// Images with premultiplied alpha, by name; never dropped.
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
-    /// The folder of decoded maps on disk.
+    /// The folder of decoded maps on disk; `None`: they are kept in memory alone.
     disk_cache: Option<Arc<StoredMaps>>,
 }
 
@@ -114,7 +115,8 @@ impl MapStore {
         if MAPS.iter().any(|(n, _)| *n == name) { MapOrigin::Embedded } else { MapOrigin::Missing }
     }
 
-    /// The map with its mip chain, decoded without filters. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and specular maps [`TexelFormat::Rgba8Unorm`].
+    /// The map with its mip chain, decoded without a filter at the poles. Colour maps are [`TexelFormat::Rgba8Srgb`]; normal and specular maps
+    /// [`TexelFormat::Rgba8Unorm`].
     pub fn get(&self, name: &str, format: TexelFormat) -> Result<SharedTexture, ImageError> {
         self.get_decoded(name, MapDecoding::plain(format))
     }
@@ -125,6 +127,7 @@ impl MapStore {
         {
             let (mut decoded, now) = (self.decoded.lock(), Instant::now());
             if let Some(found) = decoded.get_mut(&key) {
+                // An inserted texture keeps its `None`.
                 found.last_used = found.last_used.map(|_| now);
                 let texture = found.texture.clone();
                 evict(&mut decoded, now);
@@ -227,6 +230,7 @@ mod tests {
         let megabytes = |n: usize| Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(1, 1, vec![0; n << 20])] });
         let decoding = MapDecoding::plain(TexelFormat::Rgba8Unorm);
         let mut decoded = HashMap::new();
+        // Until `recent` is used (second 33), it counts as used just now.
         for (name, used) in [("first", Some(after(0))), ("second", Some(after(1))), ("made", None), ("recent", Some(after(33)))] {
             decoded.insert((name.to_owned(), decoding), CachedMap { texture: megabytes(20), last_used: used });
         }

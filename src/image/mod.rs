@@ -1,8 +1,7 @@
 //! Images: textures with their mip chains, files of finished frames (PNG, EXR, animated PNG, GIF, y4m), and the difference of two images.
 //!
 //! In: encoded image files (maps and panoramas), or the rows of a frame. Out: [`Texture`]s with mip chains computed in linear light, or encoded files. The
-//! texture of a map or panorama always has all levels down to 1x1; glyph atlases and tables of floats have one level. Nothing here depends on what an image
-//! shows.
+//! texture of a map or panorama always has all levels down to 1x1; glyph atlases, tables of floats and the textures of the window have level 0 alone.
 
 use crate::unwinding::catch_panic;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbaImage};
@@ -49,14 +48,14 @@ pub const DEFAULT_MAX_MEGAPIXELS: u32 = 64;
 const MAX_MAP_SIDE: u32 = 1 << 16;
 /// Memory that a decoder may use apart from the pixels, bytes: for compressed colour profiles and texts. The limit is needed because a file of one
 /// megabyte can expand to a gigabyte of them.
-const DECODER_BYTES: u64 = 16 << 20;
+const DECODER_OVERHEAD_BYTES: u64 = 16 << 20;
 /// Memory that a decoder may use per pixel, bytes: four channels of 16 bits, and as much again for its own buffers.
 const DECODER_BYTES_PER_PIXEL: u64 = 16;
 
 /// The format of a texture's texels; all have four channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TexelFormat {
-    /// sRGB-encoded colour, linear alpha; decoded on read.
+    /// sRGB-encoded colour, which a shader's read decodes; linear alpha.
     Rgba8Srgb,
     /// Linear values 0..1.
     Rgba8Unorm,
@@ -74,7 +73,7 @@ impl TexelFormat {
     }
 }
 
-/// A texture: its mip levels, level 0 first. Glyph atlases, tables and the textures of the window have level 0 alone.
+/// A texture: its mip levels, level 0 first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     pub format: TexelFormat,
@@ -86,17 +85,18 @@ pub type SharedTexture = Arc<Texture>;
 /// Why an image could not be read, compared or written: one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
-    /// `searched`: a clause that names the folder that was searched, too, such as `, nor is it in maps`; empty without a folder.
+    /// `searched`: a clause with the folder that was also searched, such as `, nor is it in maps`; empty if there was none.
     #[error("no map named {name}: it is not embedded{searched}; put it into a folder, and name the folder with --textures")]
     Missing { name: String, searched: String },
     #[error("{name}: {}", unreadable_text(reason))]
     Unreadable { name: String, reason: String },
     #[error("{name}: {}", too_large_text(*width, *height, *max_megapixels))]
     TooLarge { name: String, width: u32, height: u32, max_megapixels: u32 },
-    /// A buffer does not have the length of an image of this size.
+    /// A buffer does not have the length of an image of this size in its format, or the size is 0.
     #[error("{given_bytes} bytes are not an image of {width}x{height} texels")]
     WrongLength { width: u32, height: u32, given_bytes: usize },
     #[error("the images differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
+    /// `a`, `b`: width and height of the two images.
     DifferentSizes { a: (u32, u32), b: (u32, u32) },
     /// A saved image whose bytes have changed or are missing.
     #[error("not a whole image: {0}")]
@@ -145,13 +145,13 @@ fn check_size(name: &str, (width, height): (u32, u32), max_megapixels: u32, max_
     Ok(())
 }
 
-/// Decodes a PNG or a JPEG; `name` is for the error. Nothing is allocated for an image above the limits.
+/// Decodes a PNG or a JPEG; `name` is for the error. No pixels are allocated for an image above `max_megapixels` or `max_side` (pixels).
 fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32, max_side: u32) -> Result<RgbaImage, ImageError> {
     Ok(decode_any(name, encoded, &[ImageFormat::Png, ImageFormat::Jpeg], max_megapixels, max_side)?.into_rgba8())
 }
 
-/// Width and height that the header of a PNG states. The memory limit needs them before the decoder reports them, because the decoder reads
-/// colour profiles first.
+/// Width and height that the header of a PNG states; `None` if the bytes end before them. They are read here because the decoder, which reads colour profiles
+/// before it reports the size, needs its memory limit first.
 fn stated_png_size(encoded: &[u8]) -> Option<(u32, u32)> {
     // After the signature (8 bytes) and the chunk's length and type (4 each), the IHDR chunk begins with width and height.
     let u32_at = |offset: usize| Some(u32::from_be_bytes(encoded.get(offset..offset + 4)?.try_into().ok()?));
@@ -171,12 +171,14 @@ fn decode_any(name: &str, encoded: &[u8], formats: &[ImageFormat], max_megapixel
     let mut reader = ImageReader::with_format(Cursor::new(encoded), format);
     let mut limits = Limits::default();
     let max_pixels = u64::from(max_megapixels) * 1_000_000;
+    // Only a PNG's header is read here; for other formats the size is checked after the decoder has reported it.
     let stated_pixels = match format {
         ImageFormat::Png => stated_png_size(encoded).map_or(0, |(width, height)| u64::from(width) * u64::from(height)),
         _ => max_pixels,
     };
-    limits.max_alloc = Some(stated_pixels.min(max_pixels) * DECODER_BYTES_PER_PIXEL + DECODER_BYTES);
+    limits.max_alloc = Some(stated_pixels.min(max_pixels) * DECODER_BYTES_PER_PIXEL + DECODER_OVERHEAD_BYTES);
     reader.limits(limits);
+    // A panic of a decoder counts as damage of the file.
     let decoder = catch_panic(|| reader.into_decoder()).ok_or_else(|| unreadable("it is damaged".into()))?;
     let decoder = decoder.map_err(|e| unreadable(e.to_string()))?;
     check_size(name, decoder.dimensions(), max_megapixels, max_side)?;
@@ -190,11 +192,11 @@ impl Texture {
         Self::with_decoding(width, height, rgba, MapDecoding::plain(format), RowThreads::All)
     }
 
-    /// As [`Self::from_rgba8`], with the decoding of a map.
+    /// As [`Self::from_rgba8`], with the format, the pole filter and the averaging of `decoding`.
     fn with_decoding(width: u32, height: u32, rgba: Vec<u8>, decoding: MapDecoding, threads: RowThreads) -> Result<Self, ImageError> {
         let format = decoding.format;
-        let needed = u64::from(width) * u64::from(height) * 4;
-        if width == 0 || height == 0 || needed != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
+        let needed_bytes = u64::from(width) * u64::from(height) * 4;
+        if width == 0 || height == 0 || needed_bytes != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
             return Err(ImageError::WrongLength { width, height, given_bytes: rgba.len() });
         }
         Ok(Self { format, levels: mips::chain(width, height, rgba, decoding, threads) })
@@ -205,7 +207,7 @@ impl Texture {
         Self::decode_map(name, encoded, MapDecoding::plain(format), DEFAULT_MAX_MEGAPIXELS, RowThreads::All)
     }
 
-    /// As [`Self::decode`], with the decoding of a map and a limit on its size.
+    /// As [`Self::decode`], with the format, the pole filter and the averaging of `decoding`, and another limit on the size.
     fn decode_map(name: &str, encoded: &[u8], decoding: MapDecoding, max_megapixels: u32, threads: RowThreads) -> Result<Self, ImageError> {
         let rgba = decode_rgba8(name, encoded, max_megapixels, MAX_MAP_SIDE)?;
         let (width, height) = rgba.dimensions();
@@ -213,7 +215,7 @@ impl Texture {
     }
 
     /// The texture with premultiplied alpha in linear light and a new mip chain: transparent texels then have no colour that
-    /// filtering could spread. The result for [`TexelFormat::Rgba32Float`] has no levels.
+    /// filtering could spread. For [`TexelFormat::Rgba32Float`], which is not supported, the result has no levels.
     #[must_use]
     pub(crate) fn premultiplied(self) -> Self {
         let Some(first) = self.levels.into_iter().next().filter(|_| self.format != TexelFormat::Rgba32Float) else {
@@ -225,13 +227,14 @@ impl Texture {
         Self { format: self.format, levels: mips::chain(width, height, bytes, MapDecoding::plain(self.format), RowThreads::All) }
     }
 
-    /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. Zero for
-    /// [`TexelFormat::Rgba32Float`].
+    /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. Zero without levels, and for
+    /// [`TexelFormat::Rgba32Float`], which is not supported.
     pub fn mean_over_sphere(&self) -> [f64; 3] {
         let Some(level) = self.levels.first().filter(|_| self.format != TexelFormat::Rgba32Float) else { return [0.0; 3] };
         let linear_of_byte = mips::decode_table(self.format);
         let (mut sum, mut weight_sum) = ([0.0; 3], 0.0);
         for (y, row) in level.bytes().chunks_exact(level.width as usize * 4).enumerate() {
+            // The sine of the colatitude is the cosine of the latitude.
             let weight = ((y as f64 + 0.5) / f64::from(level.height) * std::f64::consts::PI).sin();
             let mut row_sum = [0.0_f64; 3];
             for texel in row.chunks_exact(4) {
@@ -252,7 +255,7 @@ impl Texture {
 mod tests {
     use super::*;
 
-    /// A line break at the end would be printed as `\n`.
+    /// Messages are printed with control characters escaped, so a line break at the end would appear as `\n`.
     #[test]
     fn reasons_of_decoders_end_without_a_line_break() {
         let error = |reason: &str| ImageError::Unreadable { name: "a.jpg".into(), reason: reason.into() };

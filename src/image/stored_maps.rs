@@ -259,7 +259,7 @@ struct EntryLevels {
 impl LevelSource for EntryLevels {
     fn read(&self, level: usize) -> Vec<u8> {
         if self.decoded.get().is_none() {
-            let (start, byte_count) = self.header.byte_range(level);
+            let (start, byte_count) = self.header.start_and_length(level);
             let read = read_part(&self.store.path(&self.header.key), start, byte_count).ok();
             if let Some(texels) = read.and_then(|(packed, _)| self.header.unpack(level, &packed)) {
                 return texels;

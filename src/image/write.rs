@@ -1,7 +1,8 @@
 //! Writes finished frames: PNG with text chunks, EXR with linear floats.
 //!
-//! In: the pixels of a frame, top row first, and texts to embed. Out: the bytes of a file. Always: the same input gives the same bytes, because neither a
-//! time nor the program's version is added; a caller may add them to the text.
+//! In: the pixels of a frame, top row first, and texts to embed. Out: the bytes of a file. Always: the same input gives the same bytes, because no time or
+//! version of the program is added; a caller may put them into its texts. A text is *sealed* in an EXR if it is stored with the SHA-256 of the file
+//! (`super::integrity`).
 
 use super::ImageError;
 use super::integrity::{seal_exr, unsealed_attribute};
@@ -18,8 +19,8 @@ fn check_pixel_count<T>(width: u32, height: u32, pixels: &[T]) -> Result<(), Ima
     Ok(())
 }
 
-/// Writes sRGB display bytes as an RGBA PNG; `text` becomes iTXt chunks in the order given.
-pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], text: &[(&str, &str)]) -> Result<(), ImageError> {
+/// Writes sRGB display bytes as an RGBA PNG; the `texts`, each a keyword and a value, become iTXt chunks in the order given.
+pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], texts: &[(&str, &str)]) -> Result<(), ImageError> {
     check_pixel_count(width, height, display)?;
     let mut encoder = png::Encoder::new(out, width, height);
     encoder.set_color(png::ColorType::Rgba);
@@ -27,22 +28,22 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     // `Fast` takes a twentieth of the default's time (measured), for files that are 4 to 24 % larger.
     encoder.set_compression(png::Compression::Fast);
-    for (key, value) in text {
-        encoder.add_itxt_chunk((*key).to_owned(), (*value).to_owned()).map_err(write_error)?;
+    for (keyword, value) in texts {
+        encoder.add_itxt_chunk((*keyword).to_owned(), (*value).to_owned()).map_err(write_error)?;
     }
     let mut writer = encoder.write_header().map_err(write_error)?;
     writer.write_image_data(bytemuck::cast_slice(display)).map_err(write_error)?;
     writer.finish().map_err(write_error)
 }
 
-/// A text in Latin-1, as an EXR stores it. Any character that Latin-1 lacks becomes a question mark.
-fn in_latin_1(text: &str) -> String {
+/// The text with a question mark for each character that Latin-1, the encoding of an EXR's texts, lacks.
+fn limited_to_latin_1(text: &str) -> String {
     text.chars().map(|c| if u8::try_from(u32::from(c)).is_ok() { c } else { '?' }).collect()
 }
 
-/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed_text`: a text in
-/// ASCII, stored with the SHA-256 of the file. [`super::exr_head_text`] returns the text. A file without a sealed text has no SHA-256 either, so
-/// [`super::verify_exr`] cannot check it.
+/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments`, if not empty, becomes the attribute `comments`. `sealed_text`: a text in
+/// ASCII, stored in one attribute with the SHA-256 of the file; [`super::exr_head_text`] reads it. `None`: the file has no SHA-256 either, so
+/// [`super::verify_exr`] rejects it.
 pub fn write_exr(
     mut out: impl Write,
     width: u32,
@@ -59,9 +60,10 @@ pub fn write_exr(
         (r, g, b, a)
     };
     let mut image = Image::from_channels((w, h), SpecificChannels::rgba(pixel));
-    image.layer_data.attributes.comments = Text::new_or_none(in_latin_1(comments)).filter(|_| !comments.is_empty());
+    image.layer_data.attributes.comments = Text::new_or_none(limited_to_latin_1(comments)).filter(|_| !comments.is_empty());
     if let Some(text) = sealed_text {
         let (name, value) = unsealed_attribute(text);
+        // `Text` itself would accept any Latin-1.
         let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value).filter(|_| text.is_ascii())) else {
             return Err(write_error("the text to seal is not ASCII"));
         };
@@ -71,7 +73,7 @@ pub fn write_exr(
     let mut bytes = Cursor::new(Vec::new());
     image.write().to_buffered(&mut bytes).map_err(write_error)?;
     let mut bytes = bytes.into_inner();
-    // Changes nothing if there is no sealed text.
+    // Fills in the SHA-256 beside the sealed text; without such a text it changes nothing.
     seal_exr(&mut bytes);
     out.write_all(&bytes).map_err(write_error)
 }
@@ -110,9 +112,11 @@ mod tests {
         // The comments may contain a body's name with characters that an EXR cannot store.
         let mut greek = Cursor::new(Vec::new());
         write_exr(&mut greek, 3, 2, &pixels, "1 metre, \u{3b1} Cen", no_sealed_text).unwrap();
-        assert!(greek.get_ref().windows(14).any(|w| w == b"1 metre, ? Cen"));
+        let stored = b"1 metre, ? Cen";
+        assert!(greek.get_ref().windows(stored.len()).any(|w| w == stored));
         assert!(write_exr(Vec::new(), 3, 2, &pixels, "", Some("\u{3b1}")).unwrap_err().to_string().contains("not ASCII"));
         let error = write_exr(Vec::new(), 3, 3, &pixels, "metres", no_sealed_text).unwrap_err().to_string();
+        // Six pixels of four floats.
         assert_eq!(error, "96 bytes are not an image of 3x3 texels");
         let back = image::load_from_memory(bytes.get_ref()).unwrap().into_rgba32f();
         assert_eq!(back.as_raw().as_slice(), bytemuck::cast_slice::<_, f32>(&pixels));

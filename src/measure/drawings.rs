@@ -27,7 +27,7 @@ const MOON_HALF_IN_UMBRA_JD_TDB: f64 = 2_459_891.907_1;
 const RINGS_OPEN_JD_TDB: f64 = 2_457_890.5;
 /// 2024-06-08: the Earth without an eclipse.
 const EARTH_JD_TDB: f64 = 2_460_469.762;
-/// Number of latitude bands of the shape model, which then has 20,448 triangles.
+/// Number of latitude bands of the shape model. With 144 columns it has 2 * 144 * (72 - 1) = 20,448 triangles.
 const SHAPE_MODEL_BANDS: u32 = 72;
 /// East longitude where the Sun is low in the west at [`EARTH_JD_TDB`]: at this instant the Sun is in the zenith at 86 degrees east.
 const LONGITUDE_OF_LOW_SUN_DEG: f64 = 165.0;
@@ -78,7 +78,7 @@ fn qualities_with_draw(
 }
 
 /// Difference from the reference in percent of the reference pixel's radiance: the 99.9th percentile over pixels and channels. A faint pixel counts as much
-/// as a bright one, because the exposure may be chosen for it.
+/// as a bright one, because the exposure may be chosen for it. Channels without light in the reference are left out.
 fn p999_percent_of_pixel_light(image: &LinearImage, reference: &LinearImage) -> f64 {
     let channels = image.light.iter().zip(&reference.light).flat_map(|(p, q)| (0..3).map(move |c| (f64::from(p[c]), f64::from(q[c]))));
     p999(channels.filter(|(_, q)| *q > 0.0).map(|(p, q)| 100.0 * (p - q).abs() / q).collect())
@@ -93,7 +93,7 @@ fn summed_difference_percent(image: &LinearImage, reference: &LinearImage) -> f6
     100.0 * difference / sum(&|k, c| reference.light[k][c]).max(f64::MIN_POSITIVE)
 }
 
-/// The candidate that draws one planned view.
+/// The candidate that draws one planned view. `default_of`: the qualities that use it in the program.
 fn candidate<'a>(
     renderers: &'a PrecisionRenderers<'_>,
     name: &str,
@@ -117,15 +117,15 @@ pub(super) fn eclipse_model(session: &Session, effort: Effort) -> Result<ChoiceM
     for model in EclipseModel::CHOICES {
         let request_of_model = with_model(model)?;
         let default_of = qualities_with_draw(&renderers, &request, |d| d.body == NaifId::MOON && d.features.eclipse.model == model)?;
-        let eclipse_image = renderers.plan_view(&request_of_model, SINGLE_SAMPLE)?;
+        let eclipse_view = renderers.plan_view(&request_of_model, SINGLE_SAMPLE)?;
         let default_set_below = Vec::new();
-        let measured = candidate(&renderers, model.name(), eclipse_image, Precision::F32, default_set_below, |p| {
+        let measured = candidate(&renderers, model.name(), eclipse_view, Precision::F32, default_set_below, |p| {
             p999_percent_of_pixel_light(p, &reference)
         })?;
         // The error is that of the sunlight on the ground; the time is that of the final image.
-        let final_image = renderers.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..request_of_model }, SINGLE_SAMPLE)?;
+        let final_view = renderers.plan_view(&ViewRequest { pixel_view: PixelView::Final, ..request_of_model }, SINGLE_SAMPLE)?;
         let renderers = &renderers;
-        candidates.push(Candidate { default_of, workload: Box::new(move || renderers.draw(&final_image, Precision::F32)), ..measured });
+        candidates.push(Candidate { default_of, workload: Box::new(move || renderers.draw(&final_view, Precision::F32)), ..measured });
     }
     measure_choice(
         "eclipse",
@@ -197,8 +197,8 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from the side", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
-/// The Earth's day side from 3 radii, its limb from 400 km, and the sky at the horizon from the ground. The views of limb and sky look north, with the Sun 12
-/// to 17 degrees above the horizon in the west, outside the image.
+/// The Earth's day side from 3 radii (towards the Moon, two days after new moon), its limb from 400 km, and the sky at the
+/// horizon from the ground. The views of limb and sky look north, with the Sun 12 to 17 degrees above the horizon in the west, outside the image.
 fn atmosphere_views(renderers: &PrecisionRenderers<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
     let globe = view_from_direction(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
     // Three times as wide and as high. As in a window, the disc is then large enough for the coarse image of the air (`air-pass`), and its rim is wide enough
@@ -218,7 +218,7 @@ fn atmosphere_views(renderers: &PrecisionRenderers<'_>, effort: Effort) -> Resul
             ..globe.clone()
         }
     };
-    // From 400 km the horizon is 20 degrees below the horizontal.
+    // From 400 km the horizon is 20 degrees below the horizontal. The numbers: latitude, height of the camera, altitude of its direction.
     let (limb, sky) = (northwards(20.0, 400.0, -20.0), northwards(5.0, 0.1, 10.0));
     Ok([renderers.with_metered_exposure(globe.clone())?, renderers.with_metered_exposure(limb)?, renderers.with_metered_exposure(sky)?])
 }
@@ -296,7 +296,8 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     )
 }
 
-/// Options that differ in sampling. They are timed in f32, but their errors are those of images in f64, which have no rounding errors of f32.
+/// Candidates that differ in sampling. Each option: its name, its sampling, and the qualities that use it. They are timed in f32, but their errors are those of
+/// images in f64, which have no rounding errors of f32.
 fn sampling_candidates<'a>(
     renderers: &'a PrecisionRenderers<'_>,
     request: &ViewRequest,

@@ -24,7 +24,8 @@ use crate::units::linear_to_srgb;
 
 /// Bound of the error of a shading edge inside a pixel. `difference`: the greatest difference of light between the pixel and its eight neighbours. Limbs and
 /// rings need no such bound, because they are antialiased analytically. The fractions are empirical: tests/cli/error_bound.rs checks that bounds with them
-/// hold. Images of standard quality have as many samples per pixel as the reference, so their fraction is a margin.
+/// hold. Images of standard quality have as many samples per pixel as the reference, so for them
+/// the fraction is a mere margin.
 fn sampling_error(quality: Quality, difference: f64) -> f64 {
     match quality {
         Quality::Draft => 0.5 * difference,
@@ -41,7 +42,7 @@ const MODEL_DIFFERENCE_FACTOR: f64 = 1.25;
 struct AirInputs {
     /// The image without atmospheres.
     airless: Vec<[f32; 4]>,
-    /// Optical depth along each pixel's ray.
+    /// Optical depth along each pixel's ray, per colour channel.
     optical_depth: Vec<[f32; 4]>,
     /// Largest error of the atmosphere models, as a fraction of the scattered light.
     max_error: f64,
@@ -52,10 +53,10 @@ struct BoundInputs {
     /// The image in the quality's precision.
     shown: Vec<[f32; 4]>,
     /// The image in the other precision, f32 or f64.
-    other_precision: Vec<[f32; 4]>,
+    shown_in_other_precision: Vec<[f32; 4]>,
     /// The image with the reference's models and taps, in f32.
     reference_models: Vec<[f32; 4]>,
-    /// The image without eclipses, and the largest error of the eclipse models, as a fraction of its light. `None` if the view has no eclipse.
+    /// The image without eclipses, and the largest error of the eclipse models as a fraction of the light in this image. `None` if the view has no eclipse.
     without_eclipses: Option<(Vec<[f32; 4]>, f64)>,
     /// `None` if the view has no atmosphere.
     air: Option<AirInputs>,
@@ -89,7 +90,7 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
         let from_neighbours = neighbour_difference(&inputs.shown, width, k);
         let bound: [f64; 3] = std::array::from_fn(|c| {
             let light = f64::from(pixel[c]);
-            let rounding = 2.0 * f64::from((pixel[c] - inputs.other_precision[k][c]).abs()) + 1e-6 * light.abs();
+            let rounding = 2.0 * f64::from((pixel[c] - inputs.shown_in_other_precision[k][c]).abs()) + 1e-6 * light.abs();
             let eclipse = inputs
                 .without_eclipses
                 .as_ref()
@@ -99,6 +100,7 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
                 .as_ref()
                 .map_or(0.0, |air| air_error(light, f64::from(air.airless[k][c]), f64::from(air.optical_depth[k][c]), air.max_error));
             let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - inputs.reference_models[k][c]).abs());
+            // `VISIBLE_LIGHT` is a fraction of white; the exposure factor converts it to light.
             let left_out_effects = if is_display { VISIBLE_LIGHT / exposure_factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
             known_or_infinite(rounding + models + eclipse + air + sampling_error(request.quality, from_neighbours[c]) + left_out_effects)
         });
@@ -111,14 +113,14 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
     Ok(Frame { width, height, hdr, display })
 }
 
-/// Bound of the error of the eclipse model, from the light with and without eclipses; 0 where eclipses change at most 1e-6 of the light. NaN if `unshadowed` is
-/// NaN.
+/// Bound of the error of the eclipse model, from the light with and without eclipses; 0 where eclipses change at most 1e-6 of the light, which
+/// may be rounding. NaN if `unshadowed` is NaN; if `light` is, the bound of rounding is NaN.
 fn eclipse_error(light: f64, unshadowed: f64, max_error: f64) -> f64 {
     if (unshadowed - light).abs() <= 1e-6 * unshadowed { 0.0 } else { max_error * unshadowed }
 }
 
 /// Bound of the error of the atmosphere model, from the light with and without atmospheres. `max_error` applies to the scattered light: what remains without
-/// the transmitted light. NaN if an input is NaN.
+/// the transmitted light. The error of the transmittance is added. NaN if an input is NaN.
 fn air_error(light: f64, airless: f64, optical_depth: f64, max_error: f64) -> f64 {
     let transmitted = airless * (-optical_depth).exp();
     let scattered = if light <= transmitted { 0.0 } else { light - transmitted };
@@ -131,7 +133,8 @@ fn known_or_infinite(bound: f64) -> f64 {
 }
 
 /// Bound of the error of the display level (255ths), from a bound of the error of the exposed radiance `light`; includes one level for rounding to bytes. The
-/// tone map is left out: the slope of its curve is at most 1. Bloom is left out, too: it passes on about a seventh of the error of pixels brighter than white.
+/// tone map is left out: the slope of its curve is at most 1. Bloom is left out, too: it spreads about a seventh of the light above white, and so of its
+/// error, to other pixels (`BLOOM_NARROW` and `BLOOM_WIDE`).
 fn level_bound(light: f64, bound: f64) -> u8 {
     if !(light + bound).is_finite() {
         return u8::MAX;
@@ -160,18 +163,19 @@ fn neighbour_difference(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
 fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view: &PlannedView) -> Result<BoundInputs, SessionError> {
     let sampling = SamplingQuality::of(request.quality);
     let precision = precision_of(request.quality);
-    let opposite_precision = if precision == Precision::F64 { Precision::F32 } else { Precision::F64 };
-    let exposed = ViewRequest { exposure: ExposureRequest::Stops(view.scene.exposure.stops), ..request.clone() };
+    let other_precision = if precision == Precision::F64 { Precision::F32 } else { Precision::F64 };
+    let request_at_exposure = ViewRequest { exposure: ExposureRequest::Stops(view.scene.exposure.stops), ..request.clone() };
     let draw = |request: &ViewRequest| {
         Ok::<_, SessionError>(renderers.draw_linear(&renderers.plan_view(request, sampling)?, Precision::F32)?.light)
     };
     let without = |effect: Effect| {
-        let mut request = exposed.clone();
+        let mut request = request_at_exposure.clone();
         request.effects.set(effect, false);
         request
     };
-    // Differences from the reference's models are measured with an image; the errors of the reference's models are the stated ones.
-    let reference_request = ViewRequest { quality: Quality::Reference, ..exposed.clone() };
+    // How far the view's models differ from the reference's is measured with this image; how far those are wrong is known only from their stated errors. The
+    // image has the reference's taps (anisotropy), but the view's number of samples.
+    let reference_request = ViewRequest { quality: Quality::Reference, ..request_at_exposure.clone() };
     let reference_models_view = renderers
         .plan_view(&reference_request, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
     // The scene of an entire sphere has no draws of bodies: those are in the frames of its faces, and so in the plan.
@@ -187,15 +191,15 @@ fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view:
     let air = if let Some(max_error) =
         features().filter_map(|f| stated_errors::of_atmosphere(f.air.model)).map(|stated| stated.max_error).reduce(f64::max)
     {
-        let depth_request = ViewRequest { pixel_view: PixelView::OpticalDepth, ..exposed.clone() };
+        let depth_request = ViewRequest { pixel_view: PixelView::OpticalDepth, ..request_at_exposure.clone() };
         Some(AirInputs { airless: draw(&without(Effect::Atmosphere))?, optical_depth: draw(&depth_request)?, max_error })
     } else {
         None
     };
     let shown = renderers.draw_linear(view, precision)?.light;
-    let other_precision = renderers.draw_linear(view, opposite_precision)?.light;
+    let shown_in_other_precision = renderers.draw_linear(view, other_precision)?.light;
     let reference_models = renderers.draw_linear(&reference_models_view, Precision::F32)?.light;
-    Ok(BoundInputs { shown, other_precision, reference_models, without_eclipses, air })
+    Ok(BoundInputs { shown, shown_in_other_precision, reference_models, without_eclipses, air })
 }
 
 #[cfg(test)]
@@ -237,7 +241,7 @@ mod tests {
         assert!(air_error(0.5, 0.5, f64::NAN, 0.1).is_nan());
         let mut light = vec![[0.5, 0.5, 0.5, 1.0]; 25];
         light[12] = [f32::NAN, f32::INFINITY, 0.5, 1.0];
-        // Pixel 6 touches pixel 12.
+        // The image has 5x5 pixels: pixel 6 touches pixel 12, the centre; pixel 4, a corner, does not.
         let near = neighbour_difference(&light, 5, 6);
         assert!(near[0].is_nan() && near[1] == f64::INFINITY && near[2] == 0.0, "{near:?}");
         assert_eq!(neighbour_difference(&light, 5, 4), [0.0; 3]);

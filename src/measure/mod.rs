@@ -4,7 +4,7 @@
 //! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option its error (in arcseconds, percent of light or
 //! display levels) and the ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs ([`timing`]). Errors
 //! are relative to a reference, which for images is the most accurate option drawn in f64 (in f32 for `resolution`). [`rule`] determines the options that a
-//! quality may use. Which options it does use is not listed here, but read from the scenes and settings that the program makes for it. Not measured:
+//! quality may use. The options that a quality does use are not listed here, but read from the scenes and settings that the program makes for it. Not measured:
 //! tessellation, because ellipsoids are intersected and not tessellated.
 
 mod complete_images;
@@ -75,7 +75,7 @@ pub(crate) struct OptionMeasure {
 pub(crate) struct ChoiceMeasure {
     /// Name of the choice.
     pub name: &'static str,
-    /// The quantity whose error is measured, and the view.
+    /// A text: the quantity whose error is measured, and the view.
     pub about: &'static str,
     /// Unit of the errors.
     pub unit: ErrorUnit,
@@ -86,7 +86,8 @@ pub(crate) struct ChoiceMeasure {
 }
 
 impl ChoiceMeasure {
-    /// Qualities whose default option is inadmissible by the rule, each with an option that is admissible; empty if the rule does not apply.
+    /// Qualities whose default option is inadmissible by the rule, each with an admissible option; qualities that have none are left out. Empty if the rule
+    /// does not apply.
     pub(crate) fn defaults_to_change(&self) -> Vec<(Quality, &str)> {
         let has_inadmissible_default = |q: &Quality| self.options.iter().any(|o| o.default_of.contains(q) && !o.admissible_for.contains(q));
         let with_admissible_option = |q: Quality| self.options.iter().find(|o| o.admissible_for.contains(&q)).map(|o| (q, o.name.as_str()));
@@ -109,8 +110,8 @@ pub(crate) struct Candidate<'a> {
     workload: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 
-/// Times the candidates alternately and applies the rule. Ratios are relative to the baseline: the last of the most accurate candidates. The
-/// baseline runs twice in each round, and its own ratio is that of its two times: a measure of the noise. An error that is not a number counts as infinite.
+/// Times the candidates alternately and applies the rule. Times are ratios to that of the baseline: the last of the most accurate candidates. The baseline runs
+/// twice in each round, and the ratio of these two times is its own: a measure of the noise. An error that is not a number counts as infinite.
 pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,
@@ -118,7 +119,8 @@ pub(crate) fn measure_choice(
     rounds: usize,
     mut candidates: Vec<Candidate<'_>>,
 ) -> Result<ChoiceMeasure, SessionError> {
-    // No comparison with NaN is true, so by `rule::admissible` no option would be more accurate than one with this error, and `reference` could use it.
+    // Comparisons with NaN are false, so `rule::admissible` would find no option more accurate than one with this error, and could admit it for the quality
+    // `reference`.
     for candidate in candidates.iter_mut().filter(|c| c.error.is_nan()) {
         candidate.error = f64::INFINITY;
     }
@@ -129,12 +131,12 @@ pub(crate) fn measure_choice(
         let workloads: Vec<Box<timing::Workload<'_, f64, SessionError>>> = timed.map(|w| Box::new(w) as Box<_>).collect();
         let workloads: Vec<&timing::Workload<'_, f64, SessionError>> =
             workloads.iter().chain(workloads.get(baseline)).map(|w| &**w).collect();
-        // Load modules, maps and tables before timing.
+        // A first round, not timed, loads modules, maps and tables.
         interleaved(1, &workloads)?;
         interleaved(rounds, &workloads)?
     };
     let repeated_baseline = times.split_off(candidates.len());
-    // If no time of the baseline is above 0, times cannot be compared.
+    // For a baseline without any time above 0, to which no ratio exists.
     let equal_time = Quartiles { low: 1.0, median: 1.0, high: 1.0 };
     let measurements: Vec<Measurement> = candidates
         .iter()
@@ -161,8 +163,8 @@ pub(crate) fn measure_choice(
 }
 
 /// Choices to which the rule does not apply. For `ring-shadow`, `body-shadow` and `shape` the scene chooses the option from the view. `samples` is measured on
-/// a shape model, the hard case. Nearly all views show no shape model, and one sample suffices for them; therefore draft quality uses one in all views. The
-/// options of `quality` are the qualities.
+/// a shape model, the hard case. But nearly all views show none and need only one sample, so draft quality uses one in all views. The options of `quality` are
+/// the qualities themselves.
 const EXEMPT_FROM_RULE: [&str; 5] = ["ring-shadow", "body-shadow", "shape", "samples", "quality"];
 
 /// A function that measures one choice.
@@ -172,7 +174,7 @@ pub(crate) type MeasureFn = fn(&Session, Effort) -> Result<ChoiceMeasure, Sessio
 /// the complete image.
 pub(crate) const CHOICES: [(&str, MeasureFn); 14] = [
     ("ephemeris", positions::ephemeris_source),
-    ("light-time", positions::light_time),
+    ("light-time", positions::direction_corrections),
     ("eclipse", drawings::eclipse_model),
     ("ring-shadow", drawings::ring_shadow),
     ("body-shadow", drawings::body_shadow),

@@ -1,7 +1,7 @@
-//! Cost and error of positions: the source of the ephemeris, and the corrections for light time and aberration.
+//! Measures two choices that affect positions: the source of the ephemeris, and the corrections for light time and aberration.
 //!
-//! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, each the greatest over the Sun, the Moon and the planets on dates that span
-//! 185 years.
+//! In: the session's ephemeris. Out: for each option its time and its error, in arcseconds as seen from the Earth: the greatest over the Sun, the Moon and the
+//! planets on dates that span 185 years.
 
 use super::images::larger_or_nan;
 use super::rule::ErrorUnit;
@@ -18,8 +18,9 @@ use glam::DVec3;
 /// Sun, Moon and planets.
 const BODIES: [NaifId; 9] =
     [NaifId::SUN, NaifId::MOON, NaifId(199), NaifId(299), NaifId(499), NaifId(599), NaifId(699), NaifId(799), NaifId(899)];
-/// Dates from 1905 to 2089, within the time span of the embedded kernel; the step is not a multiple of any body's period.
+/// The first of `DATE_COUNT` dates from 1905 to 2089, within the time span of the embedded kernel.
 const FIRST_JD_TDB: f64 = 2_416_847.3;
+/// Days between the dates, not a multiple of any body's period.
 const STEP_DAYS: f64 = 1_983.7;
 const DATE_COUNT: usize = 35;
 /// Repetitions over all bodies and dates in one timed run, because a position takes only microseconds.
@@ -32,7 +33,7 @@ fn instants() -> impl Iterator<Item = Instant> {
 /// A way of computing the direction of a body from the Earth. The vector may have any length.
 type DirectionFn<'a> = Box<dyn Fn(NaifId, Instant) -> Result<DVec3, EphemerisError> + 'a>;
 
-/// The greatest angular separation between two ways of computing directions, arcseconds.
+/// The greatest angular separation between two ways of computing directions, arcseconds; NaN if any is NaN.
 fn worst_arcsec(a: &DirectionFn<'_>, b: &DirectionFn<'_>) -> Result<f64, EphemerisError> {
     let mut worst = 0.0_f64;
     for t in instants() {
@@ -43,8 +44,8 @@ fn worst_arcsec(a: &DirectionFn<'_>, b: &DirectionFn<'_>) -> Result<f64, Ephemer
     Ok(worst)
 }
 
-/// The candidates of a choice among methods of computing directions, with their errors against `reference`. `methods`: for each its name, the method, and the
-/// qualities that use it.
+/// The options, before they are timed, of a choice among methods of computing directions, with their errors against `reference`. `methods`: for each its name,
+/// the method, and the qualities that use it by default.
 fn candidates<'a>(
     methods: Vec<(&'static str, DirectionFn<'a>, Vec<Quality>)>,
     reference: &DirectionFn<'_>,
@@ -67,9 +68,10 @@ fn candidates<'a>(
     Ok(all)
 }
 
-/// The sources of the ephemeris (`--source`): mean elements, series, kernel. In the years that the kernel covers, every quality uses the kernel.
+/// Measures the choice of the ephemeris's source (`--source`): mean elements, series or kernel. In the years that the kernel covers, every quality uses it.
 pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
+    // Geometric, from the Earth.
     let direction_by = |source: Source| -> DirectionFn<'_> {
         Box::new(move |body, t| Ok(ephemeris.state(body, NaifId::EARTH, t, Some(source))?.state.pos_km))
     };
@@ -83,19 +85,21 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
     measure_choice("ephemeris", about, ErrorUnit::Arcseconds, effort.rounds(), candidates(methods, &direction_by(Source::Kernel))?)
 }
 
-/// Geometric direction, direction corrected for light time, and apparent direction, corrected for light time and aberration.
-pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
+/// Measures the choice among the geometric direction, the one corrected for light time, and the apparent one, corrected for light time and aberration.
+pub(super) fn direction_corrections(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
+    // Relative to the solar system's barycentre.
     let state = move |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state);
     let geometric: DirectionFn<'_> = Box::new(move |body, t| Ok(state(body, t)?.pos_km - state(NaifId::EARTH, t)?.pos_km));
     let corrected_for_light_time: DirectionFn<'_> = Box::new(move |body, t| {
         let observer_km = state(NaifId::EARTH, t)?.pos_km;
-        Ok(ephemeris.light_time_position(body, observer_km, t)?.0 - observer_km)
+        let (emission_km, _time) = ephemeris.light_time_position(body, observer_km, t)?;
+        Ok(emission_km - observer_km)
     });
     let apparent = move |body, t| -> Result<DVec3, EphemerisError> {
         let observer = state(NaifId::EARTH, t)?;
-        let retarded_km = ephemeris.light_time_position(body, observer.pos_km, t)?.0 - observer.pos_km;
-        Ok(aberrated(retarded_km.normalize(), observer.vel_km_s))
+        let (emission_km, _time) = ephemeris.light_time_position(body, observer.pos_km, t)?;
+        Ok(aberrated((emission_km - observer.pos_km).normalize(), observer.vel_km_s))
     };
     let methods = vec![
         ("geometric", geometric, vec![]),

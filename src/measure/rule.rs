@@ -1,10 +1,11 @@
-//! The rule that determines which options of a choice are dominated, and which a quality may use. A *choice* is a setting, such as the
-//! number of samples per pixel; its values are its *options*.
+//! The rule that determines which options of a choice are dominated, and which are admissible for a quality level (`draft`, `standard` or
+//! `reference`). A *choice* is a setting, such as the number of samples per pixel; its values are its *options*.
 //!
-//! In: time and error of the options of one choice. Out: the dominated options, and those that a quality may use. Always: an option is
+//! In: time and error of the options of one choice. Out: the dominated options, and those admissible for a quality. Always: an option is
 //! dominated only by an option that is clearly faster and not clearly less accurate, or clearly more accurate at no greater median time.
-//! Clearly faster: by more than the spread of the measurements, and by more than 5 %. Clearly more accurate: by more than 1 %. A quality uses
-//! the fastest option within its bound; `reference` has no bound and uses the most accurate option.
+//! Clearly faster: the interquartile ranges of the times do not overlap, and the medians differ by more than 5 %. Clearly more accurate: the error is
+//! smaller by more than 1 %. An option is admissible if it is within the quality's bound and no other option within the bound is clearly faster; `reference`
+//! has no bound: of the most accurate options, those are admissible than which no other is clearly faster.
 
 use super::timing::Quartiles;
 use crate::scene::request::Quality;
@@ -14,9 +15,9 @@ use crate::scene::request::Quality;
 pub(crate) enum ErrorUnit {
     /// Angle on the sky.
     Arcseconds,
-    /// Percent of a pixel's radiance, or of the image's summed light; the choice states which.
+    /// Percent of a pixel's radiance or of the image's summed light, depending on the choice.
     PercentOfLight,
-    /// Error on the display, in levels of 255: the 99.9th percentile over pixels.
+    /// The 99.9th percentile over pixels of the error on the display, in levels: 1/255 of the display's range.
     Levels,
 }
 
@@ -33,13 +34,13 @@ impl ErrorUnit {
     /// Upper limit of a quality's error. `None`: the most accurate option must be used.
     ///
     /// `draft` is for exploring:
-    /// - A good eye resolves 60 arcsec, and 4 arcsec at a magnification of 15; 1 arcsec is a quarter of that.
-    /// - 15.9 % of light is a quarter of a stop.
-    /// - 32 levels of 255, exceeded in one pixel of a thousand, are an eighth of white.
+    /// - A good eye resolves 60 arcsec, and 4 arcsec at a magnification of 15; the bound is a quarter of the latter.
+    /// - 15.9 % of light is a quarter of a stop: 1 - 2^(-1/4).
+    /// - 32 levels are an eighth of white; one pixel of a thousand may exceed them.
     ///
     /// `standard` is for the window and for saved images:
-    /// - The Moon moves 0.1 arcsec in 0.2 s, so the time of a contact is off by at most 0.2 s.
-    /// - Half a percent of light is a third of a level of 255 at mid grey.
+    /// - The Moon moves 0.1 arcsec in 0.2 s, so the time of a contact of an eclipse is off by at most 0.2 s.
+    /// - Half a percent of light is a third of a level at mid grey.
     /// - Three levels are 1 % of the display's range.
     pub(crate) fn bound(self, quality: Quality) -> Option<f64> {
         let [draft, standard] = match self {
@@ -60,12 +61,12 @@ impl ErrorUnit {
 pub(crate) struct Measurement {
     /// Error in the choice's unit, at least 0.
     pub error: f64,
-    /// Ratio to the time of the choice's most accurate option.
+    /// Quartiles of the ratio of the option's time to that of the choice's most accurate option.
     pub relative_time: Quartiles,
 }
 
 impl Measurement {
-    /// Whether `self` takes less time: the interquartile ranges do not overlap, and the medians differ by more than 5 %. Smaller differences do not justify a
+    /// Whether `self` takes less time: the interquartile ranges do not overlap, and the medians differ by more than 5 %, because less does not justify a
     /// change.
     fn is_clearly_faster(&self, other: &Self) -> bool {
         self.relative_time.high < other.relative_time.low && self.relative_time.median < 0.95 * other.relative_time.median
@@ -88,8 +89,8 @@ pub(crate) fn dominated(options: &[Measurement]) -> Vec<bool> {
     options.iter().map(|a| options.iter().any(|b| b.dominates(a))).collect()
 }
 
-/// For each option, whether a quality may use it: the option meets the bound, and no other option that meets the bound is clearly faster.
-/// For `reference`, or if no option meets the bound, the options within 1 % of the smallest error take the place of those that meet the bound.
+/// For each option, whether it is admissible for a quality: it is eligible, and no other eligible option is clearly faster. Eligible are the options that
+/// meet the bound; for `reference`, or if none meets it, the options within 1 % of the smallest error.
 pub(crate) fn admissible(quality: Quality, unit: ErrorUnit, options: &[Measurement]) -> Vec<bool> {
     let bound = unit.bound(quality).filter(|bound| options.iter().any(|o| o.error <= *bound));
     let is_eligible = |o: &Measurement| match bound {
@@ -103,8 +104,9 @@ pub(crate) fn admissible(quality: Quality, unit: ErrorUnit, options: &[Measureme
 mod tests {
     use super::*;
 
-    fn option(error: f64, time: f64) -> Measurement {
-        Measurement { error, relative_time: Quartiles { low: 0.95 * time, median: time, high: 1.05 * time } }
+    /// An option with this median of the relative time, and quartiles 5 % below and above it.
+    fn option(error: f64, median: f64) -> Measurement {
+        Measurement { error, relative_time: Quartiles { low: 0.95 * median, median, high: 1.05 * median } }
     }
 
     #[test]
@@ -123,19 +125,19 @@ mod tests {
         let unit = ErrorUnit::Levels;
         let [draft, standard] = [Quality::Draft, Quality::Standard].map(|q| unit.bound(q).expect("a bound"));
         let options = [option(2.0 * draft, 0.1), option(0.9 * draft, 0.2), option(0.9 * standard, 0.5), option(0.5, 1.0)];
-        let allowed = |options: &[Measurement]| {
-            Quality::ALL
-                .map(|q| admissible(q, unit, options).iter().enumerate().filter_map(|(k, may)| may.then_some(k)).collect::<Vec<_>>())
+        // The indices of the admissible options for draft, standard and reference.
+        let by_quality = |options: &[Measurement]| {
+            Quality::ALL.map(|q| admissible(q, unit, options).iter().enumerate().filter_map(|(k, ok)| ok.then_some(k)).collect::<Vec<_>>())
         };
-        assert_eq!(allowed(&options), [[1], [2], [3]]);
-        // The allowed options change if an option gets worse, or if another gets faster.
+        assert_eq!(by_quality(&options), [[1], [2], [3]]);
         let mut changed = options;
         changed[2].error = 1.1 * standard;
-        assert_eq!(allowed(&changed), [[1], [3], [3]]);
+        assert_eq!(by_quality(&changed), [[1], [3], [3]], "option 2 exceeds the bound of standard");
         changed[3].relative_time = option(0.0, 0.15).relative_time;
-        assert_eq!(allowed(&changed), [[3], [3], [3]]);
-        // If the measurement cannot distinguish two options, both may be used.
-        assert_eq!(allowed(&[option(0.5, 1.0), option(0.5, 1.02)]), [[0, 1], [0, 1], [0, 1]]);
-        assert_eq!(allowed(&[option(1e9, 1.0)]), [[0], [0], [0]]);
+        assert_eq!(by_quality(&changed), [[3], [3], [3]], "option 3 is the fastest within the bound of draft, too");
+        // If the measurement cannot distinguish two options, both are admissible.
+        assert_eq!(by_quality(&[option(0.5, 1.0), option(0.5, 1.02)]), [[0, 1], [0, 1], [0, 1]]);
+        // An option that meets no bound is admissible if none is more accurate.
+        assert_eq!(by_quality(&[option(1e9, 1.0)]), [[0], [0], [0]]);
     }
 }

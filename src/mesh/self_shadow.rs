@@ -1,26 +1,27 @@
 //! Self-shadowing of a mesh: at each vertex, the altitude of the Sun, which is its angle above the horizon that the mesh itself forms.
 //!
 //! In: a mesh, the direction of the Sun and its angular radius. Out: the altitude of the Sun's centre at each vertex, in units of that radius: above 1 the
-//! whole disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the
-//! plane of the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the altitude.
+//! whole disc is visible, below -1 it is hidden, in between the horizon, taken as straight, cuts it. Rays are traced in f64 through a bounding volume
+//! hierarchy, in the plane of the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection
+//! refines the altitude.
 //!
 //! Error: the altitude is measured from the edge of the mesh that is nearest above a hidden Sun or below a visible one. It is accurate to a quarter of the
-//! Sun's radius or a tenth of the altitude, whichever is more. But only the directions 1, 4, 16, ... solar radii from the Sun are tested, so a gap or an
-//! obstacle between two of them may be missed; the altitude is then measured from a farther edge. Between vertices the altitude is interpolated. The edge of a
-//! smooth hill's shadow is accurate to less than a triangle's side. The edge of the shadow of something that is smaller than a triangle, or farther than a
-//! triangle's side from the ground in its shadow, is accurate to the length of such a side. Not here: shadows in the light of other bodies.
+//! Sun's radius or a tenth of the altitude, whichever is larger. But only the directions 1, 4, 16, ... solar radii from the Sun are tested, so a gap or an
+//! obstacle between two of them may be missed; the altitude is then measured from a farther edge. Between vertices the altitude is interpolated. So the
+//! edge of a smooth hill's shadow is placed to less than the side of a triangle, but only to that side's length if the obstacle is smaller than a triangle, or
+//! if it is farther than that from the ground that it shades. Not here: shadows in the light of other bodies.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Altitudes are clamped to plus or minus this angle (5 degrees). Otherwise the interpolated altitude would be too steep between a vertex that sees past a peak
-/// and a neighbour that does not.
+/// Altitudes are clamped to plus or minus this angle (5 degrees). Otherwise the interpolated altitude would change too steeply between a vertex that sees past
+/// a peak and a neighbour that does not.
 const MAX_ALTITUDE_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.
 const MAX_LEAF_TRIANGLES: usize = 4;
-/// Distance of the nearest hit that counts, per largest side of the mesh's box: far above the rounding of f64, far below a triangle.
+/// Distance of the nearest hit that counts, per largest side of the mesh's box: far above the rounding of f64, far below a triangle's size.
 const MIN_HIT_PER_SIZE: f64 = 1e-9;
 /// The Sun's angular radius is clamped to this range, radians. Altitudes are divided by it, so it must not be 0; the upper bound is the radius seen from about
 /// two solar radii away.
@@ -61,7 +62,8 @@ struct Node {
     /// Corners of the bounding box, kilometres.
     low: DVec3,
     high: DVec3,
-    /// Leaf: index in `order` of its first triangle. Inner node: index of its second child; the first child is the next node.
+    /// Leaf: index in `order` of its first triangle. Inner node: index in `nodes` of its second child; the first child follows
+    /// the node itself.
     start_or_second_child: u32,
     /// Leaf: number of triangles. Inner node: 0.
     triangle_count: u32,
@@ -79,7 +81,7 @@ impl Bvh {
         tree
     }
 
-    /// Adds the node of these triangles and all nodes below it. `first_in_order`: index in `order` of the first of the triangles.
+    /// Adds the node of `triangles`, a part of `order` that begins at the index `first_in_order`, and all nodes below it; sorts this part by leaf.
     fn build_node(&mut self, mesh: &RayCastMesh, centroids: &[DVec3], triangles: &mut [u32], first_in_order: usize) {
         let corners = || triangles.iter().flat_map(|t| mesh.triangles[*t as usize]).map(|k| mesh.position_km(k));
         let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
@@ -101,7 +103,7 @@ impl Bvh {
     }
 }
 
-/// Whether a ray from `origin` intersects the box of a node in front of `origin`.
+/// Whether a ray from `origin` intersects the box of a node in front of `origin`. `inverse_direction`: 1 / direction, by component.
 fn intersects_box(node: &Node, origin: DVec3, inverse_direction: DVec3) -> bool {
     let (a, b) = ((node.low - origin) * inverse_direction, (node.high - origin) * inverse_direction);
     let (near, far) = (a.min(b), a.max(b));
@@ -120,7 +122,7 @@ impl RayCastMesh {
         self.vertices[vertex as usize].position_km
     }
 
-    /// Whether a ray from a vertex intersects the mesh.
+    /// Whether a ray from a vertex intersects a triangle that has no corner at the vertex, farther than `min_hit_km` away. `direction`: unit vector.
     fn is_occluded(&self, tree: &Bvh, vertex: usize, direction: DVec3) -> bool {
         let (origin, own_position_id) = (self.vertices[vertex].position_km, self.position_ids[vertex]);
         // The inverse is finite even for rays along an axis, where 0 times infinity would be NaN.
@@ -142,12 +144,12 @@ impl RayCastMesh {
                 continue;
             }
             let leaf = node.start_or_second_child as usize..(node.start_or_second_child + node.triangle_count) as usize;
-            for t in tree.order[leaf].iter().map(|t| self.triangles[*t as usize]) {
-                if t.iter().any(|k| self.position_ids[*k as usize] == own_position_id) {
+            for triangle in tree.order[leaf].iter().map(|t| self.triangles[*t as usize]) {
+                if triangle.iter().any(|k| self.position_ids[*k as usize] == own_position_id) {
                     continue;
                 }
                 // Möller and Trumbore 1997.
-                let [a, b, c] = t.map(|k| self.position_km(k));
+                let [a, b, c] = triangle.map(|k| self.position_km(k));
                 let (e1, e2) = (b - a, c - a);
                 let p = direction.cross(e2);
                 let determinant = e1.dot(p);
@@ -166,26 +168,28 @@ impl RayCastMesh {
         false
     }
 
-    /// The altitude of the Sun's centre at a vertex, in radii of the Sun. `sun`: unit vector towards the Sun, body axes.
-    fn altitude(&self, tree: &Bvh, vertex: usize, sun: DVec3, sun_radius_rad: f64) -> f64 {
+    /// The altitude of the Sun's centre above the mesh's horizon at a vertex, in radii of the Sun. `towards_sun`: unit vector, body axes.
+    fn altitude(&self, tree: &Bvh, vertex: usize, towards_sun: DVec3, sun_radius_rad: f64) -> f64 {
         let outward = self.vertices[vertex].normal;
-        let normal = if self.two_sided && outward.dot(sun) < 0.0 { -outward } else { outward };
-        let cosine = normal.dot(sun).clamp(-1.0, 1.0);
+        let normal = if self.two_sided && outward.dot(towards_sun) < 0.0 { -outward } else { outward };
+        let cosine = normal.dot(towards_sun).clamp(-1.0, 1.0);
         // Angle of the Sun above the tangent plane.
         let plane_altitude_rad = cosine.asin();
+        // The ground at the vertex hides the whole disc.
         if plane_altitude_rad < -sun_radius_rad {
             return plane_altitude_rad / sun_radius_rad;
         }
         // Perpendicular to the Sun's direction, in the plane of the normal and the Sun.
-        let up = (normal - cosine * sun).try_normalize().unwrap_or_else(|| sun.any_orthonormal_vector());
-        let is_occluded = |angle_rad: f64| self.is_occluded(tree, vertex, sun * angle_rad.cos() + up * angle_rad.sin());
+        let up = (normal - cosine * towards_sun).try_normalize().unwrap_or_else(|| towards_sun.any_orthonormal_vector());
+        let is_occluded = |angle_rad: f64| self.is_occluded(tree, vertex, towards_sun * angle_rad.cos() + up * angle_rad.sin());
         let is_hidden = is_occluded(0.0);
         // Search upward from a hidden Sun, or downward from a visible one to the tangent plane.
         let (sign, end_rad) = if is_hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_altitude_rad.max(0.0)) };
-        // Tests larger and larger angles from the Sun until visibility changes: it does so between the angles `unchanged_rad` and `changed_rad`.
+        // Tests larger and larger angles from the Sun until visibility changes, between the angles `unchanged_rad` and `changed_rad`.
         let (mut unchanged_rad, mut tested_rad) = (0.0, sun_radius_rad);
         let mut changed_rad = loop {
             if tested_rad >= end_rad {
+                // No edge was found: everything up to `end_rad` is hidden, or everything down to the tangent plane is visible.
                 return if is_hidden { -end_rad / sun_radius_rad } else { plane_altitude_rad / sun_radius_rad };
             }
             if is_occluded(sign * tested_rad) != is_hidden {
@@ -194,6 +198,7 @@ impl RayCastMesh {
             unchanged_rad = tested_rad;
             tested_rad *= 4.0;
         };
+        // The tolerance is the error that the module's comment states.
         while changed_rad - unchanged_rad > (0.25 * sun_radius_rad).max(0.1 * unchanged_rad) {
             let middle_rad = 0.5 * (unchanged_rad + changed_rad);
             if is_occluded(sign * middle_rad) == is_hidden {
@@ -205,8 +210,8 @@ impl RayCastMesh {
         -sign * 0.5 * (unchanged_rad + changed_rad) / sun_radius_rad
     }
 
-    /// The altitude of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes. `sun_radius_rad`: the Sun's
-    /// angular radius.
+    /// The altitude of the Sun's centre above the mesh's horizon at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes.
+    /// `sun_radius_rad`: the Sun's angular radius.
     pub(crate) fn sun_altitudes(&self, towards_sun: DVec3, sun_radius_rad: f64) -> Vec<f32> {
         let tree = self.tree.get_or_init(|| Bvh::new(self));
         let sun_radius_rad = sun_radius_rad.clamp(SUN_RADIUS_RANGE_RAD[0], SUN_RADIUS_RANGE_RAD[1]);
@@ -225,7 +230,7 @@ mod tests {
     const WALL_X_KM: f64 = 1.5;
     const WALL_HEIGHT_KM: f64 = 0.5;
     /// The middle vertex of a floor of 4 x 4 cells, which has 5 x 5 vertices.
-    const MIDDLE_OF_4_CELLS: usize = 12;
+    const MIDDLE_OF_4_BY_4_CELLS: usize = 12;
 
     /// A square floor at z = 0 of `n` by `n` cells from -1 to 1 km, and a wall at x = `wall_x_km` that faces it and rises `wall_height_km` above it.
     fn floor_and_wall(n: u32, wall_x_km: f64, wall_height_km: f64) -> RayCastMesh {
@@ -241,6 +246,7 @@ mod tests {
                 }
             }
         }
+        // The wall extends far beyond the floor's sides and a little below it, so that no light passes beside or under it.
         let first = vertices.len() as u32;
         for (y, z) in [(-9.0, -0.1), (9.0, -0.1), (9.0, wall_height_km), (-9.0, wall_height_km)] {
             vertices.push(RayCastVertex { position_km: DVec3::new(wall_x_km, y, z), normal: DVec3::NEG_X });
@@ -271,6 +277,7 @@ mod tests {
                 );
                 shadowed_and_lit[usize::from(expected_rad > 0.0)] += 1;
             }
+            // At this altitude the edge of the shadow crosses the floor.
             assert!(altitude_deg != 15.0 || shadowed_and_lit.iter().all(|n| *n > 8), "both light and shadow: {shadowed_and_lit:?}");
         }
     }
@@ -286,7 +293,7 @@ mod tests {
         // The altitude above the mesh's own horizon, in radii of the Sun, for a Sun at this altitude above the floor's plane.
         let altitude_above_mesh = |plane_altitude_rad: f64| {
             let towards_sun = DVec3::new(plane_altitude_rad.cos(), 0.0, plane_altitude_rad.sin());
-            f64::from(mesh.sun_altitudes(towards_sun, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS])
+            f64::from(mesh.sun_altitudes(towards_sun, SUN_RADIUS_RAD)[MIDDLE_OF_4_BY_4_CELLS])
         };
         // Altitudes of the wall's edges above the floor's plane, seen from the middle.
         let (lower_edge_rad, top_rad) = ((lower_edge_km / WALL_X_KM).atan(), (WALL_HEIGHT_KM / WALL_X_KM).atan());
@@ -299,15 +306,16 @@ mod tests {
     fn two_sided_triangles_are_lit_from_both_sides() {
         let mut mesh = floor_and_wall(4, WALL_X_KM, WALL_HEIGHT_KM);
         let below = DVec3::new(0.6, 0.0, -0.8);
-        assert!(mesh.sun_altitudes(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS] < -1.0);
+        assert!(mesh.sun_altitudes(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_BY_4_CELLS] < -1.0);
         mesh.two_sided = true;
-        assert!(mesh.sun_altitudes(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS] > 1.0);
+        assert!(mesh.sun_altitudes(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_BY_4_CELLS] > 1.0);
     }
 
     #[test]
     fn altitudes_are_finite_for_any_direction_of_the_sun() {
         let mesh = floor_and_wall(2, WALL_X_KM, WALL_HEIGHT_KM);
         for sun in [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_Y] {
+            // A radius of 0, by which altitudes must not be divided, is clamped.
             assert!(mesh.sun_altitudes(sun, 0.0).iter().all(|altitude| altitude.is_finite()));
         }
     }

@@ -24,11 +24,12 @@ struct Fields {
     semi_minor: Option<f64>,
     /// Distance of the ellipse's centre from the Sun's, solar radii.
     centre_distance: Option<f64>,
-    /// Angle from the ellipse's major axis to the direction of the Sun's centre.
+    /// Angle from the ellipse's major axis to the direction of the Sun's centre, in either sense of rotation: the ellipse is symmetric.
     #[serde(default)]
     offset_angle_from_major_axis_deg: f64,
-    /// Limb darkening of the Sun; see [`Self::limb_darkening`].
+    /// Coefficient of 1 - mu in the Sun's limb darkening; default: [`Self::limb_darkening`].
     u1: Option<f64>,
+    /// Coefficient of (1 - mu)².
     u2: Option<f64>,
     #[serde(default)]
     model: Model,
@@ -40,17 +41,18 @@ struct Fields {
 enum Model {
     /// The blocked fraction is a linear function of the distance of the centres, between external and internal contact.
     Linear,
+    /// The Sun's disc has the same radiance everywhere.
     UniformDisc,
     #[default]
     LimbDarkened,
 }
 
-/// Largest semi-axis of an occluder, solar radii. In f32, neighbouring numbers near 1e6 differ by 0.06. Those near 1e8 differ by 8, which is more than the
-/// Sun's diameter: the limb of such an occluder would nowhere cross the Sun's disc.
+/// Largest semi-axis of an occluder, solar radii. In f32, neighbouring numbers near 1e6 differ by 0.06, much less than the Sun's diameter, 2. Those near 1e8
+/// differ by 8, so the limb of such an occluder would nowhere cross the Sun's disc.
 const MAX_SEMI_AXIS: f64 = 1e6;
 
 impl Fields {
-    /// Coefficients of limb darkening, the Sun's at 550 nm by default. If only one is given, the other is 0.
+    /// The coefficients u1 and u2 of limb darkening, the Sun's at 550 nm by default. If only one is given, the other is 0.
     fn limb_darkening(&self) -> (f64, f64) {
         match (self.u1, self.u2) {
             (None, None) => (u1_at_550_nm(), u2_at_550_nm()),
@@ -58,12 +60,12 @@ impl Fields {
         }
     }
 
-    /// Semi-axes and distance of the centres; or the reason why any field of the query, not only one of these, is invalid.
-    fn checked_outline(&self) -> Result<[f64; 3], String> {
+    /// Checks all fields. Returns the occluder's semi-major and semi-minor axis and the distance of the centres, solar radii; or why a field is invalid.
+    fn checked_axes_and_distance(&self) -> Result<[f64; 3], String> {
         let missing = |field: &str| format!("missing field `{field}`: give k and d, or semi_major, semi_minor and centre_distance");
-        let is_disc = self.k.is_some() || self.d.is_some();
-        let is_ellipse = [self.semi_major, self.semi_minor, self.centre_distance].iter().any(Option::is_some);
-        if is_disc && is_ellipse {
+        let has_disc_field = self.k.is_some() || self.d.is_some();
+        let has_ellipse_field = [self.semi_major, self.semi_minor, self.centre_distance].iter().any(Option::is_some);
+        if has_disc_field && has_ellipse_field {
             return Err("give k and d, or semi_major, semi_minor and centre_distance, not both".into());
         }
         let [major, minor, distance] = match (self.k, self.semi_major) {
@@ -116,11 +118,12 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    // The row begins with the blocked fraction.
     const RESULT_ROWS: u32 = 1;
     let query: Fields = parse_fields(query)?;
-    let [major, minor, distance] = query.checked_outline()?;
-    // With the model of a uniform disc, all light has the factor 1 - u1 - u2 (the constant term of limb darkening), which cancels in the fraction. Coefficients
-    // with the sum 1 would make the fraction 0 / 0; so both are replaced by 0.
+    let [major, minor, distance] = query.checked_axes_and_distance()?;
+    // The model of a uniform disc multiplies all light by 1 - u1 - u2, the constant term of limb darkening. The factor cancels in the fraction, but a sum
+    // u1 + u2 of 1 would give 0 / 0; so both are replaced by 0.
     let (model, (u1, u2)) = match query.model {
         Model::Linear => (EclipseModel::Linear, query.limb_darkening()),
         Model::UniformDisc => (EclipseModel::UniformDisc, (0.0, 0.0)),
@@ -128,11 +131,11 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     };
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse: Eclipse { occluders: 1, model }, ..DrawFeatures::MINIMAL });
     let (sin, cos) = query.offset_angle_from_major_axis_deg.to_radians().sin_cos();
-    // In the order in which shaders/entry/probe_disc_overlap.wesl reads them.
-    let mut numbers: ProbeInputs = [0.0; 12];
-    numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
+    // In the order in which shaders/entry/probe_disc_overlap.wesl reads them; the distance by its parts along the major and the minor axis.
+    let mut inputs: ProbeInputs = [0.0; 12];
+    inputs[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
     let probe = PreparedProbe::without_bindings(ModuleId::Probe("probe_disc_overlap", key), RESULT_ROWS);
-    let results = probe.results(prober.renderer, prober.library(), &[numbers])?;
+    let results = probe.results(prober.renderer, prober.library(), &[inputs])?;
     let blocked = results.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
     Ok(json!({ "blocked": blocked }))
 }
@@ -144,9 +147,9 @@ mod tests {
     /// If a query could give both outlines, the fields of one of them would have no effect.
     #[test]
     fn fields_of_both_outlines_are_refused() {
-        let outline = |text: &str| serde_json::from_str::<Fields>(text).expect("fields").checked_outline();
-        assert_eq!(outline(r#"{"k":0.9,"d":0.5}"#), Ok([0.9, 0.9, 0.5]));
-        assert_eq!(outline(r#"{"semi_major":0.9,"semi_minor":0.8,"centre_distance":0.5}"#), Ok([0.9, 0.8, 0.5]));
+        let checked = |text: &str| serde_json::from_str::<Fields>(text).expect("fields").checked_axes_and_distance();
+        assert_eq!(checked(r#"{"k":0.9,"d":0.5}"#), Ok([0.9, 0.9, 0.5]));
+        assert_eq!(checked(r#"{"semi_major":0.9,"semi_minor":0.8,"centre_distance":0.5}"#), Ok([0.9, 0.8, 0.5]));
         for text in [
             r#"{"k":0.9,"d":0.5,"semi_minor":0.1}"#,
             r#"{"k":0.9,"d":0.5,"centre_distance":0.1}"#,
@@ -154,10 +157,10 @@ mod tests {
             r#"{"semi_major":0.9,"semi_minor":0.8,"centre_distance":0.5,"d":0.1}"#,
             r#"{"k":0.9,"d":0.5,"semi_major":0.9}"#,
         ] {
-            assert!(outline(text).is_err_and(|e| e.contains("not both")), "{text}");
+            assert!(checked(text).is_err_and(|e| e.contains("not both")), "{text}");
         }
         for text in [r#"{"k":0.9}"#, r#"{"d":0.9}"#, r#"{"semi_minor":0.9}"#, "{}"] {
-            assert!(outline(text).is_err_and(|e| e.contains("missing")), "{text}");
+            assert!(checked(text).is_err_and(|e| e.contains("missing")), "{text}");
         }
     }
 }

@@ -29,21 +29,23 @@ struct Annulus {
     /// Optical depth along the normal of the plane.
     tau_normal: f64,
     #[serde(default)]
-    #[allow(dead_code)]
     name: String,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum TransmissionModel {
+    /// One ray to the Sun's centre.
     #[default]
     PointSun,
+    /// The mean over the Sun's disc.
     Penumbra,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct TransmissionFields {
+    /// The ring; a query gives either this or `body`.
     profile: Option<Vec<Annulus>>,
     body: Option<String>,
     /// Accepted without effect: the light that a ring transmits to a given point does not depend on the shape of the planet.
@@ -63,8 +65,10 @@ struct TransmissionFields {
 enum BodyShadowModel {
     /// A point Sun behind a sphere.
     Sphere,
+    /// A uniform disc of the Sun behind the ellipsoid.
     #[serde(alias = "uniform")]
     UniformDisc,
+    /// A limb-darkened disc of the Sun behind the ellipsoid.
     #[default]
     #[serde(alias = "ellipsoid-penumbra")]
     LimbDarkened,
@@ -73,6 +77,7 @@ enum BodyShadowModel {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct BodyShadowFields {
+    /// A query gives either this or `flattening`.
     body: Option<String>,
     flattening: Option<f64>,
     point: [f64; 3],
@@ -81,7 +86,9 @@ struct BodyShadowFields {
     sun_angular_radius_deg: f64,
     #[serde(default)]
     model: BodyShadowModel,
+    /// Coefficient of 1 - mu in the Sun's limb darkening; `None`: that at 550 nm.
     u1: Option<f64>,
+    /// Coefficient of (1 - mu)^2; `None`: that at 550 nm.
     u2: Option<f64>,
 }
 
@@ -113,6 +120,7 @@ fn evaluate(
     uniforms: &DrawUniforms,
     point: [f64; 3],
 ) -> Result<f64, ProbeError> {
+    // A row of four numbers: red, green, blue, alpha.
     const RESULT_ROWS: u32 = 1;
     if !point.iter().all(|x| x.abs() < MAX_RADII) {
         return Err(format!("field \"point\": three numbers below {MAX_RADII:e} equatorial radii").into());
@@ -123,6 +131,7 @@ fn evaluate(
     let binding = built.layout.textures.iter().find(|t| t.name == RING_PROFILE).map(|t| t.binding);
     let texture = |(table, binding): (&Arc<RingTable>, u32)| TextureBinding { binding, source: TextureSource::Image(ring_profile(table)) };
     let textures = uniforms.ring.table.iter().zip(binding).map(texture).collect();
+    // The fragment reads only the first three inputs.
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..3].copy_from_slice(&point);
     let probe = PreparedProbe { uniform_bytes, textures, ..PreparedProbe::without_bindings(module, RESULT_ROWS) };
@@ -131,7 +140,7 @@ fn evaluate(
     results.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
 }
 
-/// Sunlight of irradiance 1 from a direction, as the only light of a draw.
+/// Sunlight of irradiance 1, as the only light of a draw. `sun`: unit vector towards the Sun, body axes.
 fn sun_light(sun: DVec3) -> Vec<Light> {
     vec![Light { direction_in_body: sun.as_vec3(), irradiance: Vec3::ONE }]
 }
@@ -213,6 +222,7 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
         }
         _ => return Err("give either \"profile\" or \"body\"".into()),
     };
+    // Without rings there is no table, and nothing dims the Sun.
     let Some(table) = table else { return Ok(json!({ "transmission": 1.0 })) };
     let ring = RingUniforms {
         radius_range: Vec2::new(table.radius_range[0] as f32, table.radius_range[1] as f32),
@@ -228,7 +238,7 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
 fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let query: BodyShadowFields = parse_fields(query)?;
     let sun = unit_vector("sun", query.sun)?;
-    let axes = match (query.flattening, &query.body) {
+    let semi_axes = match (query.flattening, &query.body) {
         (Some(flattening), None) if (0.0..0.9).contains(&flattening) => DVec3::new(1.0, 1.0, 1.0 - flattening),
         (Some(flattening), None) => return Err(format!("field \"flattening\" {flattening}: from 0 to below 0.9").into()),
         (None, Some(name)) => {
@@ -244,7 +254,7 @@ fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     check_limb_darkening(u1, u2)?;
     let ring = RingUniforms {
         sun_tangent: sun_radius_tangent(query.sun_angular_radius_deg)?,
-        shadow_axes: axes.as_vec3(),
+        shadow_axes: semi_axes.as_vec3(),
         sun_limb_darkening_u1: Vec3::splat(u1 as f32),
         sun_limb_darkening_u2: Vec3::splat(u2 as f32),
         ..RingUniforms::default()
@@ -252,5 +262,6 @@ fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let body_shadow = if query.model == BodyShadowModel::Sphere { BodyShadow::Sphere } else { BodyShadow::EllipsoidPenumbra };
     let features = DrawFeatures { surface: Surface::Ring, lights: 1, body_shadow, ..DrawFeatures::MINIMAL };
     let uniforms = DrawUniforms { lights: sun_light(sun), ring, ..DrawUniforms::default() };
-    Ok(json!({ "blocked": 1.0 - evaluate(prober, "probe_body_shadow", &features, &uniforms, query.point)? }))
+    let unblocked = evaluate(prober, "probe_body_shadow", &features, &uniforms, query.point)?;
+    Ok(json!({ "blocked": 1.0 - unblocked }))
 }

@@ -1,7 +1,7 @@
 //! `scatter`: single scattering of sunlight along a ray through an atmosphere, and the ray's transmittance.
 //!
 //! In: an atmosphere, the camera, a direction and the direction of the Sun. Out: `radiance` per unit of solar irradiance, `transmittance`, and whether the ray
-//! ends at the ground. The ray ends at the top of the atmosphere, the columns towards the Sun do not (lib/air/column_density.wesl).
+//! ends at the ground. The ray ends at the top of the atmosphere; the columns towards the Sun include the air above it (lib/air/column_density.wesl).
 
 use super::batch::{MAP_TAPS, PreparedProbe, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, parse_fields, required, unit_vector};
@@ -29,12 +29,12 @@ struct Fields {
     dir: [f64; 3],
     /// Direction towards the Sun; of any length.
     sun: [f64; 3],
-    /// The field is called `tier` in queries, because it was in earlier versions.
+    /// In queries the field keeps the name that it had in earlier versions.
     #[serde(rename = "tier")]
     model: ModelName,
 }
 
-/// An atmosphere. Fields that are ignored here and in [`Species`] are those of tests/data/rayleigh_reference_public.json that no model needs.
+/// An atmosphere. The ignored fields, here and in [`Species`], occur in tests/data/rayleigh_reference_public.json, but no model needs them.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Atmosphere {
@@ -51,7 +51,7 @@ struct Atmosphere {
 #[serde(tag = "profile", rename_all = "kebab-case", deny_unknown_fields)]
 enum Species {
     Exponential(ExponentialSpecies),
-    /// An absorption layer.
+    /// An absorption layer: its density falls linearly to 0 at `half_width_km` above and below `centre_km`.
     Tent {
         centre_km: f64,
         half_width_km: f64,
@@ -108,6 +108,7 @@ impl TryFrom<String> for PhaseName {
     }
 }
 
+/// The word of a query for an [`AtmosphereModel`].
 #[derive(Deserialize)]
 enum ModelName {
     #[serde(rename = "vertex")]
@@ -147,7 +148,7 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    /// Radiance and transmittance.
+    /// The rows that the probe module writes: radiance and transmittance.
     const RESULT_ROWS: u32 = 2;
     let query: Fields = parse_fields(query)?;
     let model = match query.model {
@@ -159,6 +160,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     };
     let (camera, direction, sun) = (DVec3::from_array(query.cam), unit_vector("dir", query.dir)?, unit_vector("sun", query.sun)?);
     let camera_radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
+    // A position on the ground may be slightly inside by rounding.
     if camera_radius_sq_minus_1 <= -1e-9 {
         return Err("field \"cam\" is inside the planet, whose radius is 1".into());
     }
@@ -171,9 +173,9 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
     // Terms that would cancel in f32 are computed here in f64, as for the shader of a draw. `nearest` is the point of the ray's line nearest to the planet's
-    // centre; `along` is the distance from there to the camera, positive in the direction of the ray. The distance of `nearest` from the centre is not computed
-    // as sqrt(|camera|^2 - along^2), which would cancel for a distant camera. The numbers are in the order in which shaders/entry/probe_scatter.wesl reads
-    // them.
+    // centre; `along` is the distance from there to the camera, positive in the direction of the ray, so negative if `nearest` is ahead. The distance of
+    // `nearest` from the centre is not computed as sqrt(|camera|^2 - along^2), which would cancel for a distant camera. The numbers are in the order in which
+    // shaders/entry/probe_scatter.wesl reads them.
     let along = camera.dot(direction);
     let nearest = camera - along * direction;
     let nearest_radius_sq_minus_1 = nearest.length_squared() - 1.0;
@@ -296,10 +298,12 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> Result<catalog::Atmosphere, St
         }
         Species::Tent { centre_km, half_width_km, extinction_per_m, .. } => Ok(catalog::Species {
             name: String::new(),
+            // For a tent this is the half width.
             scale_height_km: *half_width_km,
             tent_centre_km: Some(*centre_km),
             scattering_per_km: [0.0; 3],
             absorption_per_km: per_km(extinction_per_m),
+            // Without effect, because a tent does not scatter.
             phase: PhaseFunction::Rayleigh,
             estimate_percent: None,
         }),
@@ -308,7 +312,8 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> Result<catalog::Atmosphere, St
     Ok(catalog::Atmosphere { top_km: atmosphere.top_km, refractivity: None, airglow_cd_m2: None, forward_light: Vec::new(), species })
 }
 
-/// The bytes of the module's `Draw`. `camera_height`: above the ground, in planet radii; `misses_ground`: the ray ends at the top of the atmosphere.
+/// The bytes of the module's uniform struct `Draw`. `camera_height`: above the ground, in planet radii; `misses_ground`: the ray ends at the top of the
+/// atmosphere.
 fn air_uniform_bytes(
     prober: &Prober<'_>,
     module: &ModuleId,
@@ -323,6 +328,7 @@ fn air_uniform_bytes(
     const FLOOR_RADII: f64 = 1.0;
     let air = AtmosphereUniforms {
         end_heights: Vec2::new(camera_height.clamp(0.0, top) as f32, if misses_ground { top as f32 } else { 0.0 }),
+        // Only single scattering.
         multi_scatter_heights: Vec2::ZERO,
         multi_scatter: Arc::new(vec![Vec4::ZERO; multi_scatter_table::NODES]),
         ..air::uniforms_of(atmosphere, radius_km, FLOOR_RADII)

@@ -51,7 +51,7 @@ pub struct SceneBuilder<'a> {
     unplaced_reports: Vec<Option<BodyReport>>,
     /// All placed bodies, as sources of light for each other.
     reflectors: Vec<Reflector<'a>>,
-    /// The atmosphere that surrounds the camera; if several bodies' atmospheres do, that of the first body in catalog order.
+    /// The atmosphere that surrounds the camera; if several bodies' atmospheres do, that of the first body in catalog order. `None` if none does.
     air: Option<SurroundingAir<'a>>,
     /// The latest result of the light meter; without night lights until [`Self::meter_night_lights`] has been called.
     exposure: Exposure,
@@ -100,6 +100,7 @@ impl<'a> SceneBuilder<'a> {
                 Err(e) => unplaced_reports.push(Some(bodies::not_placed(body, reason!("quoted", text = &e.to_string())))),
             }
         }
+        // Stores the limb profile in the placed Moon, if it is needed.
         lunar_limb::compute_profile(&mut placed, &caches.limb_profiles);
         let shows_air = |body: &Body| request.effects.override_of_body(body, Effect::Atmosphere) != Some(false);
         let air =
@@ -150,7 +151,7 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// The files and tables that [`Self::build`] needs for the complete scene. `known`: what has been loaded so far, and which files cannot be read; the
-    /// result omits the latter.
+    /// result omits the unreadable files.
     pub fn requirements(&self, known: &Resources) -> Requirements {
         let frame = self.frame(known);
         let mut requirements = Requirements::default();
@@ -160,6 +161,7 @@ impl<'a> SceneBuilder<'a> {
             let body_frame =
                 FrameContext { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
             if meshes::is_required(body_frame.context, body_frame.camera, p) {
+                // `None`: the mesh casts no shadows on itself.
                 let may_shadow_itself = body_frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
                 let self_shadow_sun = mesh_decision::sun_direction_and_radius(&body_frame, p).filter(|_| may_shadow_itself);
                 requirements.meshes.push(MeshRequirement { body: p.body.id, self_shadow_sun });
@@ -169,7 +171,7 @@ impl<'a> SceneBuilder<'a> {
             }
             requirements.maps.extend(features::required_maps(&body_frame, p));
         }
-        // The choice of the map does not depend on the corona.
+        // The choice of the sky's map does not depend on the corona, which only the background's decisions do.
         let has_corona = false;
         let (background, _decisions) = self.background(&frame, has_corona);
         requirements.sky_map = background.and_then(|b| b.map_file);
@@ -181,7 +183,7 @@ impl<'a> SceneBuilder<'a> {
         let (request, camera) = (self.request, &self.viewer.camera);
         let frame = self.frame(resources);
         let mut bodies = BodiesInFrame::decide(&self, &frame);
-        // Adds its decisions to the bodies' reports.
+        // This also adds decisions to the bodies' reports.
         let light_around_sun = LightAroundSun::decide(&frame, &self.placed, &mut bodies.reports);
         bodies.apply_visibility(&frame, &self.placed, self.exposure.white());
         let sky = Sky::build(&self, &frame, light_around_sun.corona.is_some());
@@ -205,6 +207,7 @@ impl<'a> SceneBuilder<'a> {
             sky_decisions: sky.decisions.into_iter().chain(annotations.decisions).collect(),
             sky_lines: annotations.sky_lines,
             outlined_shape: outlined_globe.map(Draw::shape_alone),
+            // The Sun's draws and all draws before them are behind the corona.
             corona: light_around_sun
                 .corona
                 .map(|c| corona::Corona { draw_count_behind: order::draw_count_up_to(&self.placed, &draws, NaifId::SUN), ..c }),

@@ -1,13 +1,15 @@
 //! The scene: everything that one frame shows, and for each effect the decision whether it is drawn, and why.
 //!
 //! In: the catalog, the ephemeris, a [`request::ViewRequest`], and the loaded [`Resources`]: shape models, city lights, scattering tables. Out: a [`Scene`]:
-//! the camera, every body with its decisions, the draws from far to near, and the points. All values are f64 until [`camera`] narrows them. No module here
-//! depends on shaders or has global state.
+//! the camera, every body with its decisions, the draws from far to near, and the bodies drawn as points. All values are f64 until [`camera`] narrows them. No
+//! module here depends on shaders or has global state.
 //!
 //! `build` calls the submodules in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light::meter`
 //! (exposure), `features` with the modules of each effect (`surface`, `eclipse`, `rings`, `atmosphere`), light around the Sun (`light::corona`,
-//! `light::glare`), `visibility` (what is hidden), `sky`, `visibility::order` (order of draws), `annotation`. `draw` defines the plain values that these
+//! `light::glare`), `visibility` (what is hidden), `sky`, `visibility::order` (order of draws), `annotation`. `draw` defines the data that these
 //! modules create for the renderer; `composite` combines several frames into one image, and `seen_from` reports all bodies without an image.
+//!
+//! Modules and names with `doc(hidden)` are public only for tests and benches.
 
 #[doc(hidden)]
 pub mod annotation;

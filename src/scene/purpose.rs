@@ -1,4 +1,4 @@
-//! The purpose of an image, and the smallest change of a pixel that is kept for this purpose.
+//! The purpose of an image, and the smallest change of a pixel for which an effect is drawn in an image of this purpose.
 //!
 //! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the change that an effect makes. Always: for linear light, an
 //! effect is kept if its relative change of a pixel's radiance exceeds the purpose's `floor`; on black, any light is kept. For a display, an
@@ -27,7 +27,7 @@ impl Purpose {
     /// Linear light for files and for queries of pixels: an effect is left out only below a thousandth of the pixel's light.
     pub const LINEAR: Self = Self::Linear { floor: 1e-3 };
 
-    /// The smallest relative change of a pixel that is kept.
+    /// The relative change of a pixel's radiance up to which an effect is left out.
     pub(crate) fn min_change(self) -> f64 {
         match self {
             Self::Display => VISIBLE_CHANGE,
@@ -41,7 +41,7 @@ impl Purpose {
     }
 }
 
-/// The threshold below which an effect is left out.
+/// The limits up to which an effect is left out: of the radiance that it adds to black, and of its relative change of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Threshold {
     purpose: Purpose,
@@ -63,17 +63,17 @@ impl Threshold {
         }
     }
 
-    /// Whether this relative change of a pixel is large enough to be kept.
+    /// Whether a relative change of a pixel of this magnitude is large enough to be kept.
     pub(crate) fn is_exceeded_by_change(self, change: f64) -> bool {
         change > self.min_change()
     }
 
-    /// The smallest relative change of a pixel that is kept.
+    /// See [`Purpose::min_change`].
     pub(crate) fn min_change(self) -> f64 {
         self.purpose.min_change()
     }
 
-    /// The smallest radiance, added to black, that is kept.
+    /// The smallest radiance, added to black, that is kept; 0 for linear light.
     pub(crate) fn min_radiance(self) -> f64 {
         self.cutoff_radiance(VISIBLE_LIGHT)
     }
@@ -94,7 +94,7 @@ impl Threshold {
         if self.is_linear() { 0.0 } else { white_fraction * self.white }
     }
 
-    /// A radiance and its threshold, in words.
+    /// A radiance and its threshold (linear light has none), in words.
     pub(crate) fn radiance_description(self, radiance: f64) -> Reason {
         match self.purpose {
             Purpose::Display => {
@@ -127,9 +127,11 @@ mod tests {
     /// For a display, light that its exposure cannot show is left out. For linear light, any light on black is kept, and relative changes down to the floor.
     #[test]
     fn the_threshold_follows_the_purpose() {
+        // [`VISIBLE_LIGHT`] is 1.5e-4 of white: more than this radiance if white is 1, less if white is 1e-3.
         let faint = 1e-5;
         let display = |white| Threshold::of(Purpose::Display, white);
         assert!(!display(1.0).is_exceeded_by_radiance(faint) && display(1e-3).is_exceeded_by_radiance(faint));
+        // [`VISIBLE_CHANGE`] is 2e-3.
         assert!(display(1.0).is_exceeded_by_change(0.01) && !display(1.0).is_exceeded_by_change(1e-3));
         for white in [1e-6, 1.0, 1e6] {
             let linear = Threshold::of(Purpose::Linear { floor: 1e-4 }, white);
@@ -140,6 +142,7 @@ mod tests {
                     && !linear.is_exceeded_by_change(1e-5)
             );
             assert_eq!(linear.cutoff_radiance(0.01), 0.0);
+            // The English text of the reason `of-linear-light`.
             assert!(
                 linear.radiance_description(faint).to_string().contains("no threshold")
                     && !display(white).radiance_description(faint).to_string().contains("no threshold")

@@ -1,6 +1,6 @@
 //! The fragments constants/*.wesl: numbers that Rust and shaders share, generated from the Rust values.
 //!
-//! In: src/scene/constants.rs (here `scene::draw::constants`) and the greatest counts (of lights, for example) that a key can have. Out: path and text of each
+//! In: src/scene/constants.rs (here imported as `shared`) and the greatest counts (of lights, for example) that a key can have. Out: path and text of each
 //! fragment. The text depends only on the Rust values. The files in shaders/constants are copies for text editors and for other engines. A test checks that
 //! they are equal to this output; `orrery shader export shaders --overwrite` rewrites them.
 
@@ -21,7 +21,7 @@ pub static CONSTANTS: LazyLock<Vec<(&'static str, String)>> = LazyLock::new(|| {
     ]
 });
 
-/// A value with its WGSL type.
+/// A value with its WGSL type. `F32` also for counts with which the shaders compute in f32.
 enum Value {
     U32(usize),
     I32(usize),
@@ -90,7 +90,7 @@ fn air_fragment() -> String {
                 Value::U32(shared::MULTI_SCATTER_COLUMNS),
             ),
             constant(
-                "Constant in x: the smaller it is, the denser are the columns near the horizon.",
+                "Constant in the formula of x: the smaller it is, the denser are the columns near the horizon.",
                 "air_table",
                 "MULTI_SCATTER_BEND",
                 Value::F32(shared::MULTI_SCATTER_BEND),
@@ -114,7 +114,7 @@ fn air_fragment() -> String {
                 Value::U32(shared::MULTI_SCATTER_COEFFICIENTS),
             ),
             constant(
-                "Table of the fraction of this light that an eclipse leaves: its columns, for distances of the Sun's centre from the occluder's limb.",
+                "Table of the fraction of multiply scattered light left by an eclipse: columns for distances of the Sun's centre from the occluder's limb.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_COLUMNS",
                 Value::U32(shared::IN_SHADOW_COLUMNS),
@@ -170,7 +170,7 @@ fn rings_fragment() -> String {
                 Value::F32(f64::from(shared::RING_SLANTS_PER_OCTAVE)),
             ),
             constant(
-                "Rows of a ring's table that contain the bins by which a radius is found (lib/ring/intervals.wesl).",
+                "Rows of a ring's table with the bins by which the interval of a radius is found (lib/ring/intervals.wesl).",
                 "",
                 "RING_BIN_ROWS",
                 Value::I32(shared::RING_BIN_ROWS as usize),
@@ -265,7 +265,7 @@ fn draw_fragment() -> String {
         shared::MAX_DETAIL_LATTICES
     );
     let limb_table = [
-        ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Points per row of the table of the Moon's limb profile, which goes on from row to row."),
+        ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Points per row of the table of the Moon's limb profile, continued from row to row."),
         ("LIMB_ROWS", shared::LIMB_ROWS, "Rows of this table."),
     ];
     for (name, count, comment) in limb_table {

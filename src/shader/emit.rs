@@ -1,6 +1,6 @@
-//! Emits the WGSL of a module: a pure function of the module's name, which contains its features, and of the fragments.
+//! Emits the WGSL of a module: a pure function of the [`ModuleId`], which contains the module's features, and of the fragments.
 //!
-//! In: a module's name and the fragments. Out: the text of one module and, for each of its lines, the fragment that the line came
+//! In: a module's id and the fragments. Out: the text of one module and, for each of its lines, the fragment that the line came
 //! from and the feature that includes it. Fragments are WESL (<https://wesl-lang.dev>). An item whose `@if`, `@elif` or `@else`
 //! condition is false is omitted together with the comment lines directly above it. An import is replaced by the entire fragment
 //! that it names, once per module. Comments and names are kept, so no two fragments of one module may declare the same name.
@@ -45,6 +45,7 @@ pub fn emit_module(id: &ModuleId) -> Result<Emitted, ShaderError> {
 /// # Errors
 /// There is no simple shader of this name, or a fragment has an error, which is returned with its line and column.
 pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted, ShaderError> {
+    // Modules with a key draw parts of bodies: entry/planet.wesl.
     let (name, feature_names) = match id {
         ModuleId::Keyed(key) => ("planet", key::feature_names(key.features())),
         ModuleId::Simple(name) if SIMPLE_MODULES.contains(name) => (*name, Vec::new()),
@@ -54,8 +55,8 @@ pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted,
     emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &feature_names)
 }
 
-/// Emits one fragment and everything that it imports. `base_feature`: the name that the source map gives to lines that depend on no feature; for a module, the
-/// module's own name. `feature_names`: the features that are on.
+/// Emits one fragment and everything that it imports. `base_feature`: what the source map states in place of a feature for lines that depend on none; for a
+/// module, the name of its first fragment. `feature_names`: the features that are on.
 ///
 /// # Errors
 /// See [`emit_module_with`].
@@ -87,59 +88,60 @@ impl Emitter<'_> {
     fn append_fragment(&mut self, path: &str, text: &str, fragment: &Fragment, importing_feature: u16) -> Result<(), ShaderError> {
         let fragment_index = self.source_map.fragments.len() as u16;
         self.source_map.fragments.push(path.to_owned());
-        let emitted = fragment.emitted_blocks(self.features);
+        // A block is a part of the fragment that is emitted under one condition (`source::Block`).
+        let block_is_emitted = fragment.emitted_blocks(self.features);
         let mut feature_of_block: Vec<Option<u16>> = vec![None; fragment.blocks.len()];
         let mut imports = fragment.imports.iter().peekable();
         for (line_number, line) in (1u32..).zip(&fragment.lines) {
             while let Some(import) = imports.next_if(|i| i.line <= line_number) {
-                if emitted[import.block as usize] {
-                    let feature = self.feature_index_of(fragment, import.block, &emitted, &mut feature_of_block, importing_feature);
+                if block_is_emitted[import.block as usize] {
+                    let feature =
+                        self.feature_index_of(fragment, import.block, &block_is_emitted, &mut feature_of_block, importing_feature);
                     self.append_import(path, import, feature)?;
                 }
             }
             let start = self.wgsl.len();
-            // The line belongs to the block of its first piece that is not blank.
+            // The line belongs to the block of its first piece that is not blank; a blank line, to that of its last piece.
             let mut block = None;
-            for piece in line.pieces.iter().filter(|p| emitted[p.block as usize]) {
+            for piece in line.pieces.iter().filter(|p| block_is_emitted[p.block as usize]) {
                 let piece_text = &text[piece.span.clone()];
                 self.wgsl.push_str(piece_text);
-                let follows_only_blanks = self.wgsl[start..].trim_start().len() == piece_text.trim_start().len();
-                if block.is_none() || follows_only_blanks {
+                let only_blanks_precede = self.wgsl[start..].trim_start().len() == piece_text.trim_start().len();
+                if block.is_none() || only_blanks_precede {
                     block = Some(piece.block);
                 }
             }
             self.wgsl.truncate(start + self.wgsl[start..].trim_end().len());
             let is_blank = self.wgsl.len() == start;
             // A blank line is kept if it is also blank in the fragment, except at the start of the module and after another blank line.
-            let Some(block) = block.filter(|_| !is_blank || !(line.is_divided || self.wgsl.is_empty() || self.wgsl.ends_with("\n\n")))
-            else {
+            let may_be_blank = !line.is_divided && !self.wgsl.is_empty() && !self.wgsl.ends_with("\n\n");
+            let Some(block) = block.filter(|_| !is_blank || may_be_blank) else {
                 continue;
             };
             self.wgsl.push('\n');
-            let feature = self.feature_index_of(fragment, block, &emitted, &mut feature_of_block, importing_feature);
+            let feature = self.feature_index_of(fragment, block, &block_is_emitted, &mut feature_of_block, importing_feature);
             self.source_map.lines.push(LineOrigin { fragment: fragment_index, line: line_number, feature });
         }
         Ok(())
     }
 
-    /// Index of the feature that includes a block. `emitted`: for each block of the fragment, whether it is emitted. `known_indices`: the indices found so far,
-    /// by block.
+    /// Index, in the source map, of the features that explain why a block is emitted. `feature_of_block`: the indices found so far.
     fn feature_index_of(
         &mut self,
         fragment: &Fragment,
         block: u32,
-        emitted: &[bool],
-        known_indices: &mut [Option<u16>],
+        block_is_emitted: &[bool],
+        feature_of_block: &mut [Option<u16>],
         importing_feature: u16,
     ) -> u16 {
-        if let Some(index) = known_indices[block as usize] {
+        if let Some(index) = feature_of_block[block as usize] {
             return index;
         }
-        let index = match fragment.reason(block, emitted, self.features) {
-            Some(name) => self.source_map.feature_index(&name),
+        let index = match fragment.reason(block, block_is_emitted, self.features) {
+            Some(reason) => self.source_map.feature_index(&reason),
             None => importing_feature,
         };
-        known_indices[block as usize] = Some(index);
+        feature_of_block[block as usize] = Some(index);
         index
     }
 

@@ -1,6 +1,6 @@
 //! The fragments (WESL files of shaders/) that modules are emitted from.
 //!
-//! In: the built-in fragments, and a user's files that replace some of them or are new; in this module only these are called *files*. Out: text and parsed
+//! In: the built-in fragments, and a user's files that replace some of them or are new; below, *file* means only a file of the user. Out: text and parsed
 //! form of each fragment, by path. Not here: the grammar (`shader::source`).
 
 use super::ShaderError;
@@ -10,8 +10,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::{LazyLock, OnceLock};
 
 macro_rules! fragments {
-    ($($name:literal),* $(,)?) => {
-        const HAND_WRITTEN_FRAGMENTS: &[(&str, &str)] = &[$(($name, include_str!(concat!("../../shaders/", $name)))),*];
+    ($($path:literal),* $(,)?) => {
+        const HAND_WRITTEN_FRAGMENTS: &[(&str, &str)] = &[$(($path, include_str!(concat!("../../shaders/", $path)))),*];
     };
 }
 
@@ -139,7 +139,7 @@ pub static FRAGMENTS: LazyLock<Vec<(&'static str, &'static str)>> = LazyLock::ne
 type Parsed = OnceLock<Result<Fragment, ShaderError>>;
 
 /// Text and parsed form of the built-in fragments, by path; each is parsed at its first use.
-static BUILT_IN: LazyLock<HashMap<&'static str, (&'static str, Parsed)>> =
+static BUILT_IN_BY_PATH: LazyLock<HashMap<&'static str, (&'static str, Parsed)>> =
     LazyLock::new(|| FRAGMENTS.iter().map(|(path, text)| (*path, (*text, Parsed::new()))).collect());
 
 /// A set of fragments from which modules are emitted: the built-in ones, and the user's files, which replace some of them or are new.
@@ -184,10 +184,10 @@ impl Fragments {
     /// Text and parsed form of a fragment, or its first error; `None` if there is no fragment of this path.
     pub fn parsed(&self, path: &str) -> Option<(&str, Result<&Fragment, ShaderError>)> {
         let (text, parsed): (&str, _) = match self.user_files.get(path) {
-            // All of a user's file is checked against the grammar, also the parts that no key includes.
+            // A user's file is untrusted: all of it is checked against limits and the grammar, also the parts whose `@if` holds for no key.
             Some((text, parsed)) => (text, parsed.get_or_init(|| Fragment::check(path, text))),
             None => {
-                let (text, parsed) = BUILT_IN.get(path)?;
+                let (text, parsed) = BUILT_IN_BY_PATH.get(path)?;
                 (text, parsed.get_or_init(|| Fragment::parse(path, text)))
             }
         };
@@ -196,7 +196,7 @@ impl Fragments {
 
     /// A fragment's text by its path inside shaders/.
     pub fn text(&self, path: &str) -> Option<&str> {
-        let built_in = || BUILT_IN.get(path).map(|(text, _)| *text);
+        let built_in = || BUILT_IN_BY_PATH.get(path).map(|(text, _)| *text);
         self.user_files.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
     }
 
@@ -205,7 +205,7 @@ impl Fragments {
         self.user_files.keys().map(String::as_str)
     }
 
-    /// Whether no file of the user replaces or adds a fragment.
+    /// Whether all fragments are the built-in ones.
     pub fn are_built_in(&self) -> bool {
         self.user_files.is_empty()
     }
@@ -230,10 +230,10 @@ impl Fragments {
         self.user_files.keys().filter(|path| !reached_paths.contains(*path)).map(String::as_str).collect()
     }
 
-    /// Path and text of every fragment: first those with the path of a built-in one, sorted by path, then the new ones.
+    /// Path and text of every fragment: first the built-in ones and those that replace them, sorted by path, then the new ones, sorted by path.
     pub fn all(&self) -> impl Iterator<Item = (&str, &str)> {
         let built_in = FRAGMENTS.iter().map(|(path, text)| (*path, self.user_files.get(*path).map_or(*text, |(text, _)| text.as_str())));
-        let is_new = |(path, _): &(&String, &(String, Parsed))| !BUILT_IN.contains_key(path.as_str());
+        let is_new = |(path, _): &(&String, &(String, Parsed))| !BUILT_IN_BY_PATH.contains_key(path.as_str());
         built_in.chain(self.user_files.iter().filter(is_new).map(|(path, (text, _))| (path.as_str(), text.as_str())))
     }
 }
@@ -264,7 +264,9 @@ mod tests {
             fragments.unused().into_iter().map(str::to_owned).collect::<Vec<_>>()
         };
         assert_eq!(unused(vec![clouds_importing("mine"), new("mine", sound), new("other", sound)]), ["lib/other.wesl"]);
+        // An unused file may be broken, because its imports do not matter.
         assert_eq!(unused(vec![clouds_importing("mine"), new("mine", sound), new("other", broken)]), ["lib/other.wesl"]);
+        // "other" and "third" are unused.
         assert_eq!(unused(vec![clouds_importing("mine"), new("mine", sound), new("other", broken), new("third", sound)]).len(), 2);
         // The broken file is used, and may import the other one.
         assert!(unused(vec![clouds_importing("mine"), new("mine", broken), new("other", sound)]).is_empty());

@@ -1,4 +1,4 @@
-//! The generator digest: a digest of the generator, which is everything on which a stored module depends.
+//! The generator digest: a digest of everything on which a stored module depends, together called the generator.
 //!
 //! In: the Rust sources that determine a module's key, text and stored form; the fragments; the versions of naga and of the WESL parser; and the digest of the
 //! lowering, the step from a module's IR to the tape of the software renderer (`shader` may not use the renderer, so the caller passes this digest in). Out: 16
@@ -48,12 +48,12 @@ pub const EXCLUDED: &[&str] = &["shader/compare.rs", "shader/key/covering.rs", "
 
 const LOCK_FILE: &str = include_str!("../../Cargo.lock");
 
-/// naga's version, from the lock file with which this program was built.
+/// naga's version, from the lock file with which this program was built; `None` if it names no naga.
 pub fn naga_version() -> Option<&'static str> {
     version_in(LOCK_FILE, "naga")
 }
 
-/// The version of a package in the text of a lock file.
+/// The version of a package in the text of a lock file, where it stands on the line after the package's name; `None` if there is no such package.
 fn version_in<'a>(lock: &'a str, package: &str) -> Option<&'a str> {
     let mut lines = lock.lines();
     lines.find(|l| *l == format!("name = \"{package}\""))?;
@@ -69,11 +69,11 @@ pub fn digest(lowering_digest: &str) -> String {
 pub fn digest_with(fragments: &Fragments, lowering_digest: &str) -> String {
     let version = |package| version_in(LOCK_FILE, package).unwrap_or("unknown");
     let versions_and_lowering = [("naga", version("naga")), ("wgsl-parse", version("wgsl-parse")), ("lowering", lowering_digest)];
-    digest_of(SOURCES.iter().copied().chain(fragments.all()).chain(versions_and_lowering))
+    digest_of_pairs(SOURCES.iter().copied().chain(fragments.all()).chain(versions_and_lowering))
 }
 
 /// SHA-256 over pairs of a name and a text; the first 16 hexadecimal digits.
-fn digest_of<'a>(parts: impl Iterator<Item = (&'a str, &'a str)>) -> String {
+fn digest_of_pairs<'a>(parts: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     let mut hash = Sha256::new();
     for (name, text) in parts {
         // Length-prefixed, so that different lists never give the same bytes.
@@ -113,6 +113,7 @@ mod tests {
     #[test]
     fn no_source_and_no_fragment_is_left_out() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        // Those outside src/shader, then all inside.
         let mut sources = BTreeSet::from(["scene/constants.rs", "scene/draw/mod.rs", "scene/draw/features.rs"].map(str::to_owned));
         files_under(&root.join("src/shader"), "rs", &mut sources, &root.join("src"));
         let named = SOURCES.iter().map(|(n, _)| *n).chain(EXCLUDED.iter().copied());
@@ -135,30 +136,33 @@ mod tests {
     fn the_lock_file_names_naga() {
         let version = naga_version().expect("naga is locked");
         assert!(version.split('.').count() == 3 && version.split('.').all(|n| n.parse::<u32>().is_ok()), "{version}");
+        // A package whose name only begins with the other's is another package.
         assert_eq!(version_in("name = \"naga-types\"\nversion = \"1.0.0\"\n", "naga"), None);
     }
 
     #[test]
     fn files_equal_to_built_in_fragments_leave_the_digest_unchanged() {
+        let lowering_digest = "x";
         let file = |path: &str, text: &str| (path.to_owned(), text.to_owned());
         let (path, text) = FRAGMENTS[0];
-        assert_eq!(digest_with(&Fragments::with_files([file(path, text)]), "x"), digest("x"));
+        assert_eq!(digest_with(&Fragments::with_files([file(path, text)]), lowering_digest), digest(lowering_digest));
         let changed = Fragments::with_files([file(path, "// nothing")]);
         let new = Fragments::with_files([file("lib/new.wesl", "// nothing")]);
         assert_eq!((changed.text(path), changed.text("lib/new.wesl")), (Some("// nothing"), None));
         assert_eq!((new.text(path), new.text("lib/new.wesl")), (Some(text), Some("// nothing")));
-        let all = [digest("x"), digest_with(&changed, "x"), digest_with(&new, "x")];
+        let all = [digest(lowering_digest), digest_with(&changed, lowering_digest), digest_with(&new, lowering_digest)];
         assert_eq!(BTreeSet::from(all).len(), 3);
     }
 
     #[test]
     fn any_change_changes_the_digest() {
-        let base = digest_of([("a", "1"), ("b", "2")].into_iter());
+        let base = digest_of_pairs([("a", "1"), ("b", "2")].into_iter());
         let others = [
-            digest_of([("a", "1"), ("b", "3")].into_iter()),
-            digest_of([("a", "1"), ("c", "2")].into_iter()),
-            digest_of([("a", "1b"), ("", "2")].into_iter()),
-            digest_of([("a", "1")].into_iter()),
+            digest_of_pairs([("a", "1"), ("b", "3")].into_iter()),
+            digest_of_pairs([("a", "1"), ("c", "2")].into_iter()),
+            // The same letters, divided otherwise.
+            digest_of_pairs([("a", "1b"), ("", "2")].into_iter()),
+            digest_of_pairs([("a", "1")].into_iter()),
         ];
         assert_ne!(digest("x"), digest("y"), "the lowering is part of it");
         assert!(others.iter().all(|d| *d != base));

@@ -1,6 +1,7 @@
 //! Translates a module to other shading languages with naga's backends.
 //!
-//! In: a built module. Out: its text in another language, or the message of naga's writer. Not here: which translations are recorded (`record`).
+//! In: a built module. Out: its text in another language, or the message of naga's writer. Not here: the record of the translations' digests
+//! (`record`).
 
 use super::ShaderModule;
 use naga::back;
@@ -18,9 +19,9 @@ pub enum Language {
     Glsl,
     /// MSL, for Metal.
     Msl,
-    /// SPIR-V 1.0, one hexadecimal word per line.
+    /// SPIR-V 1.0 (naga's default), one hexadecimal word per line.
     Spirv,
-    /// Disassembled SPIR-V, one instruction per line.
+    /// Disassembled SPIR-V, one instruction per line; called `spirv-text`.
     Assembly,
     /// naga's intermediate representation, for debugging.
     Ir,
@@ -30,8 +31,8 @@ impl Language {
     /// Every language, WGSL first.
     pub const ALL: [Self; 7] = [Self::Wgsl, Self::Hlsl, Self::Glsl, Self::Msl, Self::Spirv, Self::Assembly, Self::Ir];
 
-    /// Whether the digest record (`shader::record`) covers a module's text in this language. The other languages need no digest of a translation: the module's
-    /// own digest is that of its WGSL, naga's IR follows from WGSL, and disassembled SPIR-V follows from SPIR-V.
+    /// Whether the record of digests (`shader::record`) has one for a module's text in this language. The other languages need none: the module's own digest is
+    /// that of its WGSL, naga's IR follows from WGSL, and disassembled SPIR-V follows from SPIR-V.
     pub fn is_recorded(self) -> bool {
         !matches!(self, Self::Wgsl | Self::Assembly | Self::Ir)
     }
@@ -57,7 +58,7 @@ impl fmt::Display for Language {
 pub struct TranslateError {
     /// Which module.
     pub module: String,
-    /// Into which language.
+    /// The language into which it was translated.
     pub language: Language,
     /// Message of naga's writer.
     pub what: String,
@@ -79,12 +80,14 @@ pub fn translate(shader: &ShaderModule, language: Language) -> Result<String, Tr
             Ok(text)
         }
         Language::Msl => {
+            // No bindings are assigned: naga marks them in the text. MSL 2.0.
             let options = back::msl::Options { lang_version: (2, 0), fake_missing_bindings: true, ..Default::default() };
             let (text, _) = back::msl::write_string(&shader.module, &shader.info, &options, &back::msl::PipelineOptions::default())
                 .map_err(|e| failed(e.to_string()))?;
             Ok(text)
         }
         Language::Spirv | Language::Assembly => {
+            // Without naga's default flags, which flip y, clamp depths and add names.
             let options = back::spv::Options { flags: back::spv::WriterFlags::empty(), ..Default::default() };
             let pipeline = None;
             let words = back::spv::write_vec(&shader.module, &shader.info, &options, pipeline).map_err(|e| failed(e.to_string()))?;

@@ -1,4 +1,4 @@
-//! Two sweeps of complete images: `depth` draws bodies with clouds, air or rings from near to far, `scale` compares images of two sizes.
+//! Two sweeps of complete images: `depth` draws bodies with overlapping layers (clouds, air, rings) from near to far, `scale` compares images of two sizes.
 //!
 //! In: a sweep's setup. Out: the greatest difference of two images in display levels: of the worst pixel for `depth`, the mean over the pixels for `scale`.
 
@@ -24,12 +24,12 @@ const SIDE_IN_DISCS: f64 = 1.5;
 /// Distance in radii beyond which images from consecutive distances are compared: there, perspective changes the image by less than a display level.
 const COMPARED_BEYOND_RADII: f64 = 3e4;
 
-/// The Earth with clouds and air, and Saturn with rings, from 1.2 radii to 100 au: f32 against f64, 1 sample against 4, and at large distances each distance
-/// against the one before.
+/// The Earth with clouds and air, and Saturn with rings, from 1.2 radii to 100 au: f32 against f64, 1 sample per pixel against 4, and at large
+/// distances the image from each distance against that from the distance before.
 pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = setup.session();
-    // On a day without an eclipse. The light that the camera receives leaves the body at this instant, whatever the distance.
+    // 2024-06-08, without an eclipse. The light that the camera receives leaves the body at this instant, whatever the distance.
     let emission_time = Instant::from_jd_tdb(2_460_469.762);
     let bodies = [(NaifId::EARTH, "+clouds,+atmosphere,-planet-shine,-eclipse,-points"), (SATURN, "+rings,-planet-shine,-eclipse,-points")];
     for (body, effects) in bodies {
@@ -55,7 +55,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
                     side,
                 )
             };
-            // Only the draws of the body, because other bodies pass behind it.
+            // Only the draws of the body, because other bodies may be in the frame.
             let drawn = |samples: u8, precision| -> Result<LinearImage, SessionError> {
                 let mut view = setup.plan_view(&request, SamplingQuality { samples, ..SINGLE_SAMPLE })?;
                 retain_draws(&mut view.plan, |label| label.starts_with(name));
@@ -79,15 +79,16 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     Ok(found)
 }
 
-/// Compares images of the targets of three standard scenes with larger images that are downsampled to the same size; the result is the mean difference over the
-/// pixels. Points, stars and the Sun's glare are left out, because their size depends on that of a pixel.
+/// For three standard scenes, of which only the target is drawn: compares an image with a larger one that is downsampled to the same size. The result is the
+/// mean difference over the pixels. Points, stars and the Sun's glare are left out, because their size depends on that of a pixel.
 pub(super) fn scale(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let (side, factor) = setup.short_or_full((64, 8), (256, 8));
+    let (side, factor) = (setup.short_or_full(64, 256), 8);
     for name in ["earth-3-radii", "saturn", "moon-limb"] {
         let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
         let layers = Layers { stars: false, ..Layers::default() };
         let request = ViewRequest { effects: EffectOverrides::parse("-points,-glow")?, layers, ..scene.request };
+        // Both images have the exposure metered at the smaller size.
         let request = setup.renderers.with_metered_exposure(request)?;
         let fine_request = ViewRequest { width: side * factor, height: side * factor, ..request.clone() };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
@@ -96,7 +97,7 @@ pub(super) fn scale(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let differences = level_differences(&coarse, &fine);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
         let (worst_index, worst) = worst_pixel(&coarse, &fine);
-        // A pixel that is NaN or infinite in both images has no difference, so that the mean would not show it.
+        // `worst` is infinite if any pixel is NaN or infinite, even in both images, where `level_differences` and so the mean may not show it.
         found.add(if worst.is_finite() { mean } else { worst }, || {
             let pixel = [worst_index as u32 % side, worst_index as u32 / side];
             (

@@ -1,7 +1,7 @@
 //! Two sweeps (runs over many cases) about shadows. `shadows` computes the fraction of sunlight at points in umbra, penumbra, antumbra and full light;
 //! `umbra-exposure` draws moons in Jupiter's umbra at exposures from -20 to +25 stops ([`ExposureRequest::Stops`] states what stop 0 is).
 //!
-//! In: a sweep's setup. Out: the number of cases and the worst of them.
+//! In: a sweep's setup. Out: the number of cases, and the one with the greatest error.
 
 use super::views::{JUPITER, view_from_offset};
 use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, retain_draws};
@@ -22,7 +22,7 @@ use crate::units::{SPEED_OF_LIGHT_KM_S, SUN_RADIUS_KM};
 use glam::DVec3;
 use serde_json::json;
 
-/// Shadows, each as receiver, occluder and instant (UTC).
+/// Shadows, each as receiver, occluder and instant (UTC): solar eclipses (total, annular, hybrid), a lunar eclipse (total), moons of Jupiter and Saturn.
 const SHADOWS: [(&str, &str, &str); 7] = [
     ("earth", "moon", "2024-04-08T18:17:16Z"),
     ("earth", "moon", "2023-10-14T17:59:30Z"),
@@ -53,20 +53,20 @@ fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Opti
     }
 }
 
-/// Points on a body's surface: the centre of a shadow, and `steps` points in each of eight directions from it. Their distances from the centre grow
-/// geometrically from a millionth of the equatorial radius to that radius. Points are in body axes, in equatorial radii. `sunward`: unit vector to the Sun;
-/// `occluder_km`: position of the occluder relative to the body; both in body axes.
-fn points_around(body: &Body, sunward: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
+/// Points on a body's surface: the centre of the occluder's shadow, and `steps` points in each of eight directions from it. Their distances from the centre
+/// grow geometrically from a millionth of the equatorial radius to that radius. Points are in body axes, in equatorial radii. `sunward`: unit vector to the
+/// Sun; `occluder_km`: position of the occluder relative to the body; both in body axes.
+fn points_around_shadow(body: &Body, sunward: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
     let axis_ratios = body.radii_km / body.radii_km.x;
     let occluder = occluder_km / body.radii_km.x;
-    // Where the line from the Sun through the occluder hits the sphere; if it misses, the direction of its closest approach to the centre.
+    // Where the line from the Sun through the occluder hits a sphere with the equatorial radius; if it misses the sphere, the sphere's point nearest to it.
     let antisunward = -sunward;
     let nearest = occluder - antisunward * occluder.dot(antisunward);
     let shadow_centre = (nearest - antisunward * (1.0 - nearest.length_squared()).max(0.0).sqrt()).normalize();
     let (x, y) = shadow_centre.any_orthonormal_pair();
     let mut points = vec![shadow_centre * axis_ratios];
     for octant in 0..8 {
-        // The 0.1 rad are arbitrary: no direction lies along `x` or `y`.
+        // Turned by an arbitrary 0.1 rad, so that no direction is along `x` or `y`.
         let (sin, cos) = (f64::from(octant) * std::f64::consts::FRAC_PI_4 + 0.1).sin_cos();
         for k in 0..steps {
             let distance_radii = 1e-6 * 1e6_f64.powf(f64::from(k) / f64::from(steps - 1));
@@ -85,13 +85,14 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
         let (Ok(body), Ok(occluder), Ok(time)) =
             (session.catalog().body_named(receiver_name), session.catalog().body_named(occluder_name), Instant::parse(time))
         else {
+            // The catalog lacks one of the bodies.
             continue;
         };
         let receiver = Receiver::at(ephemeris, body, time)?;
         let (occluder_icrf_km, _emitted_at) = ephemeris.light_time_position(occluder.id, receiver.position_km, time)?;
         let occluder_km = receiver.body_from_icrf * (occluder_icrf_km - receiver.position_km);
         let sun_km = receiver.body_from_icrf * receiver.body_to_sun_km;
-        let points = points_around(body, sun_km.normalize(), occluder_km, setup.short_or_full(40, 400));
+        let points = points_around_shadow(body, sun_km.normalize(), occluder_km, setup.short_or_full(40, 400));
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let sunlight_in = |precision| {
                 let prober = Prober { session, renderer: setup.renderers.renderer(precision) };
@@ -108,11 +109,11 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
                 });
                 continue;
             };
-            for ((point, a), b) in points.iter().zip(&single).zip(&double) {
+            for ((point, in_f32), in_f64) in points.iter().zip(&single).zip(&double) {
                 let point_km = *point * body.radii_km.x;
                 let expected_light = light_from_angles(sun_km - point_km, occluder_km - point_km, occluder);
-                let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger_or_nan);
-                let is_wrong = expected_light.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
+                let difference = (0..3).map(|c| (in_f32[c] - in_f64[c]).abs()).fold(0.0, larger_or_nan);
+                let is_wrong = expected_light.is_some_and(|light| in_f32.iter().chain(in_f64).any(|v| *v != light));
                 // In units of the fraction of sunlight. A value that is certainly wrong counts as 1, even if both precisions agree.
                 found.add(if is_wrong { 1.0 } else { difference }, || {
                     let case = json!({
@@ -120,8 +121,8 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
                         "point_radii": point.to_array(),
                     });
                     let cause = match expected_light {
-                        Some(light) if is_wrong => format!("the fraction of sunlight must be {light}: f32 {a:?}, f64 {b:?}"),
-                        _ => format!("fraction of sunlight: f32 {a:?}, f64 {b:?}"),
+                        Some(light) if is_wrong => format!("the fraction of sunlight must be {light}: f32 {in_f32:?}, f64 {in_f64:?}"),
+                        _ => format!("fraction of sunlight: f32 {in_f32:?}, f64 {in_f64:?}"),
                     };
                     (case, cause)
                 });
@@ -132,7 +133,7 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
 }
 
 /// Greatest distance from the shadow's axis, in equatorial radii of Jupiter, at which a moon counts as deep in the umbra. At Ganymede's distance the polar
-/// radius of the umbra is 0.92 equatorial radii, and Ganymede's own radius 0.04, so such a moon is entirely in the umbra.
+/// radius of the umbra is 0.92 equatorial radii (Jupiter's own is 0.935), and Ganymede's radius 0.04, so such a moon is entirely in the umbra.
 const MAX_AXIS_DISTANCE_RADII: f64 = 0.8;
 
 /// Duration of the search for a moon's passage through the shadow: longer than the periods of Io, Europa and Ganymede (172 hours).
@@ -161,8 +162,8 @@ fn greatest_radiance(hdr: &[[f32; 4]]) -> f64 {
     hdr.iter().flat_map(|p| p[..3].iter()).map(|v| f64::from(v.abs())).fold(0.0, larger_or_nan)
 }
 
-/// How many levels (1/255) the brightest byte of an image is above black. `radiance`: the image's greatest. If it is above 0 but too faint for a display level,
-/// the result is 1; if it is not finite, infinite.
+/// How many levels (1/255) the brightest byte of an image is above black: at least 1 if `radiance`, the image's greatest, is not 0; infinite if `radiance` is
+/// not finite.
 fn levels_above_black(radiance: f64, display: &[[u8; 4]]) -> f64 {
     let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
     match radiance {
@@ -172,12 +173,15 @@ fn levels_above_black(radiance: f64, display: &[[u8; 4]]) -> f64 {
     }
 }
 
-/// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes must be 0, in both precisions. The result is [`levels_above_black`].
+/// Moons deep in Jupiter's umbra at exposures from -20 to +25 stops: all bytes must be 0, in both precisions. The result is the greatest of
+/// [`levels_above_black`].
 pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = setup.session();
     let Some(jupiter) = session.catalog().body(JUPITER) else { return Ok(found) };
+    // Everything that would add light to the umbra is off.
     let effects = EffectOverrides::parse("+eclipse=limb-darkened,-planet-shine,-glow,-corona,-points,-atmosphere")?;
+    // Io, Europa, Ganymede.
     for moon in [501, 502, 503].map(NaifId) {
         // The search begins on 2015-01-24.
         let (time, axis_distance_radii) = deepest_in_shadow(setup, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
@@ -200,7 +204,7 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
                 ..view_from_offset(moon, observation_time, -antisunward * distance_km, FOV_DEG, setup.short_or_full(24, 64))
             };
             let mut view = setup.plan_view(&request, SINGLE_SAMPLE)?;
-            // Only the moon's draws, not Jupiter's.
+            // Only the moon's draws: Jupiter, if it is in the frame, is not black.
             retain_draws(&mut view.plan, |label| label.starts_with(name));
             for precision in [Precision::F32, Precision::F64] {
                 let (frame, _) = setup.renderers.renderer(precision).render(&view.plan, session.library(), FrameImages::DisplayAndHdr)?;

@@ -21,7 +21,7 @@ fn luminances(image: &LinearImage) -> Vec<f64> {
 }
 
 /// Most that the mean over 3 x 3 pixels may change when the image moves by a pixel, as a fraction of the range of luminance around them. An edge that moves
-/// by a pixel along an axis changes the mean by a third of the range, along the diagonal by 0.47 of it.
+/// by a pixel along an axis changes the mean by a third of the range, along the diagonal by at most 3 sqrt(2) / 9 = 0.47 of it.
 const MAX_CHANGE_FRACTION: f64 = 0.5;
 
 /// Greatest change of luminance, in levels, that a movement of the first image by a pixel does not explain, and its pixel. Such a movement explains a change
@@ -41,7 +41,7 @@ fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f6
     let mut worst = (0.0, [0, 0]);
     for (x, y) in (2..h - 2).flat_map(|y| (2..w - 2).map(move |x| (x, y))) {
         let (old, new) = (mean(&a, x, y), mean(&b, x, y));
-        // `f64::max` ignores NaN, so that a broken pixel would pass as unchanged.
+        // Without this check a broken pixel would pass as unchanged, because `f64::max` ignores NaN.
         if !old.is_finite() || !new.is_finite() {
             return (f64::INFINITY, [x, y]);
         }
@@ -62,7 +62,7 @@ fn unexplained_change(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 
     if forward.0 >= reverse.0 { forward } else { reverse }
 }
 
-/// Names the draw whose removal leaves the least unexplained change between two frames.
+/// A text that names the draw whose removal leaves the least unexplained change between two frames; empty if there is none.
 fn responsible_draw(setup: &SweepSetup<'_>, views: [&PlannedView; 2]) -> String {
     let labels: BTreeSet<&str> = views.iter().filter_map(|v| v.plan.hdr_pass()).flat_map(|p| &p.draws).map(|d| d.label.as_str()).collect();
     let without = |label: &str| {
@@ -83,6 +83,7 @@ fn responsible_draw(setup: &SweepSetup<'_>, views: [&PlannedView; 2]) -> String 
 pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let (side, steps, steps_away) = setup.short_or_full((64, 10, 40), (160, 60, 300));
+    // Compares each image of a sequence with the one before. `frame`: the request of step k.
     let mut sequence = |name: &str, steps: u32, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
         let mut previous: Option<(PlannedView, LinearImage)> = None;
         for k in 0..steps {
@@ -142,10 +143,10 @@ pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
 
 /// Display level from which a pixel counts as visible beside black. A choice: 0.4 % of the light of white.
 const VISIBLE_LEVEL: u8 = 12;
-/// The result for an image in which nothing is visible.
+/// The result for an image in which nothing is visible, in place of a change in stops: far above the sweep's bound.
 const INVISIBLE_RESULT: f64 = 99.0;
 
-/// A sequence whose changes of exposure are not checked: Io's entry into the shadow takes less than one step, and so does its exit.
+/// A sequence whose changes of exposure are not checked, because Io takes less than one step to enter the shadow, and less than one to leave it.
 const ORBIT_OF_IO: &str = "Io once around Jupiter";
 
 /// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each image.

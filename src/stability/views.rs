@@ -1,6 +1,7 @@
-//! Sweeps of extreme views (distances, angles, places, instants, sizes), f32 against f64.
+//! Sweeps of extreme views (distances, angles, places, instants, sizes): images in f32 against images in f64.
 //!
-//! In: lists of views. Out: the worst pixel of each list. An impossible view, such as one from inside its target, is skipped.
+//! In: lists of views. Out: for each list the pixel with the greatest difference, in display levels. An impossible view, such as one from inside its target,
+//! is skipped.
 
 use super::difference::{compare, least_differences, worst_of};
 use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, if_possible};
@@ -75,6 +76,7 @@ pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
     let time = eclipse_instant();
     let views = bodies.iter().flat_map(|body| {
         let radius_km = body.radii_km.max_element();
+        // Beside the Sun's direction, so that a part of the night side is in view.
         let to_camera = (sunward(setup, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
         (0..steps).flat_map(move |k| {
             // Heights in logarithmic steps.
@@ -111,7 +113,8 @@ pub(super) fn pairs(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     compare_views(setup, views)
 }
 
-/// A view from a place on the ground (latitude and longitude in degrees, height in km) in a direction in body axes.
+/// A view from a place on the ground (latitude and longitude in degrees, height in km) in a direction (body axes, any
+/// length).
 fn ground_view(
     body: &Body,
     [latitude_deg, longitude_deg, height_km]: [f64; 3],
@@ -163,7 +166,7 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
             for k in 0..azimuth_count {
                 let (latitude_deg, longitude_deg) = (23.0, 77.0);
                 let [east, north, up] = local_axes(latitude_deg, longitude_deg);
-                let place_deg = place_of_normal_deg(body.radii_km, up);
+                let [lat_graphic_deg, lon_east_deg] = place_of_normal_deg(body.radii_km, up);
                 // From north towards east.
                 let azimuth_rad = 0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuth_count);
                 let (sin, cos) = azimuth_rad.sin_cos();
@@ -173,7 +176,7 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
                         json!({ "body": body.name, "height_km": height_km, "azimuth_deg": azimuth_rad.to_degrees(), "fov_deg": fov_deg });
                     views.push(ExtremeView {
                         case,
-                        request: ground_view(&body, [place_deg[0], place_deg[1], height_km], direction, fov_deg, eclipse_instant()),
+                        request: ground_view(&body, [lat_graphic_deg, lon_east_deg, height_km], direction, fov_deg, eclipse_instant()),
                     });
                 }
             }
@@ -192,30 +195,30 @@ pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     for body in bodies_named(setup, names) {
         let Ok(body_from_icrf) = setup.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
         let sun = body_from_icrf * sunward(setup, body.id, eclipse_instant());
-        // The planetographic latitude at which the Sun is in the zenith is the Sun's declination. The sub-solar point, where the line from the body's centre to
-        // the Sun meets the surface, has another one on an oblate body.
-        let (zenith_latitude_deg, zenith_longitude_deg) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
+        // The planetographic latitude at which the Sun is in the zenith is the Sun's declination. That of the sub-solar point differs on an oblate body.
+        let (sun_zenith_latitude_deg, sun_zenith_longitude_deg) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
         let spots = [
             ("north pole", 90.0, 0.0),
             ("south pole", -90.0, 10.0),
             ("beside the pole", 89.999, 45.0),
             ("antimeridian", 10.0, 180.0),
             ("beside the antimeridian", 0.0, -179.999_99),
-            ("Sun in the zenith", zenith_latitude_deg, zenith_longitude_deg),
-            ("Sun in the nadir", -zenith_latitude_deg, zenith_longitude_deg + 180.0),
-            ("Sun on the horizon", 0.0, zenith_longitude_deg + 90.0),
-            ("Sun just set", 0.0, zenith_longitude_deg + 90.5),
+            ("Sun in the zenith", sun_zenith_latitude_deg, sun_zenith_longitude_deg),
+            ("Sun in the nadir", -sun_zenith_latitude_deg, sun_zenith_longitude_deg + 180.0),
+            ("Sun on the horizon", 0.0, sun_zenith_longitude_deg + 90.0),
+            ("Sun just set", 0.0, sun_zenith_longitude_deg + 90.5),
         ];
         for (place, latitude_deg, longitude_deg) in spots {
             let longitude_deg = (longitude_deg + 180.0_f64).rem_euclid(360.0) - 180.0;
             let [east, _, up] = local_axes(latitude_deg, longitude_deg);
-            let place_deg = place_of_normal_deg(body.radii_km, up);
+            let [lat_graphic_deg, lon_east_deg] = place_of_normal_deg(body.radii_km, up);
+            // Not exactly down, where the image's orientation would be undefined.
             for (look, direction) in [("down", east * 1e-3 - up), ("horizon", east - 0.05 * up), ("Sun", sun)] {
                 for height_km in [2e-3, 1000.0] {
                     let case = json!({ "body": body.name, "place": place, "look": look, "height_km": height_km });
                     views.push(ExtremeView {
                         case,
-                        request: ground_view(&body, [place_deg[0], place_deg[1], height_km], direction, 50.0, eclipse_instant()),
+                        request: ground_view(&body, [lat_graphic_deg, lon_east_deg, height_km], direction, 50.0, eclipse_instant()),
                     });
                 }
             }
@@ -260,7 +263,7 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
 /// Images at the contacts of solar and lunar eclipses: from space, and of the Sun from the place of greatest eclipse.
 pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (setup.session().catalog(), setup.session().ephemeris());
-    // 2023-01-01 to 2024-05-15, or 2010 to 2031: partial, annular, total and hybrid eclipses.
+    // A short run: 2023-01-01 to 2024-05-15; a full one: 2010 to 2031. Partial, annular, total and hybrid eclipses.
     let span_jd_tdb = setup.short_or_full([2_459_945.5, 2_460_445.5], [2_455_197.5, 2_463_232.5]);
     let [from, to] = span_jd_tdb.map(Instant::from_jd_tdb);
     let mut views = Vec::new();
@@ -275,7 +278,8 @@ pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
                     .push(ExtremeView { case, request: ViewRequest { width: side, height: side, ..ViewRequest::of(NaifId::EARTH, time) } });
             }
         }
-        // A partial eclipse has no duration.
+        // A partial eclipse has no duration of totality or annularity; ten minutes take its place. 3000 s after the greatest eclipse the phase is
+        // usually partial.
         let half_s = eclipse.duration_s.unwrap_or(600.0) / 2.0;
         for seconds in [-half_s, -half_s + 0.5, 0.0, half_s - 0.5, half_s, 3000.0] {
             let time = eclipse.greatest.plus_seconds(seconds);
@@ -312,9 +316,9 @@ pub(super) fn radii(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
 
 /// Bodies at instants from the year -3000 to 3000.
 pub(super) fn years(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let step = setup.short_or_full(500, 50);
+    let step_years = setup.short_or_full(500, 50);
     let mut views = Vec::new();
-    for year in (-3000..=3000).step_by(step) {
+    for year in (-3000..=3000).step_by(step_years) {
         let time = Instant::from_jd_tdb(JD_J2000 + DAYS_PER_JULIAN_YEAR * f64::from(year - 2000));
         for body in bodies_named(setup, &["earth", "moon", "saturn", "jupiter", "io", "mercury", "sun"]) {
             let request = ViewRequest { width: 24, height: 24, ..ViewRequest::of(body.id, time) };
@@ -334,6 +338,7 @@ pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let to_camera = (sunward(setup, body.id, eclipse_instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
         for k in 0..steps {
             let diameter_px = 0.3 * (4.0 * f64::from(side) / 0.3).powf(f64::from(k) / f64::from(steps - 1));
+            // From the distance of 60 radii, the radius appears under a tangent of about 1 / 60.
             let fov_deg = 2.0 * ((1.0 / DISTANCE_RADII) * f64::from(side) / diameter_px).atan().to_degrees();
             let case = json!({ "body": body.name, "diameter_px": diameter_px });
             views.push(ExtremeView {
@@ -351,11 +356,11 @@ pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     let side = setup.short_or_full(96, 256);
     let all = Layers::ALL;
     let request_of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
-    // 2022-11-08T11:00 UTC. From the Moon, which is in the Earth's umbra: the Sun's refracted image around the Earth.
+    // 2022-11-08T11:00 UTC: the Moon is in the Earth's umbra, and from there the Sun's refracted image surrounds the Earth.
     let umbra_time = Instant::from_jd_tdb(2_459_891.959);
     let night_sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
     let night_sky = night_sky.unwrap_or_else(|| request_of(SATURN, eclipse_instant()));
-    // Totality in Dallas.
+    // Totality in Dallas, 25 minutes after `eclipse_instant`.
     let totality = Instant::from_jd_tdb(2_460_409.280_4);
     let views = [
         (

@@ -1,9 +1,9 @@
-//! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection or a Feature, or a geometry alone; with the Feature's `time`
-//! property.
+//! Points and outlines of a GeoJSON file (RFC 7946): of every geometry of a FeatureCollection or a Feature, with the property `time` of its Feature, or of a
+//! geometry alone.
 //!
-//! In: the document. Out: points and lines, or the number of the line of text and the field that are wrong. Longitude comes first, east-positive; heights are
-//! ignored; a polygon is read as the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogs of earthquakes, milliseconds
-//! since 1970. Ignored: other properties. Rejected: a `crs` member that names a coordinate system other than WGS 84.
+//! In: the document, where a position is longitude (east-positive), then latitude. Out: points and lines, where latitude comes first; or an error with line
+//! number and field. A polygon is read as the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogs of earthquakes,
+//! milliseconds since 1970. Ignored: heights and other properties. Rejected: a `crs` member that names a coordinate system other than WGS 84.
 
 use super::layer::{Content, check_is_line, checked_position};
 use crate::time::Instant;
@@ -62,7 +62,7 @@ impl<'de> Deserialize<'de> for Coordinates {
     }
 }
 
-/// The points and lines of a geometry: latitudes and longitudes, degrees.
+/// The points and lines of geometries: each position is latitude and longitude, degrees.
 #[derive(Default)]
 struct Geometries {
     points: Vec<[f64; 2]>,
@@ -80,12 +80,12 @@ impl Geometries {
         list.into_iter().map(|c| if let Coordinates::List(items) = c { Self::positions(items) } else { None }).collect()
     }
 
-    /// The points and lines of a geometry of this `type`; `None` if the coordinates are those of another type.
+    /// The points and lines of a geometry whose member `type` is `kind`; `None` if the coordinates are those of another type.
     fn of(kind: &str, coordinates: Coordinates) -> Option<Self> {
         let points = |points| Self { points, ..Self::default() };
         let lines = |lines| Self { lines, ..Self::default() };
         match (kind, coordinates) {
-            // A geometry without positions counts as null (RFC 7946, section 3.1).
+            // A geometry without positions counts as null (RFC 7946, section 3.1). The other types need no case of their own.
             ("Point" | "LineString", Coordinates::List(l)) if l.is_empty() => Some(Self::default()),
             ("Point", Coordinates::Position(p)) => Some(points(vec![p])),
             ("MultiPoint", Coordinates::List(l)) => Self::positions(l).map(points),
@@ -106,9 +106,9 @@ impl Geometries {
 }
 
 /// The types of geometries, for messages.
-const GEOMETRIES: &str = "Point, MultiPoint, LineString, MultiLineString, Polygon, MultiPolygon, GeometryCollection";
+const GEOMETRY_TYPES: &str = "Point, MultiPoint, LineString, MultiLineString, Polygon, MultiPolygon, GeometryCollection";
 
-/// A document or a Feature, with the content of all its geometries.
+/// A document, or a Feature of a FeatureCollection: the points and lines of all its geometries, with their times.
 #[derive(Default)]
 struct Object {
     content: Content,
@@ -124,6 +124,7 @@ struct Properties {
 /// Reads a time from text, or from a number of milliseconds since 1970. Null and an empty text give `None`.
 fn deserialize_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D::Error> {
     let value = serde_json::Value::deserialize(deserializer)?;
+    // At most 40 characters of the value are shown.
     let invalid = |shown: &str| {
         D::Error::custom(format!("field time: `{}` is not ISO 8601 UTC, jd_tdb:DAY or milliseconds since 1970", echo_within(shown, 40)))
     };
@@ -132,8 +133,8 @@ fn deserialize_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option
         serde_json::Value::String(text) if text.trim().is_empty() => Ok(None),
         serde_json::Value::String(text) => Instant::parse(text).map(Some).map_err(|_| invalid(text)),
         serde_json::Value::Number(ms) => {
-            let day = ms.as_f64().map(|ms| JD_1970 + ms / MS_PER_DAY).filter(|day| (0.0..JD_END_OF_9999).contains(day));
-            day.map(|day| Some(Instant::from_jd_utc(day))).ok_or_else(|| invalid(&ms.to_string()))
+            let jd_utc = ms.as_f64().map(|ms| JD_1970 + ms / MS_PER_DAY).filter(|jd| (0.0..JD_END_OF_9999).contains(jd));
+            jd_utc.map(|jd| Some(Instant::from_jd_utc(jd))).ok_or_else(|| invalid(&ms.to_string()))
         }
         other => Err(invalid(&other.to_string())),
     }
@@ -145,12 +146,13 @@ struct Members {
     /// The member `type`.
     kind: Option<String>,
     coordinates: Option<Coordinates>,
-    /// The points and lines of the members `geometry` and `geometries`; at the end, also those of `coordinates`.
+    /// The points and lines of the members `geometry` and `geometries`, still without their time; at the end, also those of `coordinates`.
     geometries: Geometries,
     /// The property `time` of a Feature.
     time: Option<Instant>,
-    /// The content of the Features in the member `features`.
+    /// The points and lines, with their times, of the Features in the member `features`.
     content: Content,
+    /// Whether the member `features` occurred.
     has_features: bool,
 }
 
@@ -176,7 +178,7 @@ impl<'de> Deserialize<'de> for Geometry {
     }
 }
 
-/// The geometries of an object itself, and the time of its Feature.
+/// The geometries of an object itself, and its property `time`; `None` if it has none.
 type TimedGeometries = (Geometries, Option<Instant>);
 
 /// Reads an object: its own geometries with their time, and the content of its `features`.
@@ -194,6 +196,7 @@ fn read_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeome
                     "type" => members.kind = Some(map.next_value()?),
                     "coordinates" => members.coordinates = Some(map.next_value()?),
                     "geometry" => {
+                        // A Feature without a place has `null`.
                         let geometry: Option<Geometry> = map.next_value()?;
                         members.geometries.add(geometry.map_or_else(Geometries::default, |g| g.0));
                     }
@@ -218,7 +221,8 @@ fn read_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeome
                 ("FeatureCollection", None) if members.has_features => {}
                 ("Feature" | "GeometryCollection", None) => {}
                 (_, Some(coordinates)) => {
-                    let mismatch = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
+                    let mismatch =
+                        || format!("field coordinates: not those of a {}; geometries are {GEOMETRY_TYPES}", echo_within(&kind, 40));
                     let geometries = Geometries::of(&kind, coordinates).ok_or_else(|| A::Error::custom(mismatch()))?;
                     // Checked here, while the parser is still on the geometry's line, so that the error states that line.
                     geometries.lines.iter().try_for_each(|line| check_is_line(line)).map_err(A::Error::custom)?;
@@ -232,7 +236,7 @@ fn read_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeome
     deserializer.deserialize_map(ObjectVisitor)
 }
 
-/// Checks a `crs` member, which RFC 7946 removed from the format: only longitude and latitude on WGS 84 (CRS84 or EPSG:4326) are accepted.
+/// Checks a `crs` member, which RFC 7946 removed from the format: accepted are null, and longitude and latitude on WGS 84 (CRS84 or EPSG:4326).
 fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
     let name = crs.pointer("/properties/name").and_then(serde_json::Value::as_str).unwrap_or_default();
     match crs.is_null() || name.ends_with("CRS84") || name.ends_with("4326") {
@@ -243,11 +247,12 @@ fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
     }
 }
 
-/// The content of a document. The error is a line number and what is wrong there.
+/// The points and lines of a document, which may begin with a byte order mark. The error is a line number, from 1, and what is wrong there.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
     let object: Object = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|e| {
         let message = e.to_string();
         let why = message.rsplit_once(" at line ").map_or(message.as_str(), |(why, _)| why);
+        // An error without a place has line 0.
         (e.line().max(1), why.to_owned())
     })?;
     if object.content.points.is_empty() && object.content.lines.is_empty() {

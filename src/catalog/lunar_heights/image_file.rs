@@ -1,17 +1,19 @@
-//! Reads heights from a PNG or a TIFF.
+//! Reads heights of the Moon above its reference sphere from a PNG or a TIFF.
 //!
-//! In: bytes, and the heights that black and white pixels stand for, if the file does not state them. Out: the number of columns, and heights in kilometres,
-//! rows from north to south. Always: the size is checked before decoding. Not supported: colour, palettes, alpha, several bands.
+//! In: bytes, and, where the values have no known scale, the heights that black and white pixels stand for. Out: the number of columns, and heights in
+//! kilometres, rows from north to south. Always: the size (twice as wide as high, at most [`MAX_HEIGHTS`]) is checked before decoding. Not supported: colour,
+//! palettes, alpha, several bands.
 
 use super::{HeightRange, MAX_HEIGHTS, check_size};
 use std::io::Cursor;
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 
-/// Errors for unsupported types of values.
+/// Error for 1, 2 or 4 bits per value.
 const TOO_FEW_BITS: &str = "fewer than 8 bits per height";
+/// Error for other unsupported types of values.
 const UNSUPPORTED_VALUES: &str = "heights must be 8-bit or 16-bit unsigned, 16-bit signed, or 32-bit or 64-bit floating point";
-/// The advice in errors about values whose scale is unknown.
+/// The advice in errors about values whose scale is unknown. Its example has the range of the Moon's heights (LOLA).
 const RANGE_HINT: &str = "add the heights of black and white in km, as FILE,-9.15,10.76";
 /// Unit of unsigned 16-bit values in the CGI Moon Kit (<https://svs.gsfc.nasa.gov/4720>).
 const HALF_METRE_KM: f64 = 0.0005;
@@ -49,6 +51,7 @@ fn unsigned_16_to_km(range: Option<HeightRange>) -> Box<dyn Fn(f64) -> f32> {
 }
 
 fn read_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
+    // Twice the bytes of the 16-bit values.
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: 4 * MAX_HEIGHTS });
     decoder.set_transformations(png::Transformations::IDENTITY);
     let mut reader = decoder.read_info().map_err(|e| e.to_string())?;
@@ -76,6 +79,7 @@ fn read_png(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String>
 }
 
 fn read_tiff(bytes: &[u8], range: Option<HeightRange>) -> Result<Heights, String> {
+    // Eight bytes per value: f64.
     let mut limits = Limits::default();
     limits.decoding_buffer_size = 8 * MAX_HEIGHTS;
     limits.intermediate_buffer_size = 8 * MAX_HEIGHTS;
@@ -139,6 +143,7 @@ mod tests {
         assert!(heights_km(&eight, NO_RANGE).expect_err("no range").contains("FILE,-9.15,10.76"));
         let (_, km) = heights_km(&eight, Some(RANGE)).expect("read");
         assert_eq!((km[0], km[1]), (-9.0, 10.0));
+        // 51 is a fifth of white: -9 + 19 / 5.
         assert!((km[7] + 5.2).abs() < 1e-6);
     }
 
@@ -173,7 +178,7 @@ mod tests {
         ] {
             assert_eq!(error_of(&bytes), UNSUPPORTED_VALUES);
         }
-        // The TIFF entry BitsPerSample: tag 258, type 3 (u16), count 1. Other numbers of bits replace its value.
+        // The TIFF entry BitsPerSample: tag 258, type 3 (u16), count 1; in native byte order, as the encoder writes. Other numbers of bits replace its value.
         let eight = tiff::<colortype::Gray8>(4, 2, &[0; 8]);
         let mut entry = [258_u16.to_ne_bytes(), 3_u16.to_ne_bytes()].concat();
         entry.extend(1_u32.to_ne_bytes());
@@ -195,7 +200,7 @@ mod tests {
         // Cut anywhere between the signature and the last chunk, IEND.
         assert!((9..whole.len() - 12).step_by(3).all(|n| heights_km(&whole[..n], NO_RANGE).is_err()));
         assert!(heights_km(b"GIF89a", NO_RANGE).is_err());
-        // Width and height in the header are replaced by sizes that no memory can store.
+        // Width and height in the header are replaced by sizes that no memory can store, the width still twice the height.
         let mut huge = whole;
         huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xfe, 0x3f, 0xff, 0xff, 0xff]);
         assert!(heights_km(&huge, NO_RANGE).is_err());

@@ -1,8 +1,8 @@
 //! One row of a table of small bodies: its fields, their units and ranges, and the orbit computed from them.
 //!
-//! In: the text of each field of the row. Out: a [`SmallBody`], or the wrong field with its allowed values. An orbit is given by the perihelion distance or
-//! the semi-major axis, and by the time of a perihelion passage or the mean anomaly at an epoch; angles in degrees, ecliptic and equinox of J2000. These axes
-//! are taken for those of the ICRF, from which they differ by 0.02 arcsec.
+//! In: the text of each field of the row. Out: a [`SmallBody`], or a message with the wrong field and its allowed values. An orbit is given by the perihelion
+//! distance or the semi-major axis, and by the time of a perihelion passage or the mean anomaly at an epoch; angles in degrees, ecliptic and equinox of J2000.
+//! The mean equator and equinox of J2000 are taken for the axes of the ICRF, from which they differ by 0.02 arcsec.
 
 use super::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, SmallBody};
 use crate::units::{JD_J2000, RAD_PER_ARCSEC};
@@ -25,6 +25,7 @@ pub(super) struct Field {
     pub name: &'static str,
     /// The accepted names of its column, reduced to lower-case letters and digits. Earlier ones have precedence.
     pub columns: &'static [&'static str],
+    /// Smallest and largest allowed value, in the field's unit.
     min: f64,
     max: f64,
     /// What messages call an allowed value.
@@ -42,8 +43,8 @@ const fn field(name: &'static str, columns: &'static [&'static str], [min, max]:
     Field { name, columns, min, max, expected }
 }
 
-/// Indices in [`FIELDS`] and [`Values`]. M1 and K1 are a comet's total absolute magnitude and the slope of its brightness. Names of columns such as `om`, `w`,
-/// `ma` and `tp` are those of JPL's Small-Body Database.
+// Indices in [`FIELDS`] and [`Values`]. M1 is a comet's total absolute magnitude, K1 the magnitudes by which it is fainter at ten times the heliocentric
+// distance. Names of columns such as `om`, `w`, `ma` and `tp` are those of JPL's Small-Body Database.
 pub(super) const ECCENTRICITY: usize = 0;
 pub(super) const INCLINATION: usize = 1;
 pub(super) const ASCENDING_NODE: usize = 2;
@@ -67,7 +68,8 @@ pub(super) const FIELDS: [Field; 14] = [
     field("a_au", &["aau", "a"], [-1e6, 1e6], "au"),
     field("q_au", &["qau", "q"], [1e-5, 1e4], "au"),
     field("M_deg", &["mdeg", "ma", "m"], [-1e7, 1e7], "degrees"),
-    // The ranges of Julian and modified Julian dates do not overlap, so that a date of the wrong kind is an error and does not move the epoch by 6,570 years.
+    // The ranges of Julian and modified Julian dates do not overlap, so that a date of the wrong kind is reported. Accepted, it would move the epoch by
+    // 6,570 years.
     field("epoch_jd", &["epochjd", "epoch"], [1e6, 1e7], "a Julian date (TDB)"),
     field("epoch_mjd", &["epochmjd"], [-1.4e6, 999_999.0], "a modified Julian date (TDB)"),
     field("tp_jd", &["tpjd", "tp"], [1e6, 1e7], "a Julian date (TDB)"),
@@ -104,28 +106,30 @@ fn perihelion_of_axis_au(semi_major_axis_au: f64, eccentricity: f64) -> Result<f
     }
 }
 
-/// Builds the body of a row.
+/// Builds the body of a row. If a row has both, the perihelion distance is used and not the semi-major axis, the passage and not the mean anomaly, `epoch_jd`
+/// and not `epoch_mjd`, M1 and not H.
 pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<SmallBody, String> {
     let required = |k: usize| {
         let field = &FIELDS[k];
         values[k].ok_or_else(|| format!("{} is empty; {}", field.name, field.expectation()))
     };
     let eccentricity = required(ECCENTRICITY)?;
-    let (inclination_deg, node_deg, argument_deg) = (required(INCLINATION)?, required(ASCENDING_NODE)?, required(ARGUMENT_OF_PERIHELION)?);
+    let (inclination_deg, node_deg, argp_deg) = (required(INCLINATION)?, required(ASCENDING_NODE)?, required(ARGUMENT_OF_PERIHELION)?);
     let perihelion_au = match (values[PERIHELION_DISTANCE], values[SEMI_MAJOR_AXIS]) {
         (Some(q), _) => q,
         (None, Some(a)) => perihelion_of_axis_au(a, eccentricity)?,
         (None, None) => return Err("q_au and a_au are both empty; give one of them".into()),
     };
     let epoch_jd = values[EPOCH].or(values[EPOCH_MJD].map(|d| d + JD_OF_MJD_ZERO));
+    // Days from J2000 (TDB). Gauss' constant / a^1.5 is the mean motion in radians per day, a in au.
     let passage_days = match (values[PERIHELION_PASSAGE], values[MEAN_ANOMALY], epoch_jd) {
         (Some(passage_jd), ..) => passage_jd - JD_J2000,
         (None, Some(mean_anomaly_deg), Some(epoch_jd)) if eccentricity != 1.0 => {
             let semi_major_axis_au = perihelion_au / (1.0 - eccentricity).abs();
-            let m = mean_anomaly_deg.to_radians();
+            let given_rad = mean_anomaly_deg.to_radians();
             // An ellipse has many passages: take the one nearest to the epoch.
-            let m = if eccentricity < 1.0 { (m + PI).rem_euclid(TAU) - PI } else { m };
-            epoch_jd - JD_J2000 - m / (GAUSS_CONSTANT * semi_major_axis_au.powf(-1.5))
+            let anomaly_rad = if eccentricity < 1.0 { (given_rad + PI).rem_euclid(TAU) - PI } else { given_rad };
+            epoch_jd - JD_J2000 - anomaly_rad / (GAUSS_CONSTANT * semi_major_axis_au.powf(-1.5))
         }
         (None, Some(_), Some(_)) => return Err("a parabola has no mean anomaly; give tp_jd".into()),
         _ => return Err("tp_jd is empty, and so is M_deg or its epoch; give tp_jd, or M_deg with an epoch".into()),
@@ -138,7 +142,7 @@ pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<Sma
     let icrf_from_orbit = DMat3::from_rotation_x(OBLIQUITY_RAD)
         * DMat3::from_rotation_z(node_deg.to_radians())
         * DMat3::from_rotation_x(inclination_deg.to_radians())
-        * DMat3::from_rotation_z(argument_deg.to_radians());
+        * DMat3::from_rotation_z(argp_deg.to_radians());
     let orbit = HeliocentricOrbit {
         perihelion_au,
         eccentricity,

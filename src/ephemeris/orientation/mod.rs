@@ -32,7 +32,7 @@ impl PoleAndMeridian {
         r3(self.w_deg.to_radians()) * r1((90.0 - self.pole_dec_deg).to_radians()) * r3((90.0 + self.pole_ra_deg).to_radians())
     }
 
-    /// The three angles of a rotation, for display. At a pole along ICRF z, right ascension is 0.
+    /// The three angles of a rotation, for display; right ascension and W from 0 to 360 degrees. For a pole along ICRF z, right ascension is 0.
     pub fn of(body_from_icrf: &DMat3) -> Self {
         let pole = body_from_icrf.row(2);
         // Ascending node of the body's equator on the ICRF equator.
@@ -51,8 +51,8 @@ pub fn earth_itrs_from_gcrs(t: Instant) -> DMat3 {
     itrs_from_gcrs_via(&intermediate_from_gcrs(t), t)
 }
 
-/// The rotation from GCRS to the celestial intermediate reference system (z its pole, x its origin), by rows. Unlike the Earth's rotation angle, it changes
-/// slowly, by precession and nutation only.
+/// The rotation from GCRS to the celestial intermediate reference system, by rows: z towards the celestial pole, x towards the origin of right ascension on
+/// its equator (CIO). Unlike the Earth's rotation angle, it changes slowly, by precession and nutation only.
 fn intermediate_from_gcrs(t: Instant) -> [[f64; 3]; 3] {
     sofars::pnp::c2i06a(JD_J2000, t.jd_tt() - JD_J2000)
 }
@@ -67,11 +67,11 @@ fn itrs_from_gcrs_via(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMa
     DMat3::from_cols_array_2d(&sofars::pnp::c2tcio(intermediate_from_gcrs, angle_rad, &polar_motion)).transpose()
 }
 
-/// Spacing of the instants at which [`intermediate_from_gcrs`] sums nutation's 1400 terms, seconds. Between them its matrix is interpolated linearly. The
-/// fortnightly term (0.09 arcsec in X, a coordinate of the pole) contributes most of the error: 1e-13 rad.
+/// Spacing of the instants at which [`intermediate_from_gcrs`] sums nutation's 1400 terms, seconds. Between them its matrix is interpolated linearly, with an
+/// error of step²/8 times the second derivative. The fortnightly term (0.09 arcsec in X, a coordinate of the pole) contributes most of it: 1e-13 rad.
 const POLE_STEP_S: f64 = 240.0;
 
-/// Computes [`earth_itrs_from_gcrs`] with a cache of the matrices that change slowly.
+/// Computes [`earth_itrs_from_gcrs`] with a cache of the matrices of [`intermediate_from_gcrs`]. The grid has one function only, hence the key `()`.
 #[derive(Debug)]
 pub struct EarthRotation(TimeGrid<(), [[f64; 3]; 3]>);
 
@@ -97,7 +97,8 @@ pub fn true_of_date_from_gcrs(t: Instant) -> DMat3 {
     DMat3::from_cols_array_2d(&rows).transpose()
 }
 
-/// Rotation of a tidally locked body: x towards the parent, z along the orbit's normal. `None` for a radial orbit.
+/// Rotation (`body_from_icrf`) of a tidally locked body: x towards the parent, z along the orbit's normal. `pos_km`, `vel_km_s`: of the body relative to the
+/// parent, ICRF. `None` for a radial orbit.
 pub fn synchronous(pos_km: DVec3, vel_km_s: DVec3) -> Option<DMat3> {
     let x = (-pos_km).try_normalize()?;
     let z = pos_km.cross(vel_km_s).try_normalize()?;
@@ -110,8 +111,9 @@ mod tests {
     use crate::catalog::NaifId;
 
     #[test]
-    fn the_embedded_kernel_parses_and_has_the_main_bodies() {
+    fn the_embedded_pck_parses_and_has_the_main_bodies() {
         let pck = Pck::parse(EMBEDDED_PCK).expect("the shipped PCK parses");
+        // NAIF ids: 10 the Sun, those with 99 planets and Pluto, the other three-digit ones moons; at the end Ceres and Vesta.
         for body in [10, 199, 299, 399, 301, 499, 401, 599, 501, 699, 606, 799, 899, 801, 999, 901, 2_000_001, 2_000_004] {
             assert!(pck.pole_and_meridian(NaifId(body), 0.0).is_some(), "{body}");
         }
@@ -133,6 +135,7 @@ mod tests {
     fn the_interpolated_pole_agrees_with_the_exact_one() {
         let largest_rad = |step_s: f64| {
             let rotation = EarthRotation(TimeGrid::new(step_s));
+            // Every 89 days over 98 years, at changing places between two nodes.
             let difference_rad = |k: i32| {
                 let t = Instant::from_tdb_seconds_past_j2000(f64::from(k) * 7.7e6 + 0.4 * step_s);
                 let (cached, exact) = (rotation.itrs_from_gcrs(t), earth_itrs_from_gcrs(t));

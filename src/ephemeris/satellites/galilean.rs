@@ -72,7 +72,7 @@ impl GalileanL12 {
         let sum = |terms: &[Term]| Derivatives::sum(terms.iter().map(|term| term.at(days, no_shift)));
         Sums {
             semi_major_axis_or_mean_motion: sum(&moon.a).map(|v| v.x),
-            longitude: sum(&moon.l).map(|v| v.y),
+            periodic_longitude: sum(&moon.l).map(|v| v.y),
             eccentricity: sum(&moon.z),
             inclination: sum(&moon.zeta),
         }
@@ -84,7 +84,7 @@ impl GalileanL12 {
         Elements {
             semi_major_axis_au,
             mean_motion_per_day: (moon.mu / semi_major_axis_au.powi(3)).sqrt(),
-            mean_longitude_rad: sums.longitude.extrapolated(days_from_node) + moon.al0 + moon.al1 * tt_days_past(t, EPOCH_JD_TT),
+            mean_longitude_rad: sums.periodic_longitude.extrapolated(days_from_node) + moon.al0 + moon.al1 * tt_days_past(t, EPOCH_JD_TT),
             eccentricity: sums.eccentricity.extrapolated(days_from_node),
             inclination: sums.inclination.extrapolated(days_from_node),
         }

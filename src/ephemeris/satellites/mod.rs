@@ -1,9 +1,9 @@
-//! Theories of the large moons. In: an instant. Out: a state relative to the planet's centre, ICRF, km and km/s.
+//! Theories of the large moons of Jupiter and Saturn. In: the index of a moon and an instant. Out: a state relative to the planet's centre, ICRF, km and km/s.
 //!
 //! Both theories (L1.2 of Jupiter's moons, TASS 1.7 of Saturn's) give six elements that are sums of periodic terms: semi-major axis or mean motion, mean
 //! longitude λ, eccentricity z = e·exp(iϖ) and inclination ζ = sin(I/2)·exp(iΩ). The elements are osculating, so the velocity is computed as that of two-body
 //! motion on them. It differs from the slope of the computed positions by up to 4e-4 of the speed (Callisto), for Hyperion by 1.5e-3.
-//! `error_km` of each theory states the error by the periodic terms that its tables lack. No planet's position is needed here.
+//! [`galilean::error_km`] and [`tass::error_km`] bound the error of the position. No planet's position is needed here.
 
 pub mod drift;
 pub mod galilean;
@@ -34,17 +34,18 @@ impl MoonTheories {
     }
 }
 
-/// One periodic term: amplitude, phase (radians) and frequency (radians a day).
+/// One periodic term of an element: amplitude (in the element's unit), phase (radians) and frequency (radians a day).
 #[derive(Clone, Copy, Debug, Deserialize)]
 struct Term(f64, f64, f64);
 
 impl Term {
-    /// Amplitude times (cos, sin) of the term's angle plus a shift, with its first three derivatives with respect to time in days.
-    /// `shift`: the added angle and its three derivatives.
+    /// Amplitude times (cos, sin) of the angle phase + frequency * `days` + shift, with its first three derivatives with respect to time in days.
+    /// `days`: past the theory's epoch. `shift`: the added angle in radians, and its first three derivatives.
     fn at(&self, days: f64, shift: [f64; 4]) -> Derivatives<DVec2> {
         let Self(amplitude, phase, frequency) = *self;
         let (sin, cos) = (phase + frequency * days + shift[0]).sin_cos();
         let value = DVec2::new(cos, sin) * amplitude;
+        // With the vectors as complex numbers, the value is amplitude * exp(i angle), and `perp` is multiplication by i.
         let rate = frequency + shift[1];
         let third = value.perp() * (shift[3] - rate * rate * rate) - value * (3.0 * rate * shift[2]);
         Derivatives([value, value.perp() * rate, value.perp() * shift[2] - value * (rate * rate), third])
@@ -75,13 +76,13 @@ impl<T: Copy + Default + std::ops::Add<Output = T> + std::ops::Mul<f64, Output =
     }
 }
 
-/// The sums of a moon's series at an instant.
+/// The sums of a moon's series at an instant. The moon's elements follow from them, the theory's constants and the secular mean longitude.
 #[derive(Clone, Copy, Debug)]
 struct Sums {
-    /// Semi-major axis in au (L1.2), or the relative variation of the mean motion (TASS 1.7).
+    /// Semi-major axis in au (L1.2), or a relative correction to the reference mean motion (TASS 1.7).
     semi_major_axis_or_mean_motion: Derivatives<f64>,
-    /// Radians, without the secular part of the mean longitude.
-    longitude: Derivatives<f64>,
+    /// Periodic part of the mean longitude, radians.
+    periodic_longitude: Derivatives<f64>,
     /// e (cos ϖ, sin ϖ).
     eccentricity: Derivatives<DVec2>,
     /// sin(I/2) (cos Ω, sin Ω).
@@ -100,8 +101,8 @@ struct Elements {
     inclination: DVec2,
 }
 
-/// The sums of the moons of one theory at the nodes of a grid. The sums at other instants are extrapolated from the nearest node with three derivatives. Only
-/// one node is needed per instant, which suits the search for events: it asks for instants far apart.
+/// The sums of the moons of one theory at the nodes of a grid in time; the key is the moon's index. The sums at other instants are extrapolated from the
+/// nearest node by their first three derivatives. An instant needs only one node, which suits the search for events, whose instants are far apart.
 #[derive(Debug)]
 struct SumsGrid(TimeGrid<usize, Sums>);
 
@@ -119,7 +120,7 @@ impl SumsGrid {
 }
 
 impl Elements {
-    /// The state relative to the planet's centre, ICRF. `icrf_from_frame`: rotation from the frame of the elements.
+    /// The state relative to the planet's centre, ICRF. `icrf_from_frame`: rotation from the theory's frame, to which the elements refer.
     fn state(&self, icrf_from_frame: &DMat3) -> State {
         let angle = |v: DVec2| v.y.atan2(v.x);
         let (periapsis, node) = (angle(self.eccentricity), angle(self.inclination));
@@ -136,7 +137,7 @@ impl Elements {
     }
 }
 
-/// Factor by which an error bound grows with the date: 1 within `valid_years` of 2000, then growing with the square of the time, which is an assumption.
+/// Factor by which an error bound grows with the date: 1 within `valid_years` of 2000, then growing with the square of the time from 2000, an assumption.
 fn error_growth(t: Instant, valid_years: f64) -> f64 {
     let ratio = (t.tdb_seconds_past_j2000() / (valid_years * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0);
     ratio * ratio
@@ -154,24 +155,27 @@ mod tests {
     #[test]
     fn between_the_nodes_of_the_grid_moons_are_where_the_series_put_them() {
         let mut theories = MoonTheories::embedded().expect("the shipped tables");
-        let mut largest_km = |is_saturn: bool, step_s: f64| {
+        let mut largest_error_km = |is_saturn: bool, step_s: f64| {
             theories.galilean.set_step(step_s);
             theories.saturn.set_step(step_s);
-            let mut found_km: f64 = 0.0;
+            let mut largest: f64 = 0.0;
+            // Instants from 97 years before 2000 to 95 years after, some of them midway between two nodes, where the error is largest.
             for k in -60..60 {
                 let t = Instant::from_tdb_seconds_past_j2000(f64::from(k) * 5.1e7 + 0.5 * step_s);
-                for i in 0..if is_saturn { 8 } else { 4 } {
+                let moon_count = if is_saturn { 8 } else { 4 };
+                for i in 0..moon_count {
                     let (cached, exact) = match is_saturn {
                         true => (theories.saturn.state(i, t), theories.saturn.state_without_grid(i, t)),
                         false => (theories.galilean.state(i, t), theories.galilean.state_without_grid(i, t)),
                     };
-                    found_km = found_km.max(cached.expect("a moon").pos_km.distance(exact.expect("a moon").pos_km));
+                    largest = largest.max(cached.expect("a moon").pos_km.distance(exact.expect("a moon").pos_km));
                 }
             }
-            found_km
+            largest
         };
         for (is_saturn, step_s) in [(false, galilean::STEP_S), (true, tass::STEP_S)] {
-            let (error_km, coarse_error_km) = (largest_km(is_saturn, step_s), largest_km(is_saturn, 16.0 * step_s));
+            let (error_km, coarse_error_km) = (largest_error_km(is_saturn, step_s), largest_error_km(is_saturn, 16.0 * step_s));
+            // The bound of 0.02 m is stated at `STEP_S` of both theories.
             assert!(error_km < 2e-5, "{error_km} km");
             assert!(coarse_error_km > 2e-5, "a grid 16 times as coarse exceeds the bound: {coarse_error_km} km");
         }

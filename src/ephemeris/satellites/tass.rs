@@ -1,10 +1,11 @@
 //! TASS 1.7 of Mimas, Enceladus, Tethys, Dione, Rhea, Titan, Iapetus and Hyperion (Vienne & Duriez 1995, A&A 297, 588; Hyperion: Duriez &
 //! Vienne 1997, A&A 324, 366).
 //!
-//! In: the index of a moon, and an instant. Out: the state relative to Saturn's centre, ICRF. [`error_km`] bounds the position's error.
+//! In: the index of a moon (0 Mimas to 5 Titan, 6 Iapetus, 7 Hyperion), and an instant. Out: the state (km, km/s) relative to Saturn's centre, ICRF.
+//! [`error_km`] bounds the position's error.
 //!
-//! Time: TT days past JD 2444240.0. Frame: Saturn's equator as the theory defines it. The table's matrix converts it to the ecliptic of J2000, and the
-//! obliquity of VSOP87 converts that to ICRF (the remaining offset of the frames is under 0.1 arcsec: 2 km at Iapetus).
+//! Time: TT days past JD 2444240.0. Frame: Saturn's equator as the theory defines it. The matrix in saturn_tass17.json converts it to the ecliptic of
+//! J2000, and the obliquity of VSOP87 converts that to ICRF (the offset that remains between these axes is under 0.1 arcsec: 2 km at Iapetus).
 //!
 //! Each element is a sum of groups of periodic terms. The terms of a group have one angle in common, which is added to their arguments: an integer combination
 //! of the moons' slow longitude variations. The variation of a moon is the first group of its own longitude series. So these first groups are summed before
@@ -17,7 +18,8 @@ use glam::{DMat3, DVec2};
 use serde::Deserialize;
 
 const EPOCH_JD_TT: f64 = 2_444_240.0;
-/// Spacing of the nodes at which the series are summed, seconds. The error of the extrapolation between them is 0.02 m at most.
+/// Spacing of the time grid's nodes, at which the series are summed, seconds. Between the nodes the sums are extrapolated; the error is 0.02 m at most (test in
+/// `satellites`).
 pub(super) const STEP_S: f64 = 720.0;
 /// Angle between the equator and the ecliptic of J2000 in VSOP87 (Bretagnon & Francou 1988), degrees: 23°26'21.4091".
 const OBLIQUITY_DEG: f64 = 23.0 + 26.0 / 60.0 + 21.4091 / 3600.0;
@@ -39,7 +41,7 @@ struct Group([i32; 8], Vec<Term>);
 /// The constants and series of one moon.
 #[derive(Debug, Deserialize)]
 struct Moon {
-    /// GM of Saturn and the moon, au³ per day².
+    /// GM of Saturn plus that of the moon, au³ per day².
     mu: f64,
     /// Reference value of the mean motion, radians a day. `s0[0]` and the first series are relative corrections to it.
     aam: f64,
@@ -54,7 +56,7 @@ struct Moon {
 pub struct Tass17 {
     moons: [Moon; 8],
     icrf_from_frame: DMat3,
-    /// For each moon, the driving moons on whose variations its arguments or its own longitude depend. Only these variations are summed for the moon.
+    /// For each moon and driving moon, whether the driving moon's variation is summed for the moon: its own is, and those on which its arguments depend.
     driven_by: [[bool; DRIVING_MOON_COUNT]; 8],
     /// Caches the sums at evenly spaced instants, from which [`Self::state`] extrapolates.
     grid: SumsGrid,
@@ -89,6 +91,7 @@ impl Tass17 {
     fn sums(&self, index: usize, moon: &Moon, days: f64) -> Sums {
         let variations = self.slow_variations(index, days);
         let sum = |groups: &[Group]| {
+            // `shift`: radians, with the derivatives by time.
             let group_sum = |Group(multiples, terms): &Group| {
                 let shift = Derivatives::sum(
                     multiples.iter().zip(variations).map(|(&multiple, variation)| variation.map(|v| f64::from(multiple) * v)),
@@ -104,9 +107,10 @@ impl Tass17 {
         } else {
             (Derivatives::default(), &longitude[..])
         };
+        // x: cosines; y: sines.
         Sums {
             semi_major_axis_or_mean_motion: sum(mean_motion).map(|v| v.x),
-            longitude: own_variation.plus(sum(longitude).map(|v| v.y)),
+            periodic_longitude: own_variation.plus(sum(longitude).map(|v| v.y)),
             eccentricity: sum(eccentricity),
             inclination: sum(inclination),
         }
@@ -119,18 +123,19 @@ impl Tass17 {
         Elements {
             semi_major_axis_au: (moon.mu / (mean_motion_per_day * mean_motion_per_day)).cbrt(),
             mean_motion_per_day,
-            mean_longitude_rad: sums.longitude.extrapolated(days_from_node) + s0[1] + moon.aam * tt_days_past(t, EPOCH_JD_TT),
+            mean_longitude_rad: sums.periodic_longitude.extrapolated(days_from_node) + s0[1] + moon.aam * tt_days_past(t, EPOCH_JD_TT),
             eccentricity: DVec2::new(s0[2], s0[3]) + sums.eccentricity.extrapolated(days_from_node),
             inclination: DVec2::new(s0[4], s0[5]) + sums.inclination.extrapolated(days_from_node),
         }
     }
 
-    /// Slow longitude variations, radians, of the driving moons on which this moon's arguments depend; 0 for the others.
+    /// The slow longitude variation of each moon, radians; 0 where `driven_by` says that this moon does not need it, and for Hyperion.
     fn slow_variations(&self, index: usize, days: f64) -> [Derivatives<f64>; 8] {
         let mut variations = [Derivatives::default(); 8];
+        let no_shift = [0.0; 4];
         for (j, is_needed) in self.driven_by[index].iter().enumerate() {
             if *is_needed && let Some(Group(_, terms)) = self.moons[j].series[1].first() {
-                variations[j] = Derivatives::sum(terms.iter().map(|term| term.at(days, [0.0; 4]).map(|v| v.y)));
+                variations[j] = Derivatives::sum(terms.iter().map(|term| term.at(days, no_shift).map(|v| v.y)));
             }
         }
         variations
@@ -138,8 +143,8 @@ impl Tass17 {
 }
 
 /// Estimated bound of the position's error, km. It was not measured, because no newer solution of Saturn's moons was available. Tests verify that the sums are
-/// correct to metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 the bound grows, up to about the diameter of
-/// the orbit.
+/// correct to metres and that the moons face Saturn (tests/ephemeris/satellites.rs). More than a century from 2000 the bound grows, up to 2.2 radii of the
+/// orbit: its diameter and a margin.
 pub fn error_km(index: usize, t: Instant) -> f64 {
     let near_2000_km = [400.0, 300.0, 300.0, 300.0, 300.0, 300.0, 800.0, 1500.0].get(index).copied().unwrap_or(1500.0);
     let orbit_radii_km = [186_000.0, 238_000.0, 295_000.0, 377_000.0, 527_000.0, 1_222_000.0, 3_561_000.0, 1_481_000.0];
@@ -152,7 +157,7 @@ impl Tass17 {
         self.grid = SumsGrid::with_step(step_s);
     }
 
-    /// The state without the grid.
+    /// The state from series that are summed at `t` itself.
     pub(super) fn state_without_grid(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
         let sums = self.sums(index, moon, tt_days_past(t, EPOCH_JD_TT));

@@ -95,7 +95,8 @@ fn gl_may_find_hardware() -> bool {
     !cfg!(target_os = "linux") || ["/dev/dri", "/dev/nvidiactl", "/dev/dxg"].iter().any(|node| Path::new(node).exists())
 }
 
-/// The adapters to try, best first. GL drivers are loaded only if no other backend finds hardware, because loading them is slow.
+/// The adapters to try, best first. GL drivers, slow to load, are included only if the other backends find no adapter, or find no
+/// hardware while GL may.
 fn adapters_to_try() -> Vec<AdapterCandidate> {
     let mut all = candidates(Backends::all() - Backends::GL);
     let has_hardware = all.iter().any(|c| c.facts.kind == AdapterKind::Hardware);
@@ -134,8 +135,8 @@ pub(super) fn open_gl() -> Result<OpenedDevice, GpuError> {
     open_first(candidates(Backends::GL), accept_software, "GL")
 }
 
-/// Opens the first usable candidate; the error is that of the best one. `backends`: the backends that were searched, for the error if there is no candidate.
-fn open_first(candidates: Vec<AdapterCandidate>, accept_software: bool, backends: &str) -> Result<OpenedDevice, GpuError> {
+/// Opens the first usable candidate; the error is that of the best one. `backend_names`: those that were searched, for the error without candidates.
+fn open_first(candidates: Vec<AdapterCandidate>, accept_software: bool, backend_names: &str) -> Result<OpenedDevice, GpuError> {
     let mut first_failure = None;
     for candidate in candidates {
         let is_accepted = accept_software || candidate.facts.kind != AdapterKind::Software;
@@ -145,9 +146,10 @@ fn open_first(candidates: Vec<AdapterCandidate>, accept_software: bool, backends
             Err(e) => first_failure = first_failure.or(Some(e)),
         }
     }
-    Err(first_failure.unwrap_or_else(|| GpuError::NoAdapter(format!("no {backends} driver was found"))))
+    Err(first_failure.unwrap_or_else(|| GpuError::NoAdapter(format!("no {backend_names} driver was found"))))
 }
 
+/// Opens a device. An error if it cannot blend half floats with 4 samples per pixel, or if wgpu cannot open it.
 fn open_device(AdapterCandidate { facts, adapter, instance }: AdapterCandidate) -> Result<OpenedDevice, GpuError> {
     let unusable = |why: String| GpuError::Adapter { adapter: facts.to_string(), why };
     let required_flags = TextureFormatFeatureFlags::MULTISAMPLE_X4 | TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE;

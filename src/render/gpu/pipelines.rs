@@ -1,7 +1,7 @@
 //! Cache of render pipelines, shader modules and samplers.
 //!
 //! In: the draws of a plan, and the modules that they name. Out: the pipeline of each draw, created at its first use. The key of a pipeline is everything on
-//! which it depends: module, target format, samples, blending, depth, culling, attributes and unfiltered textures.
+//! which it depends: module, target format, samples, blending, depth, culling, attributes and the textures declared unfilterable.
 //!
 //! A module is passed to wgpu as the shader library's naga IR, so no text is parsed again; wgpu adds its bounds checks. Bind group 0 follows the module's
 //! reflected layout: the uniform block (at a dynamic offset into one buffer per frame), textures, samplers.
@@ -38,12 +38,12 @@ pub(crate) struct PipelineKey {
     cull: Cull,
     /// `None`: the pass has no depth target.
     depth: Option<DepthState>,
-    /// Components of each attribute, per-vertex attributes first.
+    /// Number of f32 components of each attribute, per-vertex attributes first.
     attributes: Vec<u32>,
     /// Number of attributes that are per vertex; the others are per instance.
     vertex_attribute_count: usize,
-    /// Bindings whose textures are declared unfilterable ([`unfiltered`]).
-    unfiltered: Vec<u32>,
+    /// Bindings whose textures are declared unfilterable ([`unfilterable`]).
+    unfilterable: Vec<u32>,
 }
 
 impl PipelineKey {
@@ -61,14 +61,14 @@ impl PipelineKey {
             depth: has_depth.then_some(draw.depth),
             attributes: vertex_attributes.iter().chain(&draw.instances.attributes).map(|a| a.components).collect(),
             vertex_attribute_count: vertex_attributes.len(),
-            unfiltered: unfiltered(draw),
+            unfilterable: unfilterable(draw),
         }
     }
 }
 
 /// Bindings of the textures that are declared unfilterable, because a GPU need not support filtering of 32-bit float textures: images in such a format, and
 /// outputs of passes, which may have such a format. Shaders read them with `textureLoad`.
-fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
+fn unfilterable(draw: &PlanDraw) -> Vec<u32> {
     let may_be_float32 = |source: &TextureSource| match source {
         TextureSource::Image(texture) | TextureSource::Persistent(texture) => texture.format == TexelFormat::Rgba32Float,
         TextureSource::PassOutput(_) => true,
@@ -108,6 +108,7 @@ pub(crate) struct Pipeline {
 
 #[derive(Default)]
 pub(crate) struct Pipelines {
+    /// With their reflected layouts.
     modules: HashMap<ModuleId, (wgpu::ShaderModule, Layout)>,
     by_key: HashMap<PipelineKey, Arc<Pipeline>>,
     samplers: HashMap<SamplerState, Sampler>,
@@ -128,19 +129,19 @@ impl Pipelines {
         self.by_key.get(key).cloned()
     }
 
-    /// Creates the missing pipelines on several threads, because most drivers compile shaders when a pipeline is created, which is slow.
-    pub(crate) fn create(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl ModuleProvider) -> Result<(), GpuError> {
+    /// Creates the pipelines of `keys` that the cache lacks on several threads, because most drivers compile shaders when a pipeline is created, which is slow.
+    pub(crate) fn create(&mut self, device: &Device, keys: &[PipelineKey], provider: &impl ModuleProvider) -> Result<(), GpuError> {
         let missing: Vec<&PipelineKey> =
             keys.iter().filter(|k| !self.by_key.contains_key(*k)).collect::<HashSet<_>>().into_iter().collect();
-        let module_error = |name: &ModuleId, what: String| GpuError::Draw { draw: name.to_string(), what };
+        let module_error = |id: &ModuleId, what: String| GpuError::Draw { draw: id.to_string(), what };
         let threads = compiler_threads(device.adapter_info().backend);
-        let names: HashSet<&ModuleId> = missing.iter().map(|k| &k.module).filter(|n| !self.modules.contains_key(*n)).collect();
-        let created = parallel_map(threads, names.into_iter().collect(), |name| {
-            let module = modules.module(name).map_err(|e| module_error(name, e.to_string()))?;
+        let ids: HashSet<&ModuleId> = missing.iter().map(|k| &k.module).filter(|id| !self.modules.contains_key(*id)).collect();
+        let created = parallel_map(threads, ids.into_iter().collect(), |id| {
+            let module = provider.module(id).map_err(|e| module_error(id, e.to_string()))?;
             let label = module.id.to_string();
             let source = ShaderSource::Naga(Cow::Owned(module.module.clone()));
             let descriptor = ShaderModuleDescriptor { label: Some(&label), source };
-            Ok((name.clone(), (with_error_scopes(device, || device.create_shader_module(descriptor))?, module.layout.clone())))
+            Ok((id.clone(), (with_error_scopes(device, || device.create_shader_module(descriptor))?, module.layout.clone())))
         });
         self.modules.extend(created.into_iter().collect::<Result<Vec<_>, GpuError>>()?);
         let created = parallel_map(threads, missing, |key| {
@@ -205,14 +206,14 @@ fn parallel_map<T: Send, R: Send>(threads: usize, items: Vec<T>, work: impl Fn(T
     })
 }
 
-fn bind_group_entries(layout: &Layout, unfiltered: &[u32]) -> Vec<BindGroupLayoutEntry> {
+fn bind_group_entries(layout: &Layout, unfilterable: &[u32]) -> Vec<BindGroupLayoutEntry> {
     let entry =
         |binding: u32, ty: BindingType| BindGroupLayoutEntry { binding, visibility: ShaderStages::VERTEX_FRAGMENT, ty, count: None };
     let uniforms = NonZeroU64::new(u64::from(layout.uniform_size)).map(|size| {
         entry(0, BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: true, min_binding_size: Some(size) })
     });
     let textures = layout.textures.iter().map(|t| {
-        let sample_type = TextureSampleType::Float { filterable: !unfiltered.contains(&t.binding) };
+        let sample_type = TextureSampleType::Float { filterable: !unfilterable.contains(&t.binding) };
         entry(t.binding, BindingType::Texture { sample_type, view_dimension: TextureViewDimension::D2, multisampled: false })
     });
     let samplers = layout.samplers.iter().map(|s| entry(s.binding, BindingType::Sampler(SamplerBindingType::Filtering)));
@@ -231,13 +232,14 @@ fn blend_state(blend: Blend) -> Option<BlendState> {
 
 fn create_pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModule, layout: &Layout) -> Result<Pipeline, String> {
     let label = key.module.to_string();
-    let entries = bind_group_entries(layout, &key.unfiltered);
+    let entries = bind_group_entries(layout, &key.unfilterable);
     let bind_group_layout = device.create_bind_group_layout(&BindGroupLayoutDescriptor { label: Some(&label), entries: &entries });
     let pipeline_layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
         label: Some(&label),
         bind_group_layouts: &[Some(&bind_group_layout)],
         immediate_size: 0,
     });
+    // Each attribute has a buffer of its own.
     let mut attributes = Vec::new();
     for (location, components) in (0..).zip(&key.attributes) {
         let format = match components {

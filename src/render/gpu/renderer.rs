@@ -1,7 +1,7 @@
 //! Draws one frame on the GPU: targets, uniform bytes, passes, readback.
 //!
-//! In: a plan and its modules. Out: a frame, an image in GPU memory, or a drawn window texture. Always: a frame's uniform bytes, attributes
-//! and indices are each uploaded with one write; error scopes around each frame catch its errors; after the device is lost, or an error outside a frame,
+//! In: a plan and its modules. Out: a [`Frame`] in CPU memory, an image in GPU memory, or a texture of a window. Always: the uniform bytes, attributes and
+//! indices of a frame are each uploaded with one write. Error scopes around each frame catch its errors. After the device is lost, or an error outside a frame,
 //! every later draw returns that error.
 
 use super::adapters::{AdapterFacts, AdapterKind, OpenedDevice, open, open_gl};
@@ -29,11 +29,11 @@ use wgpu::{
 /// Times of a GPU frame, and the bytes uploaded for it.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct GpuTimings {
-    /// Name and GPU milliseconds of each timed pass; empty if the adapter has no timestamps.
+    /// Name and GPU milliseconds of the first passes, `MAX_TIMED_PASSES` at most; empty if the adapter has no timestamps.
     pub passes_ms: Vec<(String, f64)>,
     /// Bytes of textures uploaded for this frame.
     pub uploaded_bytes: u64,
-    /// Milliseconds from the call to the finished frame, including waiting and readback.
+    /// Milliseconds from the call (without its wait for the resources' lock) to the finished frame, including the wait for the GPU and any readback.
     pub wall_ms: f64,
 }
 
@@ -76,6 +76,7 @@ pub struct GpuRenderer {
     pub(super) adapter: Adapter,
     pub(super) device: Device,
     pub(super) queue: Queue,
+    /// Whether the device can blend into targets of 32-bit floats with several samples per pixel.
     blends_f32: bool,
     has_timestamps: bool,
     /// Whether `resolve.wgsl`, not the driver, resolves multisampled targets; the module `resolve` states the reason.
@@ -84,7 +85,7 @@ pub struct GpuRenderer {
     fatal_error: Arc<Mutex<Option<GpuError>>>,
     /// Resources for off-screen frames.
     resources: Mutex<FrameResources>,
-    /// Resources for frames of windows, separate so that a window never waits for a view that is being drawn.
+    /// Resources for frames of windows, separate so that a window never waits for an off-screen frame that is being drawn.
     pub(super) window_resources: Mutex<FrameResources>,
     /// Images of off-screen frames that stay in GPU memory, where windows read them.
     finished_images: Mutex<GpuImages>,
@@ -151,7 +152,7 @@ impl GpuRenderer {
         &self.facts
     }
 
-    /// Destroys the device, so that every later frame fails as if the driver had lost it. Tests of the recovery use this.
+    /// Destroys the device, so that every later frame fails as if the driver had lost it. Tests of the recovery from such a loss use this.
     pub(crate) fn destroy(&self) {
         self.device.destroy();
     }
@@ -178,11 +179,11 @@ impl GpuRenderer {
     pub fn resource_use(&self) -> (u64, usize) {
         [&self.resources, &self.window_resources].iter().fold((0, 0), |(bytes, pipelines), resources| {
             let resources = resources.lock();
-            (bytes + resources.uploads.total_bytes(), pipelines + resources.pipelines.len())
+            (bytes + resources.uploads.resident_bytes(), pipelines + resources.pipelines.len())
         })
     }
 
-    /// Draws the plan.
+    /// Draws the plan and returns the `requested` images.
     ///
     /// # Errors
     /// See [`GpuError`]; after one for which [`GpuError::is_final`] holds, the next frame fails too.
@@ -252,13 +253,15 @@ impl GpuRenderer {
         self.finished_images.lock().get(image).is_some()
     }
 
-    /// Runs `work`, which draws a plan, and catches the device's errors. Returns an error without running it if this device cannot draw the plan.
+    /// Runs `work`, which draws a plan, and catches the device's errors. If this device cannot draw the plan, returns an error and does not run `work`.
     pub(super) fn run_checked<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
         self.check_fatal_error()?;
+        // Only the modules of the pixel view `cost` have a number of instructions per texture read.
         let is_cost_view = |d: &PlanDraw| matches!(&d.module, ModuleId::Keyed(k) if k.instructions_per_read().is_some());
         if plan.passes.iter().flat_map(|p| &p.draws).any(is_cost_view) {
             return Err(GpuError::Unsupported("the cost view, which counts the software renderer's operations"));
         }
+        // `HdrF32` is the format of scenes whose white is too dim or too bright for half floats.
         if !self.blends_f32 && plan.passes.iter().any(|p| p.format == ColourFormat::HdrF32) {
             return Err(GpuError::Unsupported(
                 "scenes exposed for a night sky, or shorter than for the Sun, on this adapter, which cannot blend 32-bit floats",
@@ -273,8 +276,8 @@ impl GpuRenderer {
         self.fatal_error.lock().clone().map_or(Ok(()), Err)
     }
 
-    /// Uploads a plan's data and submits its passes. Returns the number of texture bytes that were uploaded. Afterwards `resources` contains the last target,
-    /// even if it is the caller's texture ([`Self::submit_to_window`] removes that one).
+    /// Uploads a plan's data and submits its passes. Returns the number of texture bytes that were uploaded. Afterwards `resources` contains the target
+    /// of the last pass, too, even if it is the caller's texture ([`Self::submit_to_window`] removes that target).
     pub(super) fn submit(
         &self,
         resources: &mut FrameResources,
@@ -289,14 +292,15 @@ impl GpuRenderer {
         let mut prepared = Vec::new();
         // Collect the data of all draws first, because they determine the sizes of the buffers.
         let align = self.device.limits().min_uniform_buffer_offset_alignment as usize;
-        let offsets: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| bytes.append(d, align)).collect()).collect();
+        let offsets_by_pass: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| bytes.append(d, align)).collect()).collect();
         resources.buffers.upload(&self.device, &self.queue, &bytes);
         let formats: Vec<TextureFormat> = resources.targets.iter().map(|t| t.format).collect();
         let keys = pipeline_keys(plan, |k| formats[k]);
         resources.pipelines.create(&self.device, &keys, modules)?;
-        let mut keys = keys.iter();
-        for (pass_index, (pass, offsets)) in plan.passes.iter().zip(offsets).enumerate() {
-            let draws = pass.draws.iter().zip(offsets).filter(|(d, _)| draws_pixels(d)).zip(&mut keys);
+        // One key for each draw of the plan that is not skipped, in order: each pass takes its own from the front.
+        let mut remaining_keys = keys.iter();
+        for (pass_index, (pass, offsets_of_draws)) in plan.passes.iter().zip(offsets_by_pass).enumerate() {
+            let draws = pass.draws.iter().zip(offsets_of_draws).filter(|(d, _)| draws_pixels(d)).zip(&mut remaining_keys);
             prepared.push(
                 draws.map(|((d, offsets), key)| self.prepare(resources, key, pass_index, d, offsets)).collect::<Result<Vec<_>, _>>()?,
             );
@@ -318,7 +322,7 @@ impl GpuRenderer {
         Ok(resources.uploads.total_uploaded_bytes - uploaded_bytes_before)
     }
 
-    /// Reads back the output of the last pass, and the linear image if it is `requested`.
+    /// Reads back the output of the last pass, and the linear (HDR) image if it is `requested`.
     fn read_back(&self, resources: &mut FrameResources, plan: &Plan, requested: FrameImages) -> Result<Frame, GpuError> {
         let last = resources.targets.last().ok_or(GpuError::NoPass)?;
         let mut frame = Frame { width: last.width, height: last.height, hdr: Vec::new(), display: Vec::new() };
@@ -360,6 +364,7 @@ impl GpuRenderer {
             if external.is_none() && resources.targets.get(k).is_some_and(fits) {
                 continue;
             }
+            // `None`: the driver resolves the samples.
             let resolve_pipelines = self.resolves_by_shader.then_some(&mut resources.resolve_pipelines);
             let new = PassTarget::new(&self.device, resolve_pipelines, pass, format, samples, external);
             if k < resources.targets.len() { resources.targets[k] = new } else { resources.targets.push(new) }
@@ -405,12 +410,12 @@ impl GpuRenderer {
         }
         let mut entries = Vec::new();
         if pipeline.layout.uniform_size > 0 {
-            let (Some(buffer), true) = (&resources.buffers.uniforms, draw.uniform_bytes.len() == pipeline.layout.uniform_size as usize)
-            else {
-                let needed = pipeline.layout.uniform_size;
+            let needed = pipeline.layout.uniform_size;
+            let has_needed_bytes = draw.uniform_bytes.len() == needed as usize;
+            let (Some(buffer), true) = (&resources.buffers.uniforms, has_needed_bytes) else {
                 return Err(draw_error(format!("has {} uniform bytes; its module needs {needed}", draw.uniform_bytes.len())));
             };
-            let size = std::num::NonZeroU64::new(u64::from(pipeline.layout.uniform_size));
+            let size = std::num::NonZeroU64::new(u64::from(needed));
             entries.push(BindGroupEntry { binding: 0, resource: BindingResource::Buffer(BufferBinding { buffer, offset: 0, size }) });
         }
         entries.extend(views.iter().map(|(binding, v)| BindGroupEntry { binding: *binding, resource: BindingResource::TextureView(v) }));
@@ -425,7 +430,9 @@ impl GpuRenderer {
         let target = &resources.targets[pass_index];
         let [r, g, b, a] = pass.clear.map(f64::from);
         let (view, resolve_target, store) = match (&target.multisampled, &target.resolve) {
+            // The driver resolves the samples at the end of the pass.
             (Some(multisampled), None) => (multisampled, Some(&target.view), StoreOp::Discard),
+            // A shader reads the samples after the pass.
             (Some(multisampled), Some(_)) => (multisampled, None, StoreOp::Store),
             (None, _) => (&target.view, None, StoreOp::Store),
         };
@@ -479,7 +486,7 @@ impl GpuRenderer {
                     render_pass.set_index_buffer(buffer.slice(offset..offset + 4 * indices.len() as u64), IndexFormat::Uint32);
                     render_pass.draw_indexed(0..indices.len() as u32, 0, 0..prepared.draw.instances.count);
                 }
-                // Does not occur: a mesh without indices is skipped, and the frame's buffers contain the indices of all others.
+                // Does not occur: a mesh without indices is skipped (`draws_pixels`), and the frame's buffers contain the indices of all others.
                 _ => {}
             }
         }

@@ -1,7 +1,7 @@
 //! Draws plans into a window's surface, without readback.
 //!
-//! In: a window's handle, and plans of its size. Out: the window's next frame. Always: the surface has the size of the last plan; a plan's output
-//! bytes are shown unchanged, because they are already encoded for the display. Not here: what is shown, and when.
+//! In: a window's handle, and plans. Out: the window's next frame. Always: the surface gets the size of each plan; a plan's output bytes are shown unchanged,
+//! because they are already encoded for the display. Not here: what is shown, and when.
 
 use super::renderer::{FrameResources, RenderTarget};
 use super::{GpuError, GpuRenderer, with_error_scopes};
@@ -20,14 +20,14 @@ pub(crate) struct GpuSurface {
     surface: Surface<'static>,
     format: TextureFormat,
     alpha_mode: CompositeAlphaMode,
-    /// The size for which the surface is configured.
+    /// The size for which the surface is configured; `None` if it must be configured before the next frame.
     configured_size: Option<[u32; 2]>,
     /// Consecutive failures to configure the surface for the window's size.
     failed_resizes: u32,
 }
 
-/// Number of consecutive failures to configure a surface that are ignored; the next one is returned as an error. At 60 frames per second: two thirds of a
-/// second.
+/// Number of consecutive failures to configure a surface that are ignored; the next one is returned as an error. With one failure per frame and 60 frames per
+/// second, they last two thirds of a second.
 const MAX_FAILED_RESIZES: u32 = 40;
 
 /// Formats that a window's surface may have. Of these, the one that the adapter lists first is used.
@@ -84,7 +84,7 @@ impl GpuRenderer {
         })
     }
 
-    /// Submits a plan that draws to a window's texture, and removes that texture from `resources`, even after an error.
+    /// Submits a plan whose last pass draws to a window's texture, and removes that texture from `resources`, even after an error.
     fn submit_to_window(
         &self,
         resources: &mut FrameResources,
@@ -97,14 +97,15 @@ impl GpuRenderer {
         submitted.map(|_| ())
     }
 
-    /// Whether a frame can be drawn to a window of any supported format without waiting for the shader compiler; `None` while such a frame is being drawn.
+    /// Whether a frame can be drawn to a window of any supported format without waiting for the shader compiler; `None` while the windows'
+    /// resources are in use, as in [`Self::warm_up_window_pipelines`].
     pub fn is_ready_for_windows(&self, plan: &Plan) -> Option<bool> {
         let resources = self.window_resources.try_lock()?;
         Some(WINDOW_FORMATS.into_iter().all(|format| resources.is_ready(plan, |_| format)))
     }
 
-    /// Draws the plan to the window and presents it. Returns false, without drawing, if the surface has no texture now, because the window is hidden or after a
-    /// failure that may be temporary. Also returns false while another thread uses the windows' resources, as in [`GpuRenderer::warm_up_window_pipelines`].
+    /// Draws the plan to the window and presents it; returns whether it did so. It does not if the surface has no texture now, because the window is hidden or
+    /// after a failure that may be temporary, or while the windows' resources are in use, as in [`GpuRenderer::warm_up_window_pipelines`].
     /// `before_present` is called right before presenting: some window systems need the notification.
     ///
     /// # Errors
@@ -128,8 +129,8 @@ impl GpuRenderer {
         })
     }
 
-    /// Configures the surface if the window's size has changed. Returns false after a failure that may be temporary: wgpu may fail to configure a surface while
-    /// another thread draws.
+    /// Configures the surface, unless it is configured for this size. Tries twice, because wgpu may fail to configure a surface while another thread draws.
+    /// Returns false after two failures, which may be temporary.
     fn ensure_size(&self, surface: &mut GpuSurface, size: [u32; 2]) -> Result<bool, GpuError> {
         if surface.configured_size == Some(size) {
             return Ok(true);

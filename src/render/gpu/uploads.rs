@@ -1,9 +1,9 @@
 //! Textures in GPU memory, each uploaded once and kept within a budget.
 //!
-//! In: decoded textures. Out: views of GPU textures with the same mip levels; nothing is filtered here. A map is identified by the address of its
-//! decoded texture. The least recently used textures are evicted when the budget is exceeded. Large maps are uploaded in chunks. A table is a texture of one
-//! mip level, such as the limb profile of the Moon. A table is identified by a digest of its content, because the plan makes new textures of tables in each
-//! frame. Persistent tables, which their owner keeps from frame to frame, are identified by address, like maps.
+//! In: decoded textures. Out: views of GPU textures with the same mip levels; nothing is filtered here. Large maps are uploaded in chunks. The
+//! least recently used textures are evicted when the budget is exceeded. A map is identified by the address of its decoded texture. A table (a texture of one
+//! mip level, such as the limb profile of the Moon) is identified by a digest of its content, because the plan makes new textures of tables in each frame; a
+//! persistent table, which its owner keeps from frame to frame, by its address, like a map.
 
 use crate::image::{SharedTexture, TexelFormat, Texture};
 use sha2::{Digest, Sha256};
@@ -38,11 +38,12 @@ struct Uploaded {
     /// Size of all mip levels.
     byte_count: u64,
     last_used_frame: u64,
-    /// For [`TextureKey::ByAddress`], the decoded texture. Once it no longer exists, this entry is evicted; until then, the weak reference keeps its address
-    /// from being reused.
+    /// For [`TextureKey::ByAddress`], the decoded texture; `None` for [`TextureKey::ByContent`]. Once the decoded texture no longer exists, this entry is
+    /// evicted; until then, the weak reference keeps the address from being reused.
     decoded: Option<Weak<Texture>>,
 }
 
+/// The uploaded textures, and the state of their uploads.
 #[derive(Default)]
 pub(crate) struct Uploads {
     by_key: HashMap<TextureKey, Uploaded>,
@@ -50,6 +51,7 @@ pub(crate) struct Uploads {
     frame: u64,
     /// Bytes written since the last chunk was submitted.
     pending_bytes: u64,
+    /// The last submitted chunk; `None` before the first.
     last_chunk: Option<SubmissionIndex>,
     /// Bytes uploaded since the renderer was opened.
     pub total_uploaded_bytes: u64,
@@ -73,7 +75,7 @@ impl Uploads {
             Some(decoded) => decoded.strong_count() > 0,
             None => u.last_used_frame + UNUSED_TABLE_FRAMES >= frame,
         });
-        let mut total = self.total_bytes();
+        let mut total = self.resident_bytes();
         if total <= BUDGET_BYTES {
             return;
         }
@@ -91,7 +93,7 @@ impl Uploads {
         }
     }
 
-    pub(crate) fn total_bytes(&self) -> u64 {
+    pub(crate) fn resident_bytes(&self) -> u64 {
         self.by_key.values().map(|u| u.byte_count).sum()
     }
 

@@ -2,15 +2,15 @@
 //! that marks pixels which the draw discards ([`MarkedImage`]).
 //!
 //! A *form* is a quadratic polynomial of the position on the screen that is positive inside an outline. In: the uniforms of a body's draw, with its silhouette
-//! form, a polynomial of the position in the draw's rectangle. The silhouette form is |ray|^2 (1 - q^2); q is the distance of the view ray from the body's
-//! centre in the unit-sphere frame. Out: forms in pixel coordinates. Always: each outline is an ellipse, so its form is concave: over a rectangle it is least
-//! at a corner, and nowhere above its tangent plane at the middle.
+//! form, a polynomial of the position (u, v) in the draw's rectangle. The silhouette form is |ray|^2 (1 - q^2), in the unit-sphere frame: the ray is
+//! `ray_origin` + u `ray_du` + v `ray_dv`, and q is its distance from the body's centre. Out: forms in pixel coordinates. Always: each outline is an ellipse,
+//! so its form is concave: over a rectangle it is least at a corner, and nowhere above its tangent plane at the middle.
 
 use crate::scene::camera::silhouette::PADDING_PX;
 use crate::scene::draw::{BodyPart, Draw, DrawUniforms, Shape};
 use glam::{DVec3, DVec4};
 
-/// The pixels that a draw may change: those inside one outline, outside a second one if there is one, and not between four marked texels.
+/// The pixels that a draw may change: those inside one outline, outside a second one if there is one, and not discarded by marks ([`MarkedImage`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     inside: Ellipse,
@@ -20,15 +20,15 @@ pub struct Extent {
     pub(crate) marked: Option<MarkedImage>,
 }
 
-/// An image whose texels lie at corners of the screen's pixels, some of them marked (alpha 1). The draw discards each pixel whose four nearest texels are
-/// marked.
+/// An image whose texels lie on the screen at every `pixels_per_texel`-th corner of pixels. Some texels are marked (alpha 1). The draw discards each pixel
+/// whose four nearest texels are marked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MarkedImage {
     /// Binding of the image in the draw's module.
     pub binding: u32,
     /// Distance between neighbouring texels, in pixels.
     pub pixels_per_texel: u32,
-    /// Column and row of the texel at the screen's top left corner.
+    /// Column and row of the texel at the screen's top left corner: the image has a border, and may hold other images above this one.
     pub first_texel: [u32; 2],
 }
 
@@ -68,6 +68,7 @@ impl Extent {
                 let ground = uniforms.silhouette_form.map(|row| row.as_dvec4());
                 Some(Self { inside: outline(air_top_form(ground, uniforms))?, outside: Some(outline(ground)?), marked: None })
             }
+            // The sky of a body whose centre is behind the camera, and parts without a silhouette form.
             _ => None,
         }
     }
@@ -101,16 +102,16 @@ impl Ellipse {
     /// Whether the rectangle, with a margin, is entirely outside: a concave function lies below its tangent plane.
     fn is_outside(&self, pixels: [u32; 4]) -> bool {
         let ([middle_x, middle_y], [half_x, half_y]) = middle_and_padded_half_sides(pixels);
-        let [_, x, y, xx, xy, yy] = self.0;
-        let slope_x = x + 2.0 * xx * middle_x + xy * middle_y;
-        let slope_y = y + 2.0 * yy * middle_y + xy * middle_x;
+        let [_, linear_x, linear_y, xx, xy, yy] = self.0;
+        let slope_x = linear_x + 2.0 * xx * middle_x + xy * middle_y;
+        let slope_y = linear_y + 2.0 * yy * middle_y + xy * middle_x;
         self.value_at(middle_x, middle_y) + slope_x.abs() * half_x + slope_y.abs() * half_y < 0.0
     }
 
     /// The value of the form.
     fn value_at(&self, px: f64, py: f64) -> f64 {
-        let [constant, x, y, xx, xy, yy] = self.0;
-        constant + px * (x + xx * px + xy * py) + py * (y + yy * py)
+        let [constant, linear_x, linear_y, xx, xy, yy] = self.0;
+        constant + px * (linear_x + xx * px + xy * py) + py * (linear_y + yy * py)
     }
 }
 
@@ -124,6 +125,7 @@ fn middle_and_padded_half_sides(pixels: [u32; 4]) -> ([f64; 2], [f64; 2]) {
 /// The form of the top of the air, |ray|^2 (r^2 - q^2), from that of the ground, |ray|^2 (1 - q^2); r is the radius of the top.
 fn air_top_form(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
     let [origin, du, dv] = [uniforms.ray_origin, uniforms.ray_du, uniforms.ray_dv].map(|v| v.as_dvec3());
+    // |ray|^2, coefficients in the order of `form_over_pixels`.
     let length_sq =
         [DVec3::new(origin.dot(origin), 2.0 * origin.dot(du), 2.0 * origin.dot(dv)), DVec3::new(du.dot(du), 2.0 * du.dot(dv), dv.dot(dv))];
     let top_radius_sq_minus_1 = f64::from(uniforms.air.top_radius_sq_minus_1);
@@ -134,7 +136,7 @@ fn air_top_form(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
 /// are 0 to 1 over the rectangle, v from the top. Returns the coefficients of [`Ellipse`].
 fn form_over_pixels([linear, quadratic]: [DVec4; 2], uniforms: &DrawUniforms, [width, height]: [u32; 2]) -> [f64; 6] {
     let rect = uniforms.rect_in_clip.as_dvec4();
-    // u = u0 + du x, and v = v0 + dv y; clip y points up.
+    // u = u0 + du x, and v = v0 + dv y. The rectangle is left, top, right, bottom; clip y points up.
     let (du, dv) = (2.0 / (f64::from(width) * (rect.z - rect.x)), -2.0 / (f64::from(height) * (rect.w - rect.y)));
     let (u0, v0) = ((-1.0 - rect.x) / (rect.z - rect.x), (1.0 - rect.y) / (rect.w - rect.y));
     let constant = linear.x + u0 * (linear.y + u0 * quadratic.x + v0 * quadratic.y) + v0 * (linear.z + v0 * quadratic.z);
@@ -184,7 +186,8 @@ mod tests {
                     covered += 1;
                 }
             }
-            // Of 512 blocks, 208 are inside the circle of radius 100, and its edge crosses 76. The second extent, a ring 20 pixels wide, may cover none.
+            // Of 512 blocks, 208 are inside the circle of radius 100, and its edge crosses 76 (counted by their corners). The second extent, a ring 20 pixels
+            // wide, may cover none.
             assert!(missed > 150 && (covered > 160 || min > 0.0), "{missed} {covered}");
         }
     }

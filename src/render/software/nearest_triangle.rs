@@ -1,9 +1,9 @@
 //! Finds the triangles of a mesh that may be visible at a pixel's centre.
 //!
 //! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, the draw's vertices with the indices of that
-//! triangle only. These triangles are candidates: the rasteriser rounds corners, and counts a centre on an edge as covered by only one of the two triangles at
-//! the edge. The first candidate that covers the centre in the rasteriser is the visible triangle. Barycentric coordinates are computed in homogeneous clip
-//! space, so that triangles that extend behind the camera are included.
+//! triangle only. These triangles are candidates: the rasteriser rounds corners to a grid finer than pixels, and counts a centre on an edge as covered by only
+//! one of the two triangles at the edge. The first candidate that covers the centre in the rasteriser is the visible triangle. Barycentric coordinates are
+//! computed in homogeneous clip space, so that triangles that extend behind the camera are included.
 
 use super::RenderError;
 use super::math::Real;
@@ -29,15 +29,19 @@ pub(crate) fn nearest_triangles<R: Real>(
 ) -> Result<Option<Vec<Vertices>>, RenderError> {
     let Vertices::Mesh { attributes, indices } = &draw.vertices else { return Ok(None) };
     let positions = clip_positions(draw, vertex)?;
+    // `None` if the index is out of range: the triangle is no candidate.
     let clip_xyw = |k: u32| positions.position(k).map(|[x, y, _, w]| DVec3::new(x, y, w));
     // The centre of pixel `k` along an axis of `size` pixels, from -1 to 1.
     let ndc = |k: u32, size: u32| (2.0 * f64::from(k) + 1.0) / f64::from(size) - 1.0;
+    // Rows of pixels count downwards.
     let pixel_centre = DVec3::new(ndc(x, width), -ndc(y, height), 1.0);
+    // MARGIN_PX in normalised device coordinates.
     let [margin_x, margin_y] = [width, height].map(|size| 2.0 * MARGIN_PX / f64::from(size));
     // 1/w of a triangle at the pixel's centre, greatest for the nearest triangle; `None` if the triangle is no candidate. The weights are the barycentric
     // coordinates divided by w, so their sum is 1/w.
     let inverse_w = |triangle: &[u32]| {
         let corners = DMat3::from_cols(clip_xyw(triangle[0])?, clip_xyw(triangle[1])?, clip_xyw(triangle[2])?);
+        // Positive for a front face (counter-clockwise as the camera sees it), negative for a back face, 0 edge-on.
         let determinant = corners.determinant();
         if determinant == 0.0 || (draw.cull == Cull::Back && determinant < 0.0) {
             return None;
@@ -46,6 +50,7 @@ pub(crate) fn nearest_triangles<R: Real>(
         let weights = inverse * pixel_centre;
         // The greatest value of each weight within the margin around the centre along each axis.
         let greatest_weights = weights + inverse.x_axis.abs() * margin_x + inverse.y_axis.abs() * margin_y;
+        // 1/w is positive in front of the camera.
         let sum = weights.x + weights.y + weights.z;
         (greatest_weights.min_element() >= 0.0 && sum > 0.0).then_some(sum)
     };
@@ -74,6 +79,7 @@ mod tests {
         outputs: Vec<LaneOutput>,
     }
 
+    /// The values of up to four inputs, which are also the outputs.
     struct PassThroughRun([[f32; LANES]; 4]);
 
     impl LaneStage<f32> for PassThrough {
@@ -104,10 +110,11 @@ mod tests {
     }
 
     /// For each candidate at a pixel, whether the rasteriser covers the pixel's centre with it. `corners`: clip-space positions, three per triangle.
-    fn covers(corners: &[[f32; 4]], [x, y]: [u32; 2]) -> Vec<bool> {
+    fn coverage_by_candidates(corners: &[[f32; 4]], [x, y]: [u32; 2]) -> Vec<bool> {
         let attribute = Attribute { components: 4, values: Arc::new(corners.concat()) };
         let draw = PlanDraw {
             label: "test".into(),
+            // Any module: the stages below run instead.
             module: ModuleId::Simple("tone_map"),
             uniform_bytes: Vec::new(),
             textures: Vec::new(),
@@ -118,6 +125,7 @@ mod tests {
             shading_rate: ShadingRate::PerPixel,
             cull: Cull::None,
             depth: DepthState { test: false, write: false },
+            // The pixel alone.
             scissor: [x, y, x + 1, y + 1],
             extent: None,
         };
@@ -130,6 +138,7 @@ mod tests {
             outputs: (0..4).map(|component| LaneOutput::Location { index: 0, component, flat: false }).collect(),
         };
         let is_covered_by = |vertices: Vertices| {
+            // Pixels that are not covered are NaN.
             let pass = Pass::of_numbers("test", SIZE, SIZE, vec![PlanDraw { vertices, ..draw.clone() }]);
             let stages = [DrawStages { vertex: &vertex, vertex_grid: VertexGrid::Gpu, fragment: &fragment }];
             let (image, _) = execute::<f32>(&pass, &stages).expect("drawn");
@@ -145,11 +154,11 @@ mod tests {
         let [a, b, c, d] = [[-1.0, 1.0], [1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]].map(|[x, y]| [x, y, 0.5, 1.0]);
         let (upper, lower) = ([a, d, b], [a, c, d]);
         for pixel in [[0, 0], [7, 7], [15, 15]] {
-            let orders = [[upper, lower], [lower, upper]].map(|halves| covers(&halves.concat(), pixel));
-            for covers in &orders {
-                assert_eq!(covers.iter().filter(|is_covered| **is_covered).count(), 1, "{pixel:?}: {covers:?}");
+            let orders = [[upper, lower], [lower, upper]].map(|halves| coverage_by_candidates(&halves.concat(), pixel));
+            for coverage in &orders {
+                assert_eq!(coverage.iter().filter(|is_covered| **is_covered).count(), 1, "{pixel:?}: {coverage:?}");
             }
-            assert!(orders.iter().any(|covers| !covers[0]), "{pixel:?}: the first candidate alone would do");
+            assert!(orders.iter().any(|coverage| !coverage[0]), "{pixel:?}: the first candidate alone would do");
         }
     }
 
@@ -161,9 +170,9 @@ mod tests {
             [[x, -3.0, 0.5, 1.0], [x, 3.0, 0.5, 1.0], [apex_clip_x, 0.0, 0.5, 1.0]]
         };
         let (left, right) = (triangle(8.501, -5.0), triangle(8.501, 5.0));
-        assert_eq!(covers(&left, [8, 8]), [false], "the triangle that contains the centre before rounding");
-        let both = covers(&[left, right].concat(), [8, 8]);
+        assert_eq!(coverage_by_candidates(&left, [8, 8]), [false], "the triangle that contains the centre before rounding");
+        let both = coverage_by_candidates(&[left, right].concat(), [8, 8]);
         assert!(both.len() == 2 && both.contains(&true), "{both:?}");
-        assert!(covers(&triangle(8.51, 5.0), [8, 8]).is_empty(), "an edge that rounding does not move so far");
+        assert!(coverage_by_candidates(&triangle(8.51, 5.0), [8, 8]).is_empty(), "an edge that rounding does not move so far");
     }
 }

@@ -39,7 +39,7 @@ pub struct DrawStages<'a, R: Real> {
     pub fragment: &'a dyn LaneStage<R>,
 }
 
-/// The resolved colour of a pass, top row first.
+/// The resolved colour of a pass, top row first: as the shaders write it, or converted to bytes (255 is 1).
 #[derive(Clone, Debug, PartialEq)]
 pub enum PassImage {
     Float(Vec<[f32; 4]>),
@@ -55,14 +55,14 @@ struct PreparedPass<'a, R: Real> {
 
 /// A second pass that is executed tile by tile with the first. Its first draw covers the target and reads the first pass's image.
 struct FusedPass<'a, R: Real> {
-    /// Its first draw.
+    /// The first draw of the second pass.
     full_screen: PreparedDraw<'a, R>,
     /// The other draws of the second pass, such as labels.
     overlay: PreparedPass<'a, R>,
     /// The colour to which the full-screen draw maps the first pass's clear colour; `None` if that colour may differ between pixels.
     mapped_clear_colour: Option<[f32; 4]>,
     /// The uniforms of the full-screen draw if it is the shipped (not edited) tone map. Native code then maps complete tiles directly to bytes, where
-    /// [`Self::direct_tone_map`] permits it.
+    /// [`Self::direct_tone_map`] permits it. `None` for any other draw.
     tone_map: Option<ToneMapUniforms>,
     /// Set if the full-screen draw has read pixels other than its own, which makes the image invalid.
     read_other_pixels: AtomicBool,
@@ -159,7 +159,7 @@ pub(crate) fn execute_fused<R: Real>(
         [triangle] => covers_all(triangle, [second.width, second.height]) && draw.fragment_setup.draws_every_covered_pixel(),
         _ => false,
     };
-    // What runs once per draw cannot read the size of the first pass's image, which does not exist yet.
+    // The draw tape, which runs once per draw, cannot read the size of the first pass's image: the image does not exist yet.
     let can_be_fused = |draw: &PreparedDraw<'_, R>| is_full_screen(draw) && !draw.fragment.reads_texture_size_per_draw();
     if !overlay.draws.first().is_some_and(can_be_fused) {
         return Ok(None);
@@ -174,6 +174,7 @@ pub(crate) fn execute_fused<R: Real>(
         .then(|| Worker::new(&first_prepared, no_second_pass).map_clear_colour(&first_prepared, &full_screen));
     let tone_map = full_screen.fragment.tone_map();
     let fused = FusedPass { full_screen, overlay, mapped_clear_colour, tone_map, read_other_pixels: AtomicBool::new(false) };
+    // Used only with a colour: `direct_tone_map` requires `mapped_clear_colour`.
     let clear_bytes = unorm8(mapped_clear_colour.unwrap_or_default());
     let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, tile| match fused.direct_tone_map(tile) {
         Some(tone_map) => worker.first.target.write_tone_mapped(rows, tone_map, clear_bytes),
@@ -238,7 +239,7 @@ fn prepare_draw<'a, R: Real>(
         fragment_setup,
         blend: draw.blend,
         shading_rate: draw.shading_rate,
-        // The plan gives the outlines and names the image of marks. The marks were read from this image when the fragment stage was bound.
+        // The plan gives the outlines and names an image that marks pixels which the draw discards. These marks were read when the fragment stage was bound.
         extent: draw.extent.map(|outlines| DrawExtent { outlines, marks: fragment.marks().cloned() }),
         instructions_per_read: instructions_per_read(&draw.module),
     })
@@ -343,6 +344,7 @@ struct Worker<'a, R: Real> {
     /// Of a fused second pass: the buffers for its other draws, and the run of its full-screen draw.
     second: Option<(PassWorker<'a, R>, BoxedRun<'a, R>)>,
     batch: Batch,
+    /// For resolving tiles and for writing them to the image.
     resolve_seconds: f64,
 }
 
@@ -379,6 +381,7 @@ impl<'a, R: Real> Worker<'a, R> {
             (fused.filter(|f| f.direct_tone_map(tile_index).is_none()), &mut self.second)
         {
             let start = Instant::now();
+            // Without a mapped colour, the full-screen draw reads every block; otherwise, only written blocks: the others keep the mapped colour.
             if fused.mapped_clear_colour.is_none() {
                 self.first.target.prepare_all_blocks();
             }
@@ -405,7 +408,7 @@ impl<'a, R: Real> Worker<'a, R> {
     /// The colour to which a position-independent full-screen draw maps the first pass's clear colour.
     fn map_clear_colour(&mut self, first: &PreparedPass<'a, R>, full_screen: &PreparedDraw<'a, R>) -> [f32; 4] {
         let (pass, pixel_centres) = (first.pass, &*PIXEL_CENTRES);
-        // The block that a new `TileTexture` presents.
+        // The block that a new `TileTexture` takes as the shaded one.
         let block = 0;
         let (samples, uses_depth) = (1, false);
         self.first.target.clear(pass.clear, uses_depth);
@@ -415,6 +418,7 @@ impl<'a, R: Real> Worker<'a, R> {
         let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);
         let mut shader = TileShader { target: &mut mapped, pixel_centres, tile_corner: [0, 0], samples };
         shader.shade_block_with_texture(full_screen, block, &texture, full_screen.fragment.new_run().as_mut(), &mut self.batch);
+        // Any pixel of the block will do: their colours are equal.
         mapped.block(block).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))
     }
 }

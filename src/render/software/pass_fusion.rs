@@ -1,8 +1,8 @@
 //! Fuses two passes: the tone map reads each tile of the HDR image while the tile is still in cache, and the HDR image is never stored.
 //!
 //! In: a plan and one of its passes; a tile that this pass has just resolved. Out: whether the pass and the next may be fused
-//! ([`can_fuse_with_next_pass`]); the tile as a texture ([`TileTexture`]). Always: a program that reads anything but the pixels of the block (16x8
-//! pixels) that is being shaded gets zeros and sets a flag; the renderer then executes the two passes one after the other.
+//! ([`can_fuse_with_next_pass`]); the tile as a texture ([`TileTexture`]). Always: a tone map that reads anything but the pixels of the block
+//! (16x8 pixels) that is being shaded gets zeros and sets a flag; the renderer then executes the two passes one after the other.
 
 use super::exec::{Gradients, LANES, LaneMask, TextureUnit};
 use super::math::Real;
@@ -14,16 +14,18 @@ use crate::render::plan::{Blend, ColourFormat, Plan, TextureSource};
 use std::cell::Cell;
 use std::collections::{BTreeSet, HashMap};
 
+// The pixels of a block are the lanes of one batch.
 const _: () = assert!(LANES == BLOCK_PIXELS);
 
-/// x and y of a block's pixels in lane order, relative to the block's top-left pixel.
+/// x and y of a block's pixels in lane order, relative to the block's top-left pixel. Four consecutive lanes are a quad of 2x2 pixels, row by row.
 static BLOCK_OFFSETS: std::sync::LazyLock<[[u32; LANES]; 2]> = std::sync::LazyLock::new(|| {
     let offsets = |axis: usize| std::array::from_fn(|lane| quad_position(lane / 4)[axis] + (((lane % 4) >> axis) & 1) as u32);
     [offsets(0), offsets(1)]
 });
 
 /// Whether the pass with this index and the next pass may be fused: the pass draws an HDR image that only the first draw of the next pass reads, and the
-/// next pass draws a display image of the same size.
+/// next pass draws a display image of the same size. That draw reads nothing else and overwrites what is below it; the display image has one sample per pixel
+/// and no depth.
 pub(crate) fn can_fuse_with_next_pass(plan: &Plan, index: usize) -> bool {
     let (Some(hdr), Some(display)) = (plan.passes.get(index), plan.passes.get(index + 1)) else { return false };
     let reads_hdr = |source: &TextureSource| matches!(source, TextureSource::PassOutput(read) if *read == index);
@@ -39,12 +41,13 @@ pub(crate) fn can_fuse_with_next_pass(plan: &Plan, index: usize) -> bool {
 
 /// A resolved tile, presented as a texture of its target's size.
 pub(crate) struct TileTexture<'a> {
+    /// The tile's colours, one per pixel.
     pub resolved: &'a TileTarget,
     /// Top-left pixel of the tile.
     pub tile_corner: [u32; 2],
     /// Width and height of the tile's target, in pixels.
     pub size: [u32; 2],
-    /// The block that is being shaded. Other blocks may contain colours of an earlier tile.
+    /// Index, in the tile, of the block that is being shaded. Other blocks may contain colours of an earlier tile.
     pub shaded_block: Cell<usize>,
     /// Set by any read that is not a load of all pixels of `shaded_block` in lane order.
     pub read_other_pixels: Cell<bool>,
@@ -104,18 +107,18 @@ impl<R: Real> TextureUnit<R> for TileTexture<'_> {
 
 impl Program {
     /// Whether the result of a lane depends only on the texels that the lane loads and on values that all lanes share. The pixel's position then decides which
-    /// texels are loaded, and nothing else. Pixels with equal texels have equal results, so that the clear colour is tone-mapped only once. False for programs
-    /// with backward jumps, which are not analysed.
+    /// texels are loaded, and nothing else. Pixels with equal texels have equal results, so that pixels on which nothing is drawn are tone-mapped only once.
+    /// False for programs with backward jumps, which are not analysed.
     pub fn is_position_independent(&self) -> bool {
-        // Slots (arrays of one value per lane) whose value depends on the lane's position.
+        // Slots (arrays of one value per lane) whose value depends on the lane's position. All lanes of a full-screen draw have the same `FrontFacing`.
         let mut dependent: BTreeSet<u16> =
             (0..).zip(&self.inputs).filter(|(_, input)| !matches!(input, LaneInput::FrontFacing)).map(|(k, _)| k).collect();
-        // For each later instruction that is the target of jumps: the slots that are dependent at any of these jumps.
+        // For each later instruction that is the target of jumps: the slots that are position-dependent at any of these jumps.
         let mut dependent_at_target: HashMap<usize, BTreeSet<u16>> = HashMap::new();
         for (index, instr) in self.lane_tape.iter().enumerate() {
             dependent.extend(dependent_at_target.remove(&index).unwrap_or_default());
             let depends = |o: &Operand| matches!(o, Operand::Slot(s) if dependent.contains(s));
-            // The coordinates of a load may depend on the position; its mask and level may not.
+            // The coordinates of a load may depend on the position; its mask and its level, the last argument, may not.
             let result_depends = match instr {
                 Instr::Texture { op: TextureOp::Load, args, mask, .. }
                     if !depends(mask) && args.last().is_none_or(|level| !depends(level)) =>
@@ -138,6 +141,7 @@ impl Program {
                 }
             }
         }
+        // What remains are jumps to the end of the tape.
         dependent.extend(dependent_at_target.into_values().flatten());
         let depends = |o: &Operand| matches!(o, Operand::Slot(s) if dependent.contains(s));
         !self.uses_derivatives && !self.output_operands.iter().chain(&self.discarded).any(depends)

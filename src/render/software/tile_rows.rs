@@ -1,4 +1,5 @@
-//! Writes a resolved tile into the rows of an image, block by block, because a converted block stays in the L1 cache.
+//! Writes a resolved tile into the rows of an image, as linear light or converted to another pixel format. It is written block by block, because a
+//! converted block stays in the L1 cache.
 //!
 //! In: a tile, and the part of each of its rows that lies inside the image. Out: these rows, with every pixel written. Always: a block that was not drawn
 //! has one colour, which is converted once.
@@ -11,7 +12,7 @@ use std::mem::MaybeUninit;
 const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
 const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
 
-/// `rows[y]` is the part of the tile's row `y` that lies inside the image.
+/// `rows[y]` is the part of the tile's row `y` that lies inside the image; rows below the image are absent.
 pub(super) type TileRows<'a, 'b, T> = &'a mut [&'b mut [MaybeUninit<T>]];
 
 /// Converts values of 0 to 1 to bytes, rounding to nearest, ties to even; values out of range are clamped, and NaN becomes 0. Avoids `as u8`, whose
@@ -27,10 +28,10 @@ pub(crate) fn unorm8(colour: [f32; 4]) -> [u8; 4] {
     (byte(colour[0]) | byte(colour[1]) << 8 | byte(colour[2]) << 16 | byte(colour[3]) << 24).to_le_bytes()
 }
 
-/// Writes a block's pixels, given in lane order ([`coverage`]). Here and below, `[x0, y0]` is the block's top-left pixel inside the tile.
+/// Writes a block's pixels, given in lane order ([`coverage`]): quad after quad, each with its upper two and then its lower two pixels. Here and below,
+/// `[x0, y0]` is the block's top-left pixel inside the tile.
 #[inline(always)]
 fn place_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], pixels: &[T; BLOCK_PIXELS]) {
-    // The pixels of a quad are two pairs, one in each of two rows.
     let (pairs, _) = pixels.as_chunks::<2>();
     for (y, row) in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT).enumerate() {
         let Some(pairs_of_two_rows) = pairs[y / 2 * BLOCK_WIDTH..].first_chunk::<BLOCK_WIDTH>() else { continue };
@@ -49,11 +50,11 @@ fn place_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], pixels:
     }
 }
 
-/// Writes a block's pixels, given row by row as little-endian words of four display bytes.
+/// Writes a block's pixels, given row by row, the four display bytes of each pixel as one little-endian word.
 #[inline(always)]
-fn place_block_rows(rows: TileRows<'_, '_, [u8; 4]>, [x0, y0]: [usize; 2], words: &BlockRows) {
-    for (row, words) in rows.iter_mut().skip(y0).zip(words) {
-        let pixels = words.map(|word| MaybeUninit::new(word.to_le_bytes()));
+fn place_block_rows(rows: TileRows<'_, '_, [u8; 4]>, [x0, y0]: [usize; 2], block_words: &BlockRows) {
+    for (row, row_words) in rows.iter_mut().skip(y0).zip(block_words) {
+        let pixels = row_words.map(|word| MaybeUninit::new(word.to_le_bytes()));
         match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
             Some(target) => *target = pixels,
             // The last columns, if the width is not a multiple of a block's width.
@@ -73,7 +74,7 @@ fn fill_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], value: T
     }
 }
 
-/// Writes two rows of a block's pixels, given the channels of the eight quads that make up the two rows.
+/// Writes two rows of a block's pixels, given the channels, in lane order, of the eight quads that make up the two rows.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn interleave_avx2(channels: [&[f32; 2 * BLOCK_WIDTH]; 4], rows: [&mut [MaybeUninit<[f32; 4]>; BLOCK_WIDTH]; 2]) {
@@ -88,10 +89,11 @@ fn interleave_avx2(channels: [&[f32; 2 * BLOCK_WIDTH]; 4], rows: [&mut [MaybeUni
             // SAFETY: eight floats are read from a reference to eight floats.
             unsafe { _mm256_loadu_ps(lanes.as_ptr()) }
         });
-        // In each register, the lower half belongs to the first quad and the upper half to the second.
+        // In each register, the lower half belongs to the first quad and the upper half to the second. `01`: upper two pixels of a quad, `23`: lower two.
         let (rg_01, rg_23, ba_01, ba_23) =
             (_mm256_unpacklo_ps(r, g), _mm256_unpackhi_ps(r, g), _mm256_unpacklo_ps(b, a), _mm256_unpackhi_ps(b, a));
         let pixels_of_row = |rg: __m256, ba: __m256| {
+            // First by column, the left or the right pixels of both quads; then by quad.
             let (left, right) = (_mm256_shuffle_ps::<0b01_00_01_00>(rg, ba), _mm256_shuffle_ps::<0b11_10_11_10>(rg, ba));
             [_mm256_permute2f128_ps::<0x20>(left, right), _mm256_permute2f128_ps::<0x31>(left, right)]
         };
@@ -131,6 +133,7 @@ impl TileTarget {
         let mut converted = [clear_value; BLOCK_PIXELS];
         for block in 0..TILE_BLOCKS {
             let [x0, y0] = block_position(block).map(|v| v as usize);
+            // Leaves out blocks below the image.
             let Some([r, g, b, a]) = self.block(block).filter(|_| y0 < rows.len()) else { continue };
             if !self.is_written(block) {
                 fill_block(rows, [x0, y0], clear_value);
@@ -161,17 +164,18 @@ impl TileTarget {
         let clear_value = self.clear_colour();
         for block in 0..TILE_BLOCKS {
             let [x0, y0] = block_position(block).map(|v| v as usize);
+            // Leaves out blocks below the image.
             let Some(channels) = self.block(block).filter(|_| y0 < rows.len()) else { continue };
             if !self.is_written(block) {
                 fill_block(rows, [x0, y0], clear_value);
                 continue;
             }
-            let is_inside = y0 + BLOCK_HEIGHT <= rows.len() && x0 + BLOCK_WIDTH <= rows[y0].len();
-            if is_inside {
-                for (quad_row, pair) in rows[y0..y0 + BLOCK_HEIGHT].as_chunks_mut::<2>().0.iter_mut().enumerate() {
-                    let from = quad_row * 2 * BLOCK_WIDTH;
-                    let lanes = channels.map(|channel| channel[from..].first_chunk::<{ 2 * BLOCK_WIDTH }>());
-                    let [upper, lower] = pair.each_mut().map(|row| row[x0..].first_chunk_mut::<BLOCK_WIDTH>());
+            let block_is_inside = y0 + BLOCK_HEIGHT <= rows.len() && x0 + BLOCK_WIDTH <= rows[y0].len();
+            if block_is_inside {
+                for (quad_row, row_pair) in rows[y0..y0 + BLOCK_HEIGHT].as_chunks_mut::<2>().0.iter_mut().enumerate() {
+                    let first_lane = quad_row * 2 * BLOCK_WIDTH;
+                    let lanes = channels.map(|channel| channel[first_lane..].first_chunk::<{ 2 * BLOCK_WIDTH }>());
+                    let [upper, lower] = row_pair.each_mut().map(|row| row[x0..].first_chunk_mut::<BLOCK_WIDTH>());
                     if let ([Some(r), Some(g), Some(b), Some(a)], Some(upper), Some(lower)) = (lanes, upper, lower) {
                         interleave_avx2([r, g, b, a], [upper, lower]);
                     }
@@ -217,7 +221,7 @@ impl TileTarget {
         }
     }
 
-    /// Red, green and blue of a block that was written. Any other block is filled with `clear_bytes`, if it is inside the image, and gives `None`.
+    /// Red, green and blue of a block that was written. Otherwise `None`: fills the block with `clear_bytes`, or leaves it out if it is below the image.
     #[inline(always)]
     fn light_or_fill(&self, block: usize, rows: TileRows<'_, '_, [u8; 4]>, clear_bytes: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
         let corner = block_position(block).map(|v| v as usize);
@@ -243,18 +247,20 @@ mod tests {
     fn every_pixel_is_written_where_it_belongs() {
         const UNDRAWN_BLOCK: usize = 9;
         let pixels = coverage::PixelCentres::new();
-        let mut t = TileTarget::new(1);
+        let samples_per_pixel = 1;
+        let mut tile = TileTarget::new(samples_per_pixel);
         let clear = [-1.0, -2.0, -3.0, -4.0];
         let uses_depth = false;
-        t.clear(clear, uses_depth);
+        tile.clear(clear, uses_depth);
         for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != UNDRAWN_BLOCK) {
-            let covered = 1;
-            t.store(p, covered, Blend::Replace, [*x, *y, p as f32, -*x]);
+            let covered_samples = 1;
+            tile.store(p, covered_samples, Blend::Replace, [*x, *y, p as f32, -*x]);
         }
         let [undrawn_x, undrawn_y] = block_position(UNDRAWN_BLOCK).map(|v| v as usize);
+        // The complete tile, and images that end inside it, some within a block.
         for (width, height) in [(64, 64), (33, 64), (64, 9), (1, 1), (50, 47)] {
             let mut image = vec![MaybeUninit::uninit(); width * height];
-            t.write_linear(&mut image.chunks_mut(width).collect::<Vec<_>>());
+            tile.write_linear(&mut image.chunks_mut(width).collect::<Vec<_>>());
             for (k, pixel) in image.into_iter().enumerate() {
                 // SAFETY: every pixel has been written.
                 let colour = unsafe { pixel.assume_init() };
@@ -262,8 +268,8 @@ mod tests {
                 let is_undrawn =
                     (undrawn_x..undrawn_x + BLOCK_WIDTH).contains(&column) && (undrawn_y..undrawn_y + BLOCK_HEIGHT).contains(&row);
                 let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
-                let lane = pixels.x.iter().zip(&pixels.y).position(|p| p == (&x, &y)).expect("a lane");
-                let expected = if is_undrawn { clear } else { [x, y, lane as f32, -x] };
+                let index = pixels.x.iter().zip(&pixels.y).position(|p| p == (&x, &y)).expect("a pixel");
+                let expected = if is_undrawn { clear } else { [x, y, index as f32, -x] };
                 assert_eq!(colour, expected, "{width}x{height}: {column}, {row}");
             }
         }

@@ -1,8 +1,8 @@
 //! Grids of longitude and latitude: which lines an image gets, and their coordinates as text.
 //!
 //! In: the size of a pixel and the visible part of a sphere. Out: `GridLine`s with an opacity that varies continuously with the field of view and along the
-//! line: a line fades in as its neighbours move apart, and a meridian fades out towards the poles, where meridians would crowd. Nothing else affects the
-//! opacity, so no line flickers when the camera pans. Not here: the orientation of the sphere, and drawing.
+//! line: a line fades in as its neighbours move apart, and a meridian fades out towards the poles, where meridians would crowd. The direction of view does
+//! not affect the opacity, so no line flickers when the camera pans. Not here: the orientation of the sphere, and drawing.
 
 use crate::message::TextLanguage;
 use crate::scene::numeric::smooth_rise;
@@ -15,9 +15,9 @@ const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 
 /// Largest latitude of a parallel: nearer to a pole the parallel would be a point.
 const MAX_PARALLEL_DEG: f64 = 89.999_999;
-/// For [`GridLine::opacity`] of a parallel, on which this latitude has no effect.
+/// The argument of [`GridLine::opacity`] for a parallel, whose opacity does not depend on it.
 pub(crate) const ANY_LATITUDE_DEG: f64 = 0.0;
-/// Opacity of a line above which its coordinate is written.
+/// A line's coordinate is written if its opacity is greater than this.
 pub(crate) const MIN_LABELLED_OPACITY: f64 = 0.5;
 
 /// A parallel, or a meridian from pole to pole.
@@ -57,15 +57,16 @@ impl GridLine {
     pub(crate) fn opacity(&self, latitude_deg: f64, pixel_deg: f64) -> f64 {
         let spacing_factor = match self.kind {
             GridLineKind::Parallel => 1.0,
-            // The meridians of the coarsest step extend to the pole.
+            // The meridians of the coarsest step do not fade towards the poles.
             GridLineKind::Meridian if self.step_deg == STEPS_DEG[0] => 1.0,
             GridLineKind::Meridian => latitude_deg.to_radians().cos(),
         };
         opacity_at_spacing(self.step_deg * spacing_factor, pixel_deg)
     }
 
-    /// For a meridian: the range of latitudes in which it is visible.
+    /// For a meridian: the range of latitudes, from south to north, in which it is visible. `pixel_deg`: degrees per pixel.
     pub(crate) fn latitude_range_deg(&self, pixel_deg: f64) -> [f64; 2] {
+        // Of the latitude; 0 if `pixel_deg` is 0.
         let min_cosine = SPACING_FADE_PX.0 * pixel_deg / self.step_deg;
         let max_deg = if self.step_deg == STEPS_DEG[0] || min_cosine <= 0.0 { 90.0 } else { min_cosine.min(1.0).acos().to_degrees() };
         [-max_deg, max_deg]
@@ -74,11 +75,11 @@ impl GridLine {
 
 /// The lines that may be visible in a cap of the sphere, where a pixel spans `pixel_deg`.
 pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
-    let latitudes = [cap.latitude_deg - cap.radius_deg, cap.latitude_deg + cap.radius_deg].map(|lat| lat.clamp(-90.0, 90.0));
+    let [south_deg, north_deg] = [cap.latitude_deg - cap.radius_deg, cap.latitude_deg + cap.radius_deg].map(|lat| lat.clamp(-90.0, 90.0));
     // Cosine of the cap's latitude nearest to the equator, where meridians are farthest apart.
-    let largest_cosine =
-        if latitudes[0] * latitudes[1] <= 0.0 { 1.0 } else { latitudes[0].abs().min(latitudes[1].abs()).to_radians().cos() };
-    // Half the range of longitudes that the cap covers.
+    let largest_cosine = if south_deg * north_deg <= 0.0 { 1.0 } else { south_deg.abs().min(north_deg.abs()).to_radians().cos() };
+    // Half the range of longitudes that the cap covers: at the meridian that touches the cap, sin(half width) = sin(radius) / cos(latitude). There is no such
+    // meridian if the cap contains a pole; then the sine is at least 1, or the radius at least a quarter turn.
     let half_width_deg = {
         let (radius, latitude) = (cap.radius_deg.to_radians(), cap.latitude_deg.to_radians());
         let sine = radius.sin() / latitude.cos().max(1e-12);
@@ -91,8 +92,8 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
         // The integers n for which n steps lie in a range of degrees.
         let indices = |from: f64, to: f64| ((from / step_deg).ceil() as i64)..=((to / step_deg).floor() as i64);
         if opacity_at_spacing(step_deg, pixel_deg) > 0.0 {
-            let parallels = indices(latitudes[0], latitudes[1])
-                .filter(|n| is_in_no_coarser_grid(*n) && (*n as f64 * step_deg).abs() < MAX_PARALLEL_DEG);
+            let parallels =
+                indices(south_deg, north_deg).filter(|n| is_in_no_coarser_grid(*n) && (*n as f64 * step_deg).abs() < MAX_PARALLEL_DEG);
             lines.extend(parallels.map(|n| GridLine { kind: GridLineKind::Parallel, coordinate_deg: n as f64 * step_deg, step_deg }));
         }
         // The meridians of the coarsest step do not fade towards the poles.
@@ -168,13 +169,17 @@ fn sexagesimal_text(sign: &str, hundredths: u64, [whole_symbol, minute_symbol, s
 /// The name of the compass point if the azimuth is a multiple of 45 degrees, else the azimuth as an angle.
 pub(crate) fn azimuth_text(degrees: f64, language: TextLanguage) -> String {
     const POINTS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
-    let eighth = degrees / 45.0;
-    let point = ((eighth.round() as i64).rem_euclid(8)) as usize;
-    if (eighth - eighth.round()).abs() < 1e-9 { language.name("compass", POINTS[point]).to_owned() } else { angle_text(degrees) }
+    let eighths_of_circle = degrees / 45.0;
+    let point = ((eighths_of_circle.round() as i64).rem_euclid(8)) as usize;
+    if (eighths_of_circle - eighths_of_circle.round()).abs() < 1e-9 {
+        language.name("compass", POINTS[point]).to_owned()
+    } else {
+        angle_text(degrees)
+    }
 }
 
-/// Degrees per pixel, the mean over the image's height. The actual value is larger in the middle of a wide view and smaller at its edges. `tan_half_fov`: of
-/// the vertical field of view.
+/// Degrees per pixel, the mean over the image's height; in a wide view, a pixel in the middle spans more than this, and one at the edge less. `tan_half_fov`:
+/// tangent of half the vertical field of view.
 pub(crate) fn mean_pixel_deg(tan_half_fov: f64, height_px: u32) -> f64 {
     2.0 * tan_half_fov.atan().to_degrees() / f64::from(height_px)
 }
@@ -185,7 +190,7 @@ mod tests {
 
     const WHOLE_SPHERE: Cap = Cap { longitude_deg: 0.0, latitude_deg: 0.0, radius_deg: 180.0 };
 
-    /// Each line occurs once, even if its coordinate is a multiple of several steps, and the number of visible parallels respects the minimum spacing.
+    /// Each line occurs once, even if its coordinate is a multiple of several steps, and no more parallels are visible than fit at the least visible spacing.
     #[test]
     fn every_line_occurs_once() {
         for pixel_deg in [0.3, 0.09, 0.044, 0.01] {
@@ -199,7 +204,7 @@ mod tests {
         }
     }
 
-    /// A view with a radius of 500 pixels has at least one line with an opacity above one half and fewer than 4000 lines, from degrees down to arcseconds, also
+    /// A cap with a radius of 500 pixels has at least one line with an opacity above one half and fewer than 4000 lines, from degrees down to arcseconds, also
     /// at the poles.
     #[test]
     fn views_of_any_size_have_visible_lines() {
@@ -219,6 +224,7 @@ mod tests {
     fn invisible_lines_are_left_out() {
         assert!(grid_lines(WHOLE_SPHERE, 90.0 / (SPACING_FADE_PX.0 - 1.0)).is_empty());
         assert!(!grid_lines(WHOLE_SPHERE, 90.0 / (SPACING_FADE_PX.0 + 1.0)).is_empty());
+        // A quarter turn is 180 pixels long.
         let pole = Cap { longitude_deg: 0.0, latitude_deg: 90.0, radius_deg: 0.1 };
         assert!(grid_lines(pole, 0.5).iter().any(|l| l.kind == GridLineKind::Meridian && l.opacity(90.0, 0.5) > 0.0));
     }
@@ -229,6 +235,7 @@ mod tests {
         let pixel_deg = 0.02;
         for line in grid_lines(WHOLE_SPHERE, pixel_deg) {
             let equator_deg = 0.0;
+            // In each step a pixel grows by 0.3 %.
             let mut last = line.opacity(equator_deg, pixel_deg);
             for k in 1..=2000 {
                 let next = line.opacity(equator_deg, pixel_deg * 1.003_f64.powi(k));
@@ -236,6 +243,7 @@ mod tests {
                 last = next;
             }
             let [from, to] = line.latitude_range_deg(pixel_deg);
+            // Meridians of the coarsest step end at the poles, without a fade.
             if line.kind == GridLineKind::Meridian && to < 89.0 {
                 assert!(line.opacity(to, pixel_deg) < 1e-6 && line.opacity(from, pixel_deg) < 1e-6, "{line:?}");
             }

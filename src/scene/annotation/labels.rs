@@ -55,9 +55,9 @@ impl LabelSide {
 
     /// Vector in pixels from the centre of a body of this radius to the end of the name's centre line that is closer to the body.
     pub(crate) fn offset_px(self, metrics: &LabelMetrics, radius_px: f64) -> DVec2 {
-        let gap_px = metrics.gap_px(radius_px);
-        let vertical_px = gap_px + f64::from(self.lines) * metrics.line_height_px;
-        DVec2::new(if self.is_left { -gap_px } else { gap_px }, if self.is_below { vertical_px } else { -vertical_px })
+        let horizontal_px = metrics.name_offset_px(radius_px);
+        let vertical_px = horizontal_px + f64::from(self.lines) * metrics.line_height_px;
+        DVec2::new(if self.is_left { -horizontal_px } else { horizontal_px }, if self.is_below { vertical_px } else { -vertical_px })
     }
 }
 

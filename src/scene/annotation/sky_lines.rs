@@ -1,8 +1,8 @@
 //! Lines on the sky, infinitely far away: grids, and the figures and boundaries of constellations, with their labels.
 //!
 //! In: the requested layers, the viewer, and the local horizon if the viewer stands on a body. Out: `AnnotationLines`: line segments in drawing order, which
-//! all bodies hide; their labels; and a decision about each layer. Always: a vertex of a figure is at the drawn position of its star, and a grid line is where
-//! the probe query `project` puts its coordinates, both with the viewer's aberration; the horizontal grid belongs to the ground and has no aberration.
+//! all bodies hide; their labels; and a decision about each layer. Always: a vertex of a figure is at the drawn position of its star; a grid line is where
+//! the probe query `project` puts its coordinates. Both include the viewer's aberration, except the horizontal grid, which belongs to the ground.
 
 use crate::catalog::constellations::{Constellation, Constellations, FigureVertex, icrf_from_b1875};
 use crate::catalog::stars::StarCatalog;
@@ -54,7 +54,8 @@ const BOUNDARY: LineStyle = style(1.0, 0.35, 0.3, 0.45);
 /// Smallest vertical field of view in which constellations are named.
 const NAMES_MIN_FOV_DEG: f64 = 4.0;
 
-/// Bound of the first two derivatives of a great circle on the unit sphere with respect to its angle in radians. Aberration changes them by about 1e-4.
+/// Bound of the lengths of the first and second derivatives of a great circle on the unit sphere with respect to its angle in radians. They are 1; aberration
+/// changes them by about 1e-4.
 const DERIVATIVE_BOUND: f64 = 1.001;
 
 /// Radius of the cap, about the camera's direction, of all places on the sky that aberration may move into the frame.
@@ -67,27 +68,27 @@ fn cap_radius_deg(camera: &Camera, velocity_km_s: DVec3) -> f64 {
 /// Collects the lines of the sky.
 struct SkyLineBuilder<'a> {
     camera: &'a Camera,
-    /// The viewer's velocity, for aberration.
+    /// Velocity for the aberration of the sky, relative to the solar system barycentre, ICRF.
     velocity_km_s: DVec3,
     output: AnnotationLines,
 }
 
 impl SkyLineBuilder<'_> {
     /// Draws an arc on the unit sphere between two parameters in radians, with first and second derivatives of at most `derivative_bound`. `point`: direction
-    /// (ICRF) at a parameter; `opacity`: factor on the style's opacity at a parameter. Returns the runs, its connected parts inside the frame.
+    /// (ICRF) at a parameter; `opacity_factor`: factor on the style's opacity at a parameter. Returns the runs, its connected parts inside the frame.
     fn arc(
         &mut self,
         point: &dyn Fn(f64) -> DVec3,
         range_rad: [f64; 2],
         derivative_bound: f64,
-        opacity: impl Fn(f64) -> f64,
+        opacity_factor: impl Fn(f64) -> f64,
         style: LineStyle,
     ) -> Vec<Polyline> {
         let curve = Curve { camera: self.camera, point, derivative_bound, tolerance_factor: tolerance_factor_at_corners(self.camera) };
         let runs = curve.runs(&split_into_quarter_turns(range_rad));
         for run in &runs {
             // Reversed depth 0 is infinitely far away, behind all bodies.
-            self.output.segments.extend(segments(self.camera, run, |_| 0.0, |parameter| style.opacity * opacity(parameter), style.colour));
+            self.output.segments.extend(segments(self.camera, run, |_| 0.0, |t| style.opacity * opacity_factor(t), style.colour));
         }
         runs
     }
@@ -100,12 +101,13 @@ impl SkyLineBuilder<'_> {
         self.arc(&|t: f64| from * t.cos() + perpendicular * t.sin(), [0.0, angle], DERIVATIVE_BOUND, opacity_factor, style);
     }
 
-    /// Records the decision about one layer.
+    /// Records the decision about one layer. `effect`: the layer's name.
     fn record_decision(&mut self, effect: &'static str, on: bool, reason: Reason) {
         self.output.decisions.push(Decision { effect, on, reason, stated_error: None });
     }
 
-    /// Draws a grid and its coordinates. `velocity_km_s`: velocity for the aberration, zero for none; `longitude_text`: the text of a longitude in degrees.
+    /// Draws a grid and its coordinates. `effect`: the layer's name; `velocity_km_s`: velocity for the aberration, zero for none; `longitude_text`: the text of
+    /// a longitude in degrees.
     fn grid(
         &mut self,
         effect: &'static str,
@@ -165,7 +167,8 @@ impl SkyLineBuilder<'_> {
         }
     }
 
-    /// Writes the coordinate of a grid line at the end nearest to the left edge of the frame (parallels) or to its lower edge (meridians).
+    /// Writes the coordinate of a grid line at the end nearest to the left edge of the frame (parallels) or to its lower edge (meridians), unless the line is
+    /// too faint there.
     fn label_grid_line(&mut self, line: &GridLine, runs: &[Polyline], pixel_deg: f64, text: String, style: LineStyle) {
         let half_size_px = self.camera.half_size_px();
         let pixel = |p: DVec3| self.camera.pixel_from_clip(DVec2::new(p.x, p.y) / (p.z * self.camera.tan_half_fov));
@@ -218,13 +221,13 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
 }
 
 /// Axes of the local horizon as columns in ICRF: north, east, zenith. In this frame longitude is the azimuth, from north through east, and latitude is
-/// the altitude. `zenith`, `pole`: unit vectors of the zenith and of the body's north pole, ICRF.
+/// the altitude. `zenith`, `pole`: unit vectors of the zenith and of the body's north pole, ICRF. At a pole of the body east is arbitrary.
 pub(crate) fn horizon_axes(zenith: DVec3, pole: DVec3) -> DMat3 {
     let east = pole.cross(zenith).try_normalize().unwrap_or_else(|| zenith.any_orthonormal_vector());
     DMat3::from_cols(zenith.cross(east), east, zenith)
 }
 
-/// Draws the borders of the constellations.
+/// Draws the boundaries of the constellations. Each border runs along a parallel or a meridian of the equinox B1875.
 fn boundaries(builder: &mut SkyLineBuilder<'_>) {
     let icrf_from_b1875 = icrf_from_b1875();
     let count_before = builder.output.segments.len();
@@ -233,6 +236,7 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
         // Right ascension (x) and declination (y), radians.
         let [from, to] = border.ends.map(DVec2::from_array);
         let max_cosine = from.y.cos().max(to.y.cos());
+        // The border's length in radians, above 0 because it divides.
         let length = ((to.x - from.x) * max_cosine).hypot(to.y - from.y).max(1e-9);
         let point = |t: f64| {
             let ra_dec = from.lerp(to, t / length);
@@ -255,7 +259,7 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
         None => aberrated(vertex.direction, viewer.sky_aberration_velocity_km_s),
     };
     let camera = builder.camera;
-    let mut names = Vec::new();
+    let mut abbreviations = Vec::new();
     for constellation in &Constellations::embedded().all {
         let count_before = builder.output.segments.len();
         for line in &constellation.figure {
@@ -265,14 +269,14 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
             }
         }
         if builder.output.segments.len() > count_before {
-            names.push(constellation.abbreviation.clone());
+            abbreviations.push(constellation.abbreviation.clone());
         }
     }
     if 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_MIN_FOV_DEG {
         builder.output.texts.extend(constellation_names(camera));
     }
-    let on = !names.is_empty();
-    let reason = if on { reason!("lines-figures", names = names) } else { reason!("lines-no-figure") };
+    let on = !abbreviations.is_empty();
+    let reason = if on { reason!("lines-figures", names = abbreviations) } else { reason!("lines-no-figure") };
     builder.record_decision("constellations", on, reason);
 }
 
@@ -293,8 +297,8 @@ mod tests {
     use super::*;
     use crate::ephemeris::angle_rad;
 
-    /// At its perihelion Mercury moves at 59 km/s. In a narrow view from there, aberration moves places into a corner that are 41 arcsec farther from the
-    /// camera's direction than the corner.
+    /// At its perihelion Mercury moves at 59 km/s, so aberration moves a place by up to 41 arcsec: in a narrow view, from far outside the frame into its
+    /// corner.
     #[test]
     fn the_grid_reaches_the_corners_of_a_narrow_view_in_spite_of_aberration() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 0.02, 400, 400);

@@ -36,7 +36,7 @@ pub(crate) fn star_names(
     let decision = Decision { effect: "star-names", on: !named.is_empty(), reason, stated_error: None };
     let star_radius_px = 0.0;
     let text = |(_, name, star_px): (f32, &str, DVec2)| {
-        let centre_px = star_px + DVec2::new(0.5 * metrics.width_px(name) + metrics.gap_px(star_radius_px), 0.0);
+        let centre_px = star_px + DVec2::new(0.5 * metrics.width_px(name) + metrics.name_offset_px(star_radius_px), 0.0);
         UnplacedText { text: name.to_owned(), centre_px, colour: COLOUR, is_grid_coordinate: false }
     };
     (named.into_iter().map(text).collect(), decision)

@@ -1,9 +1,9 @@
-//! Texts, bars and rectangles over a finished image, in pixels from its top left corner; and the size of text. Plain values. The *size* of glyphs is the font
-//! size (em), pixels.
+//! Texts, bars and rectangles over a finished image, in pixels from its top left corner; and the metrics of text. Plain values. The *size* of glyphs is the
+//! font size (em), pixels.
 
 use glam::DVec2;
 
-/// The size of text: mean width of a glyph and height of a line, pixels.
+/// Mean width of a glyph and height of a line, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LabelMetrics {
     pub glyph_width_px: f64,
@@ -32,8 +32,9 @@ impl LabelMetrics {
         Rect { min: left_end_px - half, max: left_end_px + half + DVec2::new(self.width_px(text), 0.0) }
     }
 
-    /// Horizontal and vertical distance from the centre of a body of this radius to the near end of its name. The name is diagonally beside the disc or marker.
-    pub(crate) fn gap_px(&self, radius_px: f64) -> f64 {
+    /// Horizontal and vertical distance from the centre of a body of this radius to the near end of its name. The name is diagonally beside the disc or
+    /// marker, at least as far away as the marker's radius.
+    pub(crate) fn name_offset_px(&self, radius_px: f64) -> f64 {
         let glyph_px = self.glyph_px();
         (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * glyph_px) + NAME_DISTANCE * glyph_px
     }

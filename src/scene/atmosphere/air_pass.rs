@@ -18,8 +18,8 @@ use glam::{Vec2, Vec4};
 /// Name of this decision in the log.
 pub(crate) const AIR_PASS: &str = "air-pass";
 
-/// Smallest diameter of a disc in pixels for which a coarse image is worth its two passes: on a smaller one, most pixels are near the limb, where each
-/// evaluates its own air.
+/// Smallest diameter of a disc in pixels for which a coarse image is worth its two passes (`render::plan::coarse_air`): on a smaller one, most pixels are near
+/// the limb, where each evaluates its own air.
 const MIN_DIAMETER_PX: f64 = 128.0;
 
 /// Smallest radius of a penumbra in pixels for which the sunlight is interpolated: eight texels. On a large disc the limit is higher ([`resolves_penumbrae`]).
@@ -27,17 +27,18 @@ const MIN_PENUMBRA_PX: f64 = 8.0 * COARSE_AIR_PX as f64;
 
 /// Radius of the smallest penumbra at the ground nearest to the Sun, in the body's equatorial radii; infinite without occluders.
 fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
-    // w is the cotangent of the Sun's angular radius.
+    // In vectors of these uniforms, lengths are the body's equatorial radii, and z is along the line to the Sun. w of this one: cotangent of the Sun's angular
+    // radius.
     let tan_sun_radius = 1.0 / f64::from(eclipse.perpendicular_axes[0].w);
     let occluders = eclipse.occluder_positions.iter().zip(&eclipse.occluder_outlines);
-    // The occluder's shorter semi-axis, widened by the Sun's angular radius from the occluder (z: its distance towards the Sun) to the ground at z = 1.
+    // w of the outline is the occluder's shorter semi-axis. From the occluder to the ground at z = 1 the penumbra widens by the Sun's angular radius.
     let radius = |position: Vec4, outline: Vec4| f64::from(outline.w) + (f64::from(position.z) - 1.0).max(0.0) * tan_sun_radius;
     occluders.map(|(position, outline)| radius(*position, *outline)).fold(f64::INFINITY, f64::min)
 }
 
 /// Whether every penumbra covers some texels; a smaller one could lie between texels and be missed. Only texels at least two texels (8 pixels) inside the limb
-/// can be interpolated. On a disc with a radius of R pixels, the cosine of the emission angle is 4 / sqrt(R) there. A penumbra with a radius of sqrt(R)
-/// pixels is foreshortened by this cosine from 2 sqrt(R) to 8 pixels: two texels. `radius_px`: R at the distance of the body's centre; the visible ground is
+/// can be interpolated. On a disc with a radius of R pixels, the cosine of the emission angle is sqrt(2 x 8 / R) = 4 / sqrt(R) there. It foreshortens a
+/// penumbra with a diameter of 2 sqrt(R) pixels to 8 pixels: two texels. `radius_px`: R at the distance of the body's centre; the visible ground is
 /// nearer.
 fn resolves_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
     smallest_penumbra(eclipse) * radius_px >= MIN_PENUMBRA_PX.max(radius_px.sqrt())
@@ -52,6 +53,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let threshold = inputs.threshold();
     let request = inputs.frame.context.request;
     let off = |reason: Reason| (false, reason);
+    // The first condition that holds decides; src/message/english.ftl states the reasons in words.
     let (on, reason) = match () {
         // A probe evaluates a single draw, which must not depend on a pass before it.
         () if !request.may_use_coarse_air => off(reason!("air-pass-single-draws")),
@@ -81,8 +83,10 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 pub(crate) fn set_error_bounds(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>) {
     let irradiance = uniforms.lights.first().map_or(1.0, |l| l.irradiance.max_element());
     let threshold = inputs.threshold();
-    let min_relative_radiance = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
-    uniforms.air.max_coarse_error = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(min_relative_radiance));
+    let min_radiance_per_irradiance = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
+    // x: relative to the air's light; y: as radiance per irradiance.
+    uniforms.air.max_coarse_error =
+        Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(min_radiance_per_irradiance));
     let radius_px = inputs.body().radii_km.x / (inputs.placed.distance_km * inputs.frame.camera.pixel_tangent());
     // A negative bound: no pixel interpolates the sunlight.
     uniforms.eclipse.max_coarse_error =
@@ -110,8 +114,8 @@ mod tests {
         assert!((smallest_penumbra(&moon) - 0.544).abs() < 1e-3, "{}", smallest_penumbra(&moon));
         // The penumbra has a radius of 35 pixels on a disc with a radius of 64, and of 27 on one of 50; MIN_PENUMBRA_PX is 32.
         assert!(resolves_penumbrae(&moon, 64.0) && resolves_penumbrae(&moon, 1e5) && !resolves_penumbrae(&moon, 50.0));
-        // On a disc with a radius of 3200 pixels, a penumbra of a hundredth of that has a radius of MIN_PENUMBRA_PX = 32, but sqrt(3200) = 57 are required. On
-        // one of 10,000 pixels both are 100.
+        // On a disc with a radius of 3200 pixels, a penumbra of a hundredth of that has a radius of MIN_PENUMBRA_PX = 32, but sqrt(3200) = 57 are required: it
+        // is missed just below and just above. On a disc of 10,000 pixels both are 100.
         let small_moon = eclipse(1.0, 0.01);
         assert!(
             !resolves_penumbrae(&small_moon, 3199.0)

@@ -1,15 +1,16 @@
 //! Multiply scattered light in the shadow of an eclipse. It is not zero in the umbra, because it comes from the sunlit air and ground around the umbra.
 //!
 //! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder the square roots of [`FACTORS_PER_OCCLUDER`]
-//! factors: the fractions of the values of [`multi_scatter_table`] that remain in the occluder's shadow. For each of [`HEIGHTS`] heights there is a row over
-//! the distance from the occluder's limb in solar radii, and one more row for the irradiance of level ground by the entire sky.
+//! factors. A factor is the fraction of a value of [`multi_scatter_table`] that remains in the occluder's shadow. Each of [`HEIGHTS`] heights has a row of
+//! factors by the distance from the occluder's limb in solar radii; one more row is for the irradiance of level ground by the entire sky.
 //!
 //! Method: light of the second order comes from the sunlit air and ground on straight paths through the air. Paths in all directions are integrated, and their
 //! light is binned by the distance of its source along the ground. The light from each distance is multiplied by the fraction of the Sun's disc that is visible
-//! at this distance, averaged over azimuths. Each further order spreads the light once more. The orders form a geometric series (S. Hillaire, EGSR 2020);
-//! those of [`multi_scatter_table`] do not. Always: factors are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled:
+//! at this distance, averaged over azimuths. Each further order spreads the light once more, and the orders form a geometric series (S. Hillaire, EGSR
+//! 2020), unlike those of [`multi_scatter_table`]. Always: factors are between 0 and 1, and 1 more than `MAX_SPREAD_KM` outside the penumbra. Not modelled:
 //! - phase functions: all scattering is isotropic;
-//! - the dependence on azimuth (the umbra is a circle perpendicular to the light, and under a low Sun elongated along the ground);
+//! - the side of the shadow on which a place lies: the umbra is treated as a circle across the light (under a low Sun, an ellipse on the ground), and a factor
+//!   depends only on the distance from its limb;
 //! - the change of the Sun's altitude within the shadow;
 //! - the curvature of the ground below a path's far end;
 //! - the overlap of two occluders' shadows, where the shader multiplies the factors of both.
@@ -28,7 +29,7 @@ use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// Number of heights: the lowest ones of [`multi_scatter_table`], which are 0, 2, 8 and 18 km in the Earth's 100 km of air. The values of
-/// the last row apply to all greater heights.
+/// the last height apply to all greater ones.
 pub use crate::scene::constants::IN_SHADOW_HEIGHTS as HEIGHTS;
 /// Number of rows: one per height, then one for the irradiance of level ground.
 pub(crate) const ROWS: usize = HEIGHTS + 1;
@@ -45,8 +46,8 @@ pub const VECTORS: usize = COLUMN_RANGES_START + MAX_OCCLUDERS as usize;
 const ALTITUDES: usize = 32;
 /// Integration steps along a path.
 const STEPS: usize = 24;
-/// Number of bins of distance along the ground: the first contains all distances up to [`FIRST_BIN_KM`], each next one ends sqrt(2) times as far away, and the
-/// last contains all greater distances.
+/// Number of bins of distance along the ground. The first contains all distances up to [`FIRST_BIN_KM`], each further one ends at sqrt(2) times the end of the
+/// one before, and the last contains all greater distances.
 const BINS: usize = 18;
 const FIRST_BIN_KM: f64 = 2.0;
 /// Number of azimuths over which the light from a distance is averaged.
@@ -55,7 +56,8 @@ const AZIMUTHS: usize = 12;
 const SPREAD_ITERATIONS: usize = 4;
 /// Upper limit of the fraction of light that scatters again, so that the geometric series of orders converges.
 const MAX_RESCATTERED: f64 = 0.98;
-/// Distance from the penumbra, outwards and inwards, over which the factors vary: about seven mean free paths of red light at the Earth's ground.
+/// Distance from the penumbra, outwards and inwards, over which the factors vary: about seven mean free paths of red light at the Earth's
+/// ground, of 87 km with aerosol.
 const MAX_SPREAD_KM: f64 = 600.0;
 /// Lower limit of the cosine of the Sun's zenith angle; under a lower Sun the shadow leaves the planet.
 const MIN_SUN_COSINE: f64 = 0.05;
@@ -64,8 +66,8 @@ const PENUMBRA_NODES: usize = 96;
 /// Number of annuli into which the Sun's disc is divided.
 const SUN_ANNULI: usize = 40;
 
-/// The shadow of one occluder: the distances of the columns, and the visible fraction of the Sun. Its unit of length, the solar radius, is the displacement
-/// perpendicular to the light that moves the occluder on the sky by the Sun's angular radius.
+/// The shadow of one occluder: the distances of the columns, and the visible fraction of the Sun. Its unit of length is the solar radius: a step of this length
+/// across the light moves the occluder on the sky by the Sun's angular radius.
 struct Shadow {
     /// Radius of the occluder in solar radii.
     occluder_radius: f64,
@@ -85,14 +87,15 @@ struct Shadow {
 impl Shadow {
     /// The shadow of the occluder `index`; `None` if there is none, or if it is not between the body and the Sun.
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
-        // In the body's equatorial radii; `EclipseUniforms` documents the components.
+        // In the body's equatorial radii. `position`: the occluder's centre across the axis (xy) and along it (z); `outline`: the semi-axes (zw).
         let (position, outline) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
         let offset_across = position.truncate().truncate();
         // The coordinate along the axis of the point where the shadow's centre line meets the ground, or 0 if the line misses. On the unit sphere it is also
         // the cosine of the Sun's zenith angle.
         let axis_z = (1.0 - offset_across.length_squared()).max(0.0).sqrt();
         let to_occluder = position.z - axis_z;
-        // Solar radii per equatorial radius of the lit body, at the occluder's distance.
+        // Solar radii per equatorial radius of the lit body, at the occluder's distance: the cotangent of the Sun's angular radius as the lit point sees it,
+        // over the distance. `perpendicular_axes[0].w`: this cotangent at the body's centre; `axis.w`: 1 / the Sun's distance from there.
         let solar_radii_per_radius = f64::from(eclipse.perpendicular_axes[0].w) * (1.0 - axis_z * f64::from(eclipse.axis.w)) / to_occluder;
         if !(to_occluder > 0.0 && solar_radii_per_radius > 0.0 && solar_radii_per_radius.is_finite()) {
             return None;
@@ -133,7 +136,7 @@ impl Shadow {
         self.occluder_radius + self.first_from_limb + (self.last_from_limb - self.first_from_limb) * fraction
     }
 
-    /// The position between the columns of a distance from the occluder's centre in solar radii.
+    /// The position between columns at which a distance lies; from the occluder's centre, in solar radii. The inverse of [`Self::column_distance`].
     fn column_position(&self, distance: f64) -> ColumnPosition {
         let column = ((distance - self.occluder_radius - self.first_from_limb) / (self.last_from_limb - self.first_from_limb))
             .clamp(0.0, 1.0)
@@ -143,8 +146,8 @@ impl Shadow {
         ColumnPosition { below, fraction: column - below as f64 }
     }
 
-    /// For each azimuth, the distance from the occluder's centre to a source that is `path_km` along the ground away from a place, in solar radii. `distance`:
-    /// from the occluder's centre to the place, solar radii.
+    /// For each azimuth, the distance from the occluder's centre to a source that lies `path_km` from a place, measured along the ground. `distance`: from the
+    /// occluder's centre to the place. Both distances in solar radii.
     fn distances_around(&self, distance: f64, path_km: f64) -> [f64; AZIMUTHS] {
         let path = path_km / self.km_per_solar_radius;
         self.azimuths.map(|(to_place, to_source)| (to_place * distance + to_source * path).length())
@@ -171,7 +174,8 @@ impl ColumnPosition {
 /// plane perpendicular to the light, which shortens the second.
 fn azimuths(sun_cosine: f64) -> [(DVec2, DVec2); AZIMUTHS] {
     std::array::from_fn(|k| {
-        // The place may be on any side of the axis. Its angle advances by the golden ratio, so that the pairs of angles are distributed evenly.
+        // The place may be on any side of the axis; half a turn suffices by symmetry. Its angle advances by the golden ratio, so that the pairs of angles are
+        // distributed evenly.
         let (sin, cos) = (TAU * (k as f64 + 0.5) / AZIMUTHS as f64).sin_cos();
         (DVec2::from_angle(PI * (k as f64 * 0.618_033_988_749).fract()), DVec2::new(sun_cosine * cos, sin))
     })
@@ -185,6 +189,7 @@ fn visible_sun_fraction(occluder_radius: f64, from_limb: f64, limb_darkening: &[
     for k in 0..SUN_ANNULI {
         let r = (k as f64 + 0.5) / SUN_ANNULI as f64;
         let mu = (1.0 - r * r).sqrt();
+        // `limb_darkening`: coefficients of 1, mu and mu².
         let intensity = limb_darkening[0] + limb_darkening[1] * mu + limb_darkening[2] * (mu * mu);
         // Cosine of half the angle that the occluder covers of the annulus, as seen from the Sun's centre.
         let cosine = (r * r + separation * separation - occluder_radius * occluder_radius) / (2.0 * r * separation).max(1e-12);
@@ -223,30 +228,30 @@ impl Sources {
         bins.map(|(light, path_sum_km)| (*light, path_sum_km / light.y.max(1e-300)))
     }
 
-    /// The light that arrives at a place if each source is scaled by `factor`, a function of the source's distance from the occluder's centre. `distance`: that
-    /// of the place from this centre; distances in solar radii.
+    /// The light that arrives at a place if each source is multiplied by `factor` of its distance from the occluder's centre. `distance`: that of the place
+    /// from this centre. Distances in solar radii.
     fn arriving(&self, shadow: &Shadow, distance: f64, factor: impl Fn(f64) -> DVec3) -> DVec3 {
         let mean = |path_km| shadow.distances_around(distance, path_km).map(&factor).iter().sum::<DVec3>() / AZIMUTHS as f64;
         self.lit_bins().map(|(light, path_km)| light * mean(path_km)).sum()
     }
 
     /// For each column: the sources of the light that arrives at the column's distance.
-    fn spread(&self, shadow: &Shadow) -> Vec<Spread> {
+    fn at_columns(&self, shadow: &Shadow) -> Vec<ColumnSources> {
         let positions = |distance, path_km| shadow.distances_around(distance, path_km).map(|d| shadow.column_position(d));
-        let at = |distance| Spread { bins: self.lit_bins().map(|(light, path_km)| (light, positions(distance, path_km))).collect() };
+        let at = |distance| ColumnSources { bins: self.lit_bins().map(|(light, path_km)| (light, positions(distance, path_km))).collect() };
         (0..COLUMNS).map(|c| at(shadow.column_distance(c))).collect()
     }
 }
 
 /// The sources of the light that arrives at one column, by their positions between the columns. The positions are the same for every order of scattering, so
 /// they are computed once.
-struct Spread {
+struct ColumnSources {
     /// The light of each bin, and for each azimuth the position of its source.
     bins: Vec<(DVec3, [ColumnPosition; AZIMUTHS])>,
 }
 
-impl Spread {
-    /// The light that arrives if each source is scaled by a row of square roots at its own position.
+impl ColumnSources {
+    /// The light that arrives if each source is multiplied by the factor at its position. `row`: the factors' square roots.
     fn arriving(&self, row: &[DVec3; COLUMNS]) -> DVec3 {
         let mean = |around: &[ColumnPosition; AZIMUTHS]| around.iter().map(|p| p.interpolate_squared(row)).sum::<DVec3>() / AZIMUTHS as f64;
         self.bins.iter().map(|(light, around)| *light * mean(around)).sum()
@@ -285,19 +290,21 @@ impl AirAndGround<'_> {
         let start_radius_km = self.radius_km + start_height_km.max(GROUND_CLEARANCE_KM);
         // Positions on the path are counted from the point of its line that is nearest to the centre. The line enters a sphere half a chord before this point,
         // and leaves it half a chord after it.
-        let start = start_radius_km * altitude_sine;
+        let start_km = start_radius_km * altitude_sine;
         let nearest_sq = start_radius_km * start_radius_km * (1.0 - altitude_sine * altitude_sine);
         let half_ground_chord_sq = self.radius_km * self.radius_km - nearest_sq;
         let hits_ground = altitude_sine < 0.0 && half_ground_chord_sq > 0.0;
         let half_top_chord_sq = (self.radius_km + self.air.top_km).powi(2) - nearest_sq;
-        let path_km = if hits_ground { -start - half_ground_chord_sq.sqrt() } else { -start + half_top_chord_sq.max(0.0).sqrt() }.max(0.0);
+        let path_km =
+            if hits_ground { -start_km - half_ground_chord_sq.sqrt() } else { -start_km + half_top_chord_sq.max(0.0).sqrt() }.max(0.0);
         let altitude_cosine = (1.0 - altitude_sine * altitude_sine).sqrt();
         let ground_distance_km = |s_km: f64| self.radius_km * (s_km * altitude_cosine).atan2(start_radius_km + s_km * altitude_sine);
         let mut transmittance = DVec3::ONE;
         for k in 0..STEPS {
             let u = (k as f64 + 0.5) / STEPS as f64;
+            // Midpoints in u, of which the distance from the start is the square: steps are shortest at the start.
             let (s_km, step_km) = (path_km * u * u, path_km * 2.0 * u / STEPS as f64);
-            let height_km = ((nearest_sq + (start + s_km).powi(2)).sqrt() - self.radius_km).max(0.0);
+            let height_km = ((nearest_sq + (start_km + s_km).powi(2)).sqrt() - self.radius_km).max(0.0);
             let depth = self.coefficient(height_km, extinction) * step_km;
             // Mean transmittance from the start of the step to its points.
             let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
@@ -308,18 +315,21 @@ impl AirAndGround<'_> {
         hits_ground.then(|| (ground_distance_km(path_km), transmittance))
     }
 
-    /// For a height of the table: the sources of second-order light, and those of light that scatters again nearby. The latter
-    /// are relative: the mean radiance over all directions, if each unit of scattering anywhere had the radiance 1.
+    /// The sources of the light that arrives at the height of a row. First those of the light that scatters there as second order: mean radiance over all
+    /// directions, per irradiance of the Sun. Then those of a further order: the same mean if all air had the radiance 1 per scattering optical depth; their
+    /// total is the ratio of the geometric series. The ground is only among the first.
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (altitude_sine, weight) in altitude_sines() {
             let ground = self.integrate_path(row_height_km(self.air, row as f64), altitude_sine, |path_km, height_km, scattered| {
+                // Isotropic scattering: 1 / (4 pi) per steradian.
                 second.add(path_km, scattered * self.sunlight(height_km, sun_cosine) * (weight / (4.0 * PI)));
                 rescattered.add(path_km, scattered * weight);
             });
             if let Some((path_km, transmittance)) = ground {
                 let ground_height_km = 0.0;
                 let sunlight = self.sunlight(ground_height_km, sun_cosine);
+                // A Lambert surface: 1 / pi per steradian.
                 second.add(path_km, transmittance * self.ground_albedo * sunlight * (weight * sun_cosine / PI));
             }
         }
@@ -356,9 +366,9 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
 
 /// The [`FACTORS_PER_OCCLUDER`] square roots of one occluder.
 fn factor_roots(air_and_ground: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
-    let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).into_par_iter().map(|row| air_and_ground.sources(row, shadow.sun_cosine)).collect();
-    let rows: Vec<[DVec3; COLUMNS]> = heights.par_iter().map(|(second, rescattered)| height_row(shadow, second, rescattered)).collect();
-    let ground = ground_row(air_and_ground, shadow, &heights, &rows);
+    let sources: Vec<(Sources, Sources)> = (0..HEIGHTS).into_par_iter().map(|row| air_and_ground.sources(row, shadow.sun_cosine)).collect();
+    let rows: Vec<[DVec3; COLUMNS]> = sources.par_iter().map(|(second, rescattered)| height_row(shadow, second, rescattered)).collect();
+    let ground = ground_row(air_and_ground, shadow, &sources, &rows);
     let mut all: Vec<DVec3> = rows.into_iter().flatten().chain(ground.into_iter().map(square_root)).collect();
     // The last column is beyond the shadow's blurred edge, where all light remains.
     for last in (0..ROWS).map(|r| (r + 1) * COLUMNS - 1) {
@@ -372,18 +382,19 @@ fn square_root(v: DVec3) -> DVec3 {
     v.map(|x| x.clamp(0.0, 1.0).sqrt())
 }
 
-/// The square roots of the factors at one height. They start with the factors of the second order; each iteration includes one more order.
+/// The square roots of the factors at one height. They start with the factors of the second order. With the ratio r of the geometric series, each iteration
+/// replaces a factor by (1 - r) * second order + r * mean of the factors around, and so includes one more order.
 fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec3; COLUMNS] {
     let rescattered_fraction = rescattered.total().map(|a| a.min(MAX_RESCATTERED));
     let second_total = second.total().max(DVec3::splat(1e-300));
     let second_order: [DVec3; COLUMNS] =
         std::array::from_fn(|c| second.arriving(shadow, shadow.column_distance(c), |d| shadow.visible_sun(d)) / second_total);
-    let spread = rescattered.spread(shadow);
+    let rescattered_at = rescattered.at_columns(shadow);
     let rescattered_total = rescattered.total().max(DVec3::splat(1e-300));
     let mut row = second_order.map(square_root);
     for _ in 0..SPREAD_ITERATIONS {
         let next = |c: usize| {
-            let arriving = spread[c].arriving(&row) / rescattered_total;
+            let arriving = rescattered_at[c].arriving(&row) / rescattered_total;
             square_root(second_order[c] * (DVec3::ONE - rescattered_fraction) + arriving * rescattered_fraction)
         };
         row = std::array::from_fn(next);
@@ -391,15 +402,15 @@ fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec
     row
 }
 
-/// For each column: the fraction that remains of the irradiance of level ground by the entire sky. `rows`: the square roots at each height.
-/// `heights`: for each height the sources of second-order light, and those of light that scatters again nearby.
-fn ground_row(air_and_ground: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[[DVec3; COLUMNS]]) -> Vec<DVec3> {
+/// For each column: the fraction that remains of the irradiance of level ground by the entire sky. `rows`: the square roots at each height. `sources`: those of
+/// [`AirAndGround::sources`] at each height.
+fn ground_row(air_and_ground: &AirAndGround<'_>, shadow: &Shadow, sources: &[(Sources, Sources)], rows: &[[DVec3; COLUMNS]]) -> Vec<DVec3> {
     // At each height: the radiance, per unit of scattering, of the second and all further orders, as a geometric series.
-    let multiple_scattering: Vec<DVec3> = heights
+    let multiple_scattering: Vec<DVec3> = sources
         .iter()
         .map(|(second, rescattered)| second.total() / (DVec3::ONE - rescattered.total().map(|a| a.min(MAX_RESCATTERED))))
         .collect();
-    // The sources of the skylight: of the sunlight scattered once, and for each row of heights those of the light scattered more often.
+    // The sources of the skylight: those of sunlight scattered once, and for each row those of light scattered more often near the row's height.
     let mut single = Sources::NONE;
     let mut further = vec![Sources::NONE; HEIGHTS];
     for (altitude_sine, weight) in altitude_sines().filter(|(altitude_sine, _)| *altitude_sine > 0.0) {
@@ -407,6 +418,7 @@ fn ground_row(air_and_ground: &AirAndGround<'_>, shadow: &Shadow, heights: &[(So
         let weight = weight * altitude_sine;
         let add_scattering = |path_km: f64, height_km: f64, scattered: DVec3| {
             single.add(path_km, scattered * air_and_ground.sunlight(height_km, shadow.sun_cosine) * (weight / (4.0 * PI)));
+            // The inverse of `row_height_km`, limited to this table's rows.
             let row_position =
                 ((height_km / air_and_ground.air.top_km).sqrt() * (multi_scatter_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
             let below = (row_position as usize).min(HEIGHTS - 2);

@@ -1,11 +1,11 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
-//! In: a body with its atmosphere. Out: [`NODES`] square roots. One row for each height holds roots of the radiance that light scattered twice or more adds to
-//! a view ray, per scattering optical depth of the ray and per irradiance of the Sun. One more row holds roots of the irradiance of level ground by the entire
-//! sky, per irradiance of the Sun. Method: `diffuse_light` sums all orders of scattering. The light that scatters again at a height is the mean of the diffuse
-//! light there over all directions, so the table has no directions: S. Hillaire's form of multiple scattering (EGSR 2020), without its geometric series. The
-//! ground is a Lambert surface of the body's albedo. Not modelled: the directionality of light scattered more than once, and differences in illumination
-//! between neighbouring places. Errors: tests/atmosphere/skylight.rs.
+//! In: a body with its atmosphere. Out: a table of [`NODES`] RGB values, all of them square roots and for sunlight of irradiance 1. One row for each height:
+//! the radiance that light scattered twice or more adds to a view ray, divided by the ray's optical depth of scattering. One more row: the irradiance of level
+//! ground by the entire sky. Method: `diffuse_light` sums the diffuse light, which has been scattered or reflected by the ground at least once, over all
+//! orders. What scatters again at a height is the mean of the diffuse light there over all directions, so the table has no directions: S. Hillaire's form of
+//! multiple scattering (EGSR 2020), without its geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the directionality of
+//! light scattered more than once, and differences in illumination between neighbouring places. Errors: tests/atmosphere/skylight.rs.
 
 use crate::catalog::Body;
 use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, ground_albedo};
@@ -17,12 +17,12 @@ use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// Numbers of rows and of columns. Rows: heights spaced quadratically from the ground to the top. Columns: cosines of the Sun's zenith angle, densest at the
-/// horizon.
+/// horizon (see [`sun_cosine`]).
 pub use crate::scene::constants::{MULTI_SCATTER_COLUMNS as COLUMNS, MULTI_SCATTER_HEIGHTS as HEIGHTS};
 /// One row per height, then one for the irradiance of level ground.
 pub const NODES: usize = (HEIGHTS + 1) * COLUMNS;
-/// The source files that determine the table: an edit of one of them invalidates tables cached on disk. From the rest of the program they use only the
-/// body's numbers, which are part of the cache key too, and the narrowing to f32.
+/// The source files that determine the table: an edit of one of them invalidates tables cached on disk. Other code of the program that these files use
+/// supplies only the body's numbers, which are part of the cache key too, and the narrowing to f32.
 pub(crate) const SOURCES: [&str; 6] = [
     include_str!("multi_scatter_table.rs"),
     include_str!("diffuse_light.rs"),
@@ -32,17 +32,19 @@ pub(crate) const SOURCES: [&str; 6] = [
     include_str!("../constants.rs"),
 ];
 
-/// Sampling with the Sun above the horizon.
+/// Sampling of light scattered once, with the Sun above the horizon.
 const BY_DAY: SampleCounts = SampleCounts { azimuths: 6, steps: 24 };
-/// Sampling with the Sun below the horizon, when it lights only a small part of the sky.
+/// The same with the Sun below the horizon, when it lights only a small part of the sky.
 const AT_DUSK: SampleCounts = SampleCounts { azimuths: 12, steps: 32 };
-/// Directions of the sphere, and integration steps along each, for the irradiance of the ground by light scattered once.
+/// Directions, on the entire sphere, for the irradiance of the ground by light scattered once.
 const GROUND_DIRECTIONS: usize = 1024;
+/// Integration steps along each of these directions.
 const GROUND_STEPS: usize = 48;
 /// Column coordinate of the last column, the Sun in the zenith. `FIRST_COORDINATE` is that of the first column, the lowest Sun.
 const LAST_COORDINATE: f64 = 1.0 / (1.0 + BEND);
 
-/// Cosine of the Sun's zenith angle in a column. Columns are evenly spaced in their coordinate x = mu / (|mu| + BEND), with mu this cosine.
+/// Cosine of the Sun's zenith angle in a column. Columns are evenly spaced in their coordinate x = mu / (|mu| + BEND), with mu this cosine; the smaller
+/// `BEND` is, the denser they are near the horizon.
 pub fn sun_cosine(column: usize) -> f64 {
     let x = FIRST_COORDINATE + (LAST_COORDINATE - FIRST_COORDINATE) * column as f64 / (COLUMNS - 1) as f64;
     BEND * x / (1.0 - x.abs())
@@ -61,10 +63,12 @@ fn directions(count: usize) -> impl Iterator<Item = DVec3> + Clone {
 /// Irradiance of level ground by skylight that was scattered once, per irradiance of the Sun.
 fn ground_irradiance_once(sphere: &AirSphere<'_>, sun: DVec3) -> DVec3 {
     let from = DVec3::Z * (sphere.radius_km + GROUND_CLEARANCE_KM);
-    // The directions are distributed over the entire sphere.
+    // Of one of the directions on the entire sphere, of which only the upper half are summed.
     let solid_angle = 2.0 * TAU / GROUND_DIRECTIONS as f64;
+    // Factors with which the phase functions integrate to 1 over these directions.
     let norms = sphere.phase_norms(sun, directions(GROUND_DIRECTIONS).map(|d| (d, solid_angle)));
     let sky = directions(GROUND_DIRECTIONS).filter(|d| d.z > 0.0);
+    // `.0`: the radiance. Where the ray would meet the ground (`.1`) does not matter here.
     let sum: DVec3 = sky.map(|along| sphere.single_scattering(from, along, GROUND_STEPS, sun, &norms).0 * along.z).sum();
     sum * solid_angle
 }
@@ -74,7 +78,7 @@ pub(crate) fn column_coordinate(cosine: f64) -> f64 {
     cosine / (cosine.abs() + BEND)
 }
 
-/// Interpolates the square roots of a table. `height_fraction`: the height divided by that of the top of the air. 0 for a truncated table.
+/// The table between its nodes, still a square root. `height_fraction`: the height divided by that of the top of the air. Nodes that a table lacks count as 0.
 pub(crate) fn root_between(table: &[Vec4], height_fraction: f64, column_coordinate: f64) -> DVec3 {
     between_nodes(height_fraction, column_coordinate, |k| table.get(k).map_or(DVec3::ZERO, |v| v.truncate().as_dvec3()))
 }
@@ -103,13 +107,14 @@ fn table_column(sphere: &AirSphere<'_>, diffuse: &DiffuseLight<'_>, column: usiz
     (means, ground_irradiance_once(sphere, sun) + diffuse.irradiance_by_further_orders(&field))
 }
 
-/// The table of a body's atmosphere: rows of heights from the ground up, then the row of the ground. Each value is a square root in the shader's unit, in
-/// which 1 is the irradiance of a plane that faces the Sun, and the radiance of that plane if it is white. Uses all cores; `None` without an atmosphere.
+/// The table of a body's atmosphere: rows of heights from the ground up, then the row of the ground's irradiance. Each value (xyz; w is 0) is the square root
+/// of a radiance or irradiance in the shader's unit: the Sun's irradiance is 1, and so is the radiance of a white plane that faces the Sun. Uses all cores;
+/// `None` without an atmosphere.
 pub fn table(body: &Body) -> Option<Vec<Vec4>> {
     let sphere = AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground_albedo: ground_albedo(body) };
     let diffuse = DiffuseLight::of(&sphere);
     let columns: Vec<(Vec<DVec3>, DVec3)> = (0..COLUMNS).into_par_iter().map(|column| table_column(&sphere, &diffuse, column)).collect();
-    // In the shader's unit, a radiance is multiplied by pi.
+    // The shader's radiance is pi times the radiance per steradian.
     let rows = (0..HEIGHTS).flat_map(|row| columns.iter().map(move |(means, _)| means[row] * PI));
     let ground = columns.iter().map(|(_, ground)| *ground);
     Some(rows.chain(ground).map(|v| camera::narrow(root(v)).extend(0.0)).collect())

@@ -31,7 +31,7 @@ pub enum ImageGeometry {
 pub struct StereoGeometry {
     /// The first column that is kept.
     pub left_column: u32,
-    /// Width of one eye's part of the finished image, pixels.
+    /// Width of one eye's part of the finished image, pixels: half of a side-by-side pair, the whole of an overlaid one.
     pub width: u32,
     /// Whether the eyes' images are side by side; otherwise they are overlaid.
     pub is_side_by_side: bool,
@@ -108,7 +108,7 @@ fn size([width, height]: [u32; 2]) -> DVec2 {
     DVec2::new(f64::from(width), f64::from(height))
 }
 
-/// An image on a warp mesh.
+/// An image on a warp mesh, with the camera of its perspective image.
 struct WarpedImage<'a> {
     camera: &'a Camera,
     geometry: &'a WarpedGeometry,
@@ -150,14 +150,15 @@ impl ImageGeometry {
         let camera_ray = |pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
         match self {
             Self::Perspective => camera_ray(pixel),
+            // `v` is in the image's axes: right, up, forward.
             Self::Sphere(image) => image.direction(pixel).map(|v| image.right * v.x + image.up * v.y + image.forward * v.z),
             Self::Stereo(geometry) => camera_ray(self.left_eye_px(pixel) + LeftEyeImage { camera, geometry: *geometry }.left_edge_px()),
             Self::Warped(geometry) => geometry.image.direction(camera, geometry.image_of_screen(pixel)?),
         }
     }
 
-    /// Whether the left edge of the image continues the right edge, as in an equirectangular image. Planning asks this before a mesh is applied, so a warped
-    /// geometry answers `false`.
+    /// Whether the left edge of the image continues the right edge, as in an equirectangular image. False for one on a warp mesh, because planning asks only
+    /// about the image before the mesh is applied.
     pub(crate) fn is_periodic(&self) -> bool {
         matches!(self, Self::Sphere(image) if image.projection == Projection::Equirectangular)
     }
@@ -180,12 +181,12 @@ impl ImageGeometry {
         }
     }
 
-    /// The pixel at which a sprite of the scene's frame appears in the image, before a mesh moves it to the screen. `clip`: the sprite's clip coordinates in
-    /// the frame.
+    /// The pixel at which a point sprite (such as a star) of the scene's frame appears in the image, before a mesh moves it to the screen. `clip`: the sprite's
+    /// clip coordinates in the frame.
     pub(crate) fn sprite_px(&self, camera: &Camera, clip: DVec2) -> DVec2 {
         let px = camera.pixel_from_clip(clip);
         match self {
-            // The sprites of a dome or an entire sphere are placed in the finished image.
+            // The sprites of a fisheye or an equirectangular image are placed in the finished image.
             Self::Perspective | Self::Sphere(_) => px,
             Self::Stereo(geometry) => px - LeftEyeImage { camera, geometry: *geometry }.left_edge_px(),
             Self::Warped(geometry) => geometry.image.sprite_px(camera, clip),
@@ -297,7 +298,7 @@ mod tests {
             let (right, up, forward) = (-DVec3::Y, DVec3::Z, DVec3::X);
             ImageGeometry::Sphere(SphereImage { right, up, forward, projection, half_fov_rad, width: 90, height: 60 })
         };
-        // A step of 0.02 rad to the left, its middle this angle from the middle of the image.
+        // Whether an arc of 0.02 rad is cut whose middle is `angle` to the left of the image's middle.
         let is_cut = |geometry: &ImageGeometry, angle: f64| {
             let at = |angle: f64| DVec3::new(angle.cos(), angle.sin(), 0.01).normalize();
             geometry.is_cut_between(at(angle - 0.01), at(angle + 0.01))

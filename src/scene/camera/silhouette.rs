@@ -1,9 +1,9 @@
 //! The outline of an ellipsoid in the image: the conic section of its tangent cone with the image plane, in f64.
 //!
-//! In: a camera and a body's placement. Out: an [`Outline`]. Let c be the camera and r and u the image axes, all in the unit-sphere frame. The view ray
-//! through the image position (x, y), relative to the projected centre in units of the body's radius, has the direction d = x r + y u - c. It meets the body if
-//! |d|² - |c x d|² >= 0. The left side is a quadratic form in v = (x, y, 1), vᵀQv; [`Outline::of`] has Q in closed form. No large numbers cancel, so the
-//! outline of a kilometre-sized moon at 100 au is still accurate.
+//! In: a camera and a body's placement. Out: an [`Outline`]. The image plane is put through the body's centre; x (right) and y (up) are measured from this
+//! centre in equatorial radii. In the unit-sphere frame, let c be the camera, and r and u the steps of x and y. The view ray through (x, y) has the direction
+//! d = x r + y u - c. Its line meets the body if |d|² - |c × d|² >= 0. The left side is a quadratic form vᵀQv of v = (x, y, 1). [`Outline::of`] computes Q from
+//! products of c, r and u. No large numbers cancel, so the outline of a kilometre-sized moon at 100 au is still accurate.
 
 use crate::scene::camera::{Camera, ClipRect, Placement};
 use glam::{DMat2, DVec2, DVec3};
@@ -17,7 +17,7 @@ pub enum Outline {
     Open,
     /// The tangent cone extends behind the camera, but no view ray of the frame is inside the cone.
     Beside,
-    /// The body is behind the camera.
+    /// The entire body is behind the camera.
     Behind,
 }
 
@@ -45,11 +45,11 @@ fn meets_frame(camera: &Camera, placement: &Placement) -> bool {
     largest_cosine >= ((distance - 1.0) * (distance + 1.0)).sqrt() / distance
 }
 
-/// The largest cosine of the angle between a unit vector and any vector on the segment from `from` to `to`.
+/// The largest cosine of the angle between the unit vector `axis` and any vector that ends on the segment from `from` to `to`.
 fn largest_cosine_on_segment(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
     let step = to - from;
     let (a, b) = (axis.dot(from), axis.dot(step));
-    // Where the derivative of the cosine along the segment is zero.
+    // The t at which the derivative of the cosine (a + b t) / |from + t step| is zero.
     let stationary = (b * from.length_squared() - a * from.dot(step)) / (a * step.length_squared() - b * from.dot(step));
     let cosine = |t: f64| axis.dot((from + step * t).normalize());
     let at_stationary = if (0.0..=1.0).contains(&stationary) { cosine(stationary) } else { -1.0 };
@@ -63,23 +63,26 @@ impl Outline {
         let c = placement.camera_in_unit_sphere();
         let (r, u) = (placement.direction_in_unit_sphere(camera.right), placement.direction_in_unit_sphere(camera.up));
         let (c_cross_r, c_cross_u) = (c.cross(r), c.cross(u));
-        // Entries 11, 12 and 22 of the negated upper-left 2x2 block of Q; the block is positive definite exactly if the outline is an ellipse. A determinant up
-        // to 1e-12 times the square of the larger diagonal entry is rounding error and counts as 0.
-        let block = [c_cross_r.dot(c_cross_r) - r.dot(r), c_cross_r.dot(c_cross_u) - r.dot(u), c_cross_u.dot(c_cross_u) - u.dot(u)];
-        let determinant = block[0] * block[2] - block[1] * block[1];
-        let scale = block[0].abs().max(block[2].abs());
-        if block[0] <= 0.0 || block[2] <= 0.0 || determinant <= 1e-12 * scale * scale {
+        // The negated upper-left 2x2 block of Q is B = [xx xy; xy yy]. The outline is an ellipse exactly if B is positive definite. A determinant up to 1e-12
+        // times the square of the larger diagonal entry is rounding error and counts as 0.
+        let xx = c_cross_r.dot(c_cross_r) - r.dot(r);
+        let xy = c_cross_r.dot(c_cross_u) - r.dot(u);
+        let yy = c_cross_u.dot(c_cross_u) - u.dot(u);
+        let determinant = xx * yy - xy * xy;
+        let scale = xx.abs().max(yy.abs());
+        if xx <= 0.0 || yy <= 0.0 || determinant <= 1e-12 * scale * scale {
             return if meets_frame(camera, placement) { Self::Open } else { Self::Beside };
         }
         if depth_km <= 0.0 {
             return Self::Behind;
         }
-        // With p = (x, y), the form is -pᵀ block p + 2 linear · p + |c|². It is largest at the ellipse's centre.
-        let inverse = DMat2::from_cols(DVec2::new(block[2], -block[1]), DVec2::new(-block[1], block[0])) * (1.0 / determinant);
+        // With p = (x, y), the form is -pᵀ B p + 2 linear · p + |c|². It is largest at the ellipse's centre. Relative to this centre, the ellipse is
+        // pᵀ B p <= form_at_centre; its half extents squared are form_at_centre times the diagonal of B's inverse, its area is pi form_at_centre / sqrt(det B).
+        let inverse = DMat2::from_cols(DVec2::new(yy, -xy), DVec2::new(-xy, xx)) * (1.0 / determinant);
         let linear = -DVec2::new(r.dot(c), u.dot(c));
         let ellipse_centre = inverse * linear;
         let form_at_centre = c.dot(c) + linear.dot(ellipse_centre);
-        // Converts body radii at the centre's depth to clip units.
+        // Converts equatorial radii at the centre's depth to clip units.
         let clip_per_radius = placement.radii_km.x / (depth_km * camera.tan_half_fov);
         let Some(body_centre_in_clip) = camera.clip(placement.centre_km) else { return Self::Behind };
         let middle = body_centre_in_clip + ellipse_centre * clip_per_radius;
@@ -91,7 +94,7 @@ impl Outline {
         }
     }
 
-    /// The padded bounding box clipped to the viewport; `None` if the body cannot be in the image.
+    /// The padded bounding box clipped to the frame; `None` if the body cannot be in the frame.
     pub fn rect(&self, camera: &Camera) -> Option<ClipRect> {
         match *self {
             Self::Behind | Self::Beside => None,

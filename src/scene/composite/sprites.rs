@@ -1,11 +1,11 @@
 //! Stars and points of the faces as sprites of the entire image.
 //!
-//! In: the sprites of a face's frame. Out: sprites in the clip space of the image, with the same irradiance. A sprite's flux is inversely proportional to
-//! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction; on the edge of two faces,
-//! from the first. Always: a sprite has as many pixels in height as in a perspective image. In an equirectangular image it is stretched horizontally as the
-//! image is, so that it spans the same angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite
-//! edge. Near its poles, where a sprite may surround the pole, the face draws the sprite itself, and the image is resampled from the face. In a fisheye a
-//! sprite ends at the circle, except that no sprite is smaller than that of a faint star.
+//! In: the sprites of a face's frame. Out: sprites in the clip space of the image, with the same irradiance. For this their flux is scaled: it is inversely
+//! proportional to the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction; on the edge
+//! of two faces, from the first. Always: a sprite of the same brightness is as high, in pixels, as in a perspective image. In an equirectangular image it is
+//! stretched horizontally as the image is, so that it spans the same angle in both directions. Sprites that cross the left or right edge of such an image are
+//! repeated at the opposite edge. Near its poles, where a sprite may surround the pole, the face draws the sprite itself, and the image is resampled from the
+//! face. In a fisheye a sprite ends at the circle, except that no sprite is smaller than that of a faint star.
 
 use super::faces::face_of;
 use crate::scene::body_report::BodyReport;
@@ -23,7 +23,7 @@ const MAX_RADIUS_FRACTION: f64 = 0.015;
 const ALWAYS_ALLOWED_RADIUS_PX: f64 = 8.0;
 
 /// Cosine of the latitude beyond which, towards the poles of an equirectangular image, the face draws the sprites: that of 60 degrees, where the image is
-/// stretched by 2. The edges of the upper and the lower face are at least 15 degrees away from there.
+/// stretched by 2. The edges of the upper and the lower face are at least 15 degrees away from there, which leaves room for the sprites.
 const POLAR_COS_LATITUDE: f64 = 0.5;
 
 /// Distance, in half sides of a face, within which a position is on an edge of the face: several times the rounding of f32.
@@ -40,7 +40,7 @@ struct ProjectedSprite {
 }
 
 /// Where the light of a face's sprite is drawn.
-enum Drawn {
+enum Destination {
     /// In the image, by these sprites; none if another face contains the direction, or the circle of a fisheye does not.
     InImage(Vec<ProjectedSprite>),
     /// In the face, with this radius in the face's pixels. `for_picking`: the sprite in the image, with radius 0.
@@ -54,8 +54,9 @@ pub(crate) struct DividedSprites<T> {
 }
 
 /// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `centre`: clip position in the face's frame and reversed depth.
-/// `white`: the radiance that is shown as white. `radius_px_at`: the sprite's radius in the image before it is limited, as a function of the brightness of
-/// its central pixel (without glare, relative to white). `is_in_face`: whether the face contains a direction in the image's axes.
+/// `flux`: in the face's frame.
+/// `white`: the radiance that is shown as white. `radius_px_at`: the sprite's radius in the image, not yet limited, as a function of its central pixel's
+/// brightness relative to white, without glare. `is_in_face`: whether the face contains a direction in the image's axes.
 fn project(
     image: &SphereImage,
     camera: &Camera,
@@ -63,11 +64,10 @@ fn project(
     white: f64,
     radius_px_at: impl Fn(f64) -> f64,
     is_in_face: impl Fn(DVec3) -> bool,
-) -> Drawn {
+) -> Destination {
     let ray = camera.ray(DVec2::new(f64::from(centre.x), f64::from(centre.y)));
     let direction = image.in_axes(ray).normalize();
-    let Some(pixel) = image.pixel(direction).filter(|_| is_in_face(direction)) else { return Drawn::InImage(Vec::new()) };
-    // A pixel of a face at the angle a from its axis covers less than the middle one: cos a along the circle around the axis, cos² a along the radius.
+    let Some(pixel) = image.pixel(direction).filter(|_| is_in_face(direction)) else { return Destination::InImage(Vec::new()) };
     let cos_off_axis = 1.0 / ray.length();
     let face_sr = pixel_sr(camera, ray.normalize());
     let (image_sr, stretch) = image.pixel_sr_and_stretch(direction);
@@ -76,7 +76,7 @@ fn project(
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
     let clip_of = |px: DVec2| DVec2::new(2.0 * px.x / size.x - 1.0, 1.0 - 2.0 * px.y / size.y);
     let max_for_image_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
-    // Brightness of the sprite's central pixel relative to white.
+    // Brightness of the sprite's central pixel relative to white: a stretched sprite spreads its flux over more pixels.
     let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
     let max_radius_px = max_for_image_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
     let radius_px = radius_px_at(peak).min(max_radius_px).max(MIN_POINT_RADIUS_PX);
@@ -88,15 +88,18 @@ fn project(
         flux: narrow(flux),
         pixels_per_face_pixel: narrow_scalar(pixels_per_face_pixel),
     };
+    // The poles of an equirectangular image are on its y axis.
     let cos_latitude = direction.x.hypot(direction.z);
     if wraps && cos_latitude < POLAR_COS_LATITUDE {
-        // The geometric mean of the angles that a pixel of the face covers along the radius and across it.
+        // A pixel at the angle a from the face's axis covers less than the middle one: cos² a times its angle along the radius, cos a times across it. This is
+        // the geometric mean of both.
         let radians_per_face_px = camera.pixel_tangent() * cos_off_axis.powf(1.5);
         // Distance from the sprite's centre to the edge of the face's frame, beyond which the sprite would be cut off.
         let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size_px().min_element();
         let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(MIN_POINT_RADIUS_PX);
-        return Drawn::InFace { radius_px: narrow_scalar(in_face_px), for_picking: sprite_at(pixel, 0.0, 1.0) };
+        return Destination::InFace { radius_px: narrow_scalar(in_face_px), for_picking: sprite_at(pixel, 0.0, 1.0) };
     }
+    // A sprite is at most as wide as the image, unless it is higher.
     let stretch = stretch.min(0.5 * size.x / radius_px).max(1.0);
     let mut sprites = Vec::new();
     for shift_px in [0.0, -size.x, size.x] {
@@ -107,7 +110,7 @@ fn project(
             sprites.push(sprite_at(DVec2::new(x, pixel.y), radius_px, stretch));
         }
     }
-    Drawn::InImage(sprites)
+    Destination::InImage(sprites)
 }
 
 /// Divides the stars of a face. Stars that the face draws are in the image's list, too, with radius 0, so that they can be picked. `earlier_stars`: the stars
@@ -123,9 +126,10 @@ pub(crate) fn stars(
 ) -> DividedSprites<StarSprite> {
     let mut divided = DividedSprites { in_face: Vec::new(), in_image: Vec::new() };
     for s in face_stars {
-        // Distance from the edge of the face in half sides of the face; the frame may be wider than the face.
+        // Distance from the edge of the face in half sides of the face. The face reaches to a tangent of 1, the frame with its border to `tan_half_fov`.
         let edge_distance = (1.0 - (s.centre.truncate().abs().as_dvec2() * camera.tan_half_fov).max_element()).abs();
         // The tolerance is wider than that of `is_on_edge`, so that every star which an earlier face took as on its edge is recognised.
+        // A comet's head has no index (`star`) by which to recognise it.
         if s.star.is_some() && edge_distance < 10.0 * EDGE_WIDTH && earlier_stars.iter().any(|e| e.star == s.star) {
             continue;
         }
@@ -133,8 +137,8 @@ pub(crate) fn stars(
         let in_image =
             |ProjectedSprite { centre, radius_px, stretch, flux, .. }| StarSprite { centre, radius_px, stretch, flux, star: s.star };
         match project(image, camera, (s.centre, s.flux), white, point_radius_px, |direction| is_on_edge || face_of(direction) == face) {
-            Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(in_image)),
-            Drawn::InFace { radius_px, for_picking } => {
+            Destination::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(in_image)),
+            Destination::InFace { radius_px, for_picking } => {
                 divided.in_face.push(StarSprite { radius_px, ..*s });
                 divided.in_image.push(in_image(for_picking));
             }
@@ -160,17 +164,17 @@ pub(crate) fn points(
         let radius_px = |peak: f64| if p.is_disc_glare() { f64::from(p.radius_px) } else { point_radius_px(peak) };
         let is_in_face = |direction: DVec3| face_of(centre_km.unwrap_or(direction)) == face;
         match project(image, camera, (p.centre, p.flux), white, radius_px, is_in_face) {
-            Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(|s| Point {
+            Destination::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(|s| Point {
                 body: p.body,
                 centre: s.centre,
                 radius_px: s.radius_px,
                 stretch: s.stretch,
                 flux: s.flux,
                 covered_px: p.covered_px * s.pixels_per_face_pixel,
-                // Half the height, as `radius_px`: `stretch` widens both.
+                // Half the height, as `radius_px`: `stretch` widens both, so the area in pixels is proportional to the square of the height times `stretch`.
                 disc_radius_px: p.disc_radius_px * (s.pixels_per_face_pixel / s.stretch).sqrt(),
             })),
-            Drawn::InFace { radius_px, .. } => divided.in_face.push(Point { radius_px, ..p.clone() }),
+            Destination::InFace { radius_px, .. } => divided.in_face.push(Point { radius_px, ..p.clone() }),
         }
     }
     divided

@@ -1,9 +1,10 @@
 //! An occluder's atmosphere as layers, each with bending angles and a transmittance.
 //!
 //! In: a body with an atmosphere. Out: [`RefractingLayers`]. The bending angle of a ray that grazes an exponential atmosphere is the refractivity at the
-//! grazing point times sqrt(2 pi r / H) (Baum and Code 1953, Astron. J. 58, 108); the atmosphere is isothermal with the scale height of its gas. The
-//! transmittance of a layer includes extinction by the catalog's species along the straight grazing ray, and for bodies with clouds also by haze and
-//! clouds, with mean values of the Earth. Not modelled: weather, and the curvature of the ray in the extinction (under 2 % of its length for the Earth).
+//! grazing point times sqrt(2 pi r / H), with r the distance of this point from the body's centre and H the scale height (Baum and Code 1953, Astron. J. 58,
+//! 108); the atmosphere is isothermal with the scale height of its gas. The transmittance of a layer includes extinction by the catalog's species along the
+//! straight grazing ray, and for bodies with clouds also by haze and clouds, with mean values of the Earth. Not modelled: weather, and the curvature of the ray
+//! in the extinction (it changes the ray's length in the Earth's air by less than 2 %).
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::optical_depth;
@@ -29,8 +30,8 @@ const CLOUD_CORRELATION_KM: f64 = 300.0;
 pub(crate) struct RefractingLayers {
     /// Height of the top of the highest layer: the apparent radius of this top minus the radius of the body's outline.
     pub top: f64,
-    /// For each layer: apparent radius (impact parameter of the ray), and reduced bending angle (bending angle times [`shift_per_bending`], radians), at the
-    /// lower edge (x, y), then at the upper edge (z, w).
+    /// For each layer: apparent radius and reduced bending angle at the lower edge (x, y), then at the upper edge (z, w). The apparent radius is the impact
+    /// parameter of the ray, the *reduced* bending angle the bending angle times [`shift_per_bending`], radians.
     pub edges: Vec<DVec4>,
     /// For each layer: its mean transmittance, per channel.
     pub transmittances: Vec<DVec3>,
@@ -38,11 +39,12 @@ pub(crate) struct RefractingLayers {
 
 impl RefractingLayers {
     /// Approximate fraction of sunlight that the layers refract to a point, per channel. `separation`: of the centres of Sun and occluder as seen from the
-    /// point, in solar radii; `depth`: distance of the point behind the occluder, in the layers' unit of length; `to_solar_radii`: factor from that unit, at
-    /// the occluder's distance, to solar radii.
+    /// point, in solar radii; `depth`: distance of the point behind the occluder, in the layers' unit of length; `to_solar_radii`: solar radii per that
+    /// unit, for lengths at the occluder's distance as they appear from the point.
     pub(crate) fn refracted_fraction(&self, separation: f64, depth: f64, to_solar_radii: f64) -> DVec3 {
         let layer_fraction = |(edge, transmittance): (&DVec4, &DVec3)| {
-            // As seen from the point, the layer's light left the Sun on a circle about the occluder's centre, of this radius in solar radii.
+            // The point sees the layer as a ring of mean radius r about the occluder's centre. Its light is bent inwards by a mean reduced angle b, so that it
+            // left the Sun on the circle of radius |r - b depth| about this centre, here in solar radii.
             let radius = 0.5 * (edge.x + edge.z - (edge.y + edge.w) * depth).abs() * to_solar_radii;
             // The fraction of the circle's circumference that lies on the Sun's disc.
             let cosine = (radius * radius + separation * separation - 1.0) / (2.0 * radius * separation).max(1e-9);
@@ -60,7 +62,8 @@ pub(crate) fn refracts(body: &Body) -> bool {
 }
 
 /// Angle by which the Sun's image shifts, as seen from a point, per angle by which the light bends: 1 for a Sun at infinity. `body_distance`: from the point to
-/// the body whose air bends the light; `sun_distance`: from the point to the Sun, in the same unit.
+/// the body whose air bends the light; `sun_distance`: from the point to the Sun, in the same unit. By the triangle of point, body and Sun, the shift times
+/// `sun_distance` is the bending times the distance from body to Sun.
 pub(crate) fn shift_per_bending(body_distance: f64, sun_distance: f64) -> f64 {
     (1.0 - body_distance / sun_distance).clamp(0.0, 1.0)
 }
@@ -84,13 +87,13 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shift_per_bending: 
     let air = body.atmosphere.as_ref()?;
     let (refractivity, rayleigh) = (air.refractivity?, rayleigh(air)?);
     let radius_km = radius * unit_km;
-    // The heights of the edges follow a sinh: layers are thin near the ground, where bending and extinction vary fast, and become thicker with height. Of the
-    // spacings tried (powers, exponentials, other factors) this one approximated the sum over the air best; tests/atmosphere/refracted_limb.rs bounds its
-    // error. `edge`: from 0 at the ground to `LAYERS` at the top; fractions lie inside a layer.
+    // The heights of the edges follow a sinh: layers are thin near the ground, where bending and extinction vary fast, and become thicker with height. With
+    // the other spacings tried (powers, exponentials, other factors) the sum over the layers was farther from the integral over the air;
+    // tests/atmosphere/refracted_limb.rs bounds the error. `edge`: from 0 at the ground to `LAYERS` at the top; fractions lie inside a layer.
     let sinh_scale_km = 0.75 * rayleigh.scale_height_km;
     let height_km = |edge: f64| sinh_scale_km * (edge / LAYERS as f64 * (air.top_km / sinh_scale_km).asinh()).sinh();
     // Apparent radius and reduced bending angle at an edge.
-    let edge_at = |edge: usize| {
+    let radius_and_bending_at = |edge: usize| {
         let h = height_km(edge as f64);
         let local_refractivity = refractivity * (-h / rayleigh.scale_height_km).exp();
         // Refraction makes a ray's impact parameter larger than its grazing radius.
@@ -100,7 +103,7 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shift_per_bending: 
         )
     };
     let edges = (0..LAYERS).map(|k| {
-        let ((r0, b0), (r1, b1)) = (edge_at(k), edge_at(k + 1));
+        let ((r0, b0), (r1, b1)) = (radius_and_bending_at(k), radius_and_bending_at(k + 1));
         DVec4::new(r0, b0, r1, b1)
     });
     let transmittances = (0..LAYERS).map(|k| {
@@ -112,7 +115,8 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shift_per_bending: 
         };
         (0..HEIGHTS_PER_LAYER).map(sample).sum::<DVec3>() / HEIGHTS_PER_LAYER as f64
     });
-    Some(RefractingLayers { top: edge_at(LAYERS).0 - radius, edges: edges.collect(), transmittances: transmittances.collect() })
+    let top = radius_and_bending_at(LAYERS).0 - radius;
+    Some(RefractingLayers { top, edges: edges.collect(), transmittances: transmittances.collect() })
 }
 
 /// Integration steps of the optical depth from the grazing point to the top of the air.
@@ -133,8 +137,8 @@ fn haze_transmittance(radius_km: f64, height_km: f64) -> DVec3 {
     (DVec3::from_array(HAZE_PER_KM) * (-path_km * (-height_km / HAZE_SCALE_HEIGHT_KM).exp())).exp()
 }
 
-/// Fraction of rays grazing at a height that meet no cloud. On each correlation length of its path below the tops of a kind of cloud, a ray meets that cloud
-/// with a probability equal to its cover.
+/// Fraction of rays grazing at a height that meet no cloud. For each kind of cloud, the path below its tops is divided into correlation lengths; on each of
+/// them, the probability of meeting that kind is its cover.
 fn cloud_transmittance(radius_km: f64, height_km: f64) -> f64 {
     let clear = |(top_km, cover): (f64, f64)| {
         let path_km = 2.0 * ((radius_km + top_km).powi(2) - (radius_km + height_km).powi(2)).max(0.0).sqrt();

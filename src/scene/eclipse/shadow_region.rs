@@ -1,16 +1,16 @@
 //! Where an occluder's shadow lies near its receiver, and whether it meets the image.
 //!
-//! In: an occluder, the extent of its receiver, and the frustum of the camera in the receiver's axes. Out: a tapered capsule that contains every point of the
-//! receiver in the penumbra, and whether any of it can be in the image. Always: the capsule may be too large, but never too small, so
-//! a shadow in the image is never judged to be outside.
+//! In: an occluder, shape and size of its receiver, and the frustum of the camera in the receiver's axes. Out: a tapered capsule that contains every point of
+//! the receiver in the penumbra, and whether any of it can be in the image. Always: the capsule may be too large, but never too small, so a shadow in the image
+//! is never judged to be outside.
 
 use crate::scene::camera::{Camera, Placement};
 use glam::{DVec2, DVec3};
 
-/// Pixels by which the frustum is widened on each side, because a pixel at the image's edge also shows what lies just outside.
+/// Pixels by which the frustum is widened on each side, because a pixel at the image's edge also shows what is less than a pixel outside.
 const MARGIN_PX: f64 = 2.0;
-/// Factor on the penumbra's radius. The cone that touches Sun and occluder is wider than `radius + behind * widening` (see [`ShadowRegion::of`]) by a fraction
-/// of about the square of the Sun's angular radius in radians.
+/// Factor on the penumbra's radius: a margin of 0.1 %. The cone that touches Sun and occluder is wider than `radius + behind * widening` (see
+/// [`ShadowRegion::of`]) by a fraction of about the square of the Sun's angular radius in radians, 2e-5 on the Earth.
 const RADIUS_MARGIN: f64 = 1.001;
 
 /// The image's frustum in a receiver's axes and equatorial radii.
@@ -33,6 +33,7 @@ impl Frustum {
         Self {
             position: placement.body_from_icrf * -placement.centre_km / placement.radii_km.x,
             inward_normals: [sides[0], sides[1], sides[2], sides[3], forward].map(DVec3::normalize),
+            // A corner is at sqrt(1 + tan²) times the distance of the middle, and its pixels are seen obliquely.
             smallest_pixel_tangent: camera.pixel_tangent() / (1.0 + camera.tan_half_fov.length_squared()),
         }
     }
@@ -55,30 +56,31 @@ pub(crate) struct ShadowRegion {
 }
 
 impl ShadowRegion {
-    /// The part of the penumbra that may touch the receiver, behind an occluder at `centre` with this `radius`; `None` if the penumbra misses the receiver.
-    /// `sunward`: unit vector to the Sun. `widening`: growth of the penumbra's radius per unit of distance behind the occluder. `max_radius`: distance of the
-    /// receiver's farthest point from its centre. Lengths in the receiver's equatorial radii, positions relative to its centre.
+    /// The part of a penumbra that may touch the receiver; `None` if the penumbra misses the receiver. `centre`, `radius`: of the occluder. `sunward`: unit
+    /// vector to the Sun. `widening`: growth of the penumbra's radius per unit of distance behind the occluder. `max_radius`: distance of the receiver's
+    /// farthest point from its centre. Lengths in the receiver's equatorial radii, positions relative to its centre.
     pub(crate) fn of(centre: DVec3, radius: f64, sunward: DVec3, widening: f64, max_radius: f64, shape: ReceiverShape) -> Option<Self> {
         let radius_at = |behind: f64| (radius + behind * widening) * RADIUS_MARGIN;
-        // Distances behind the occluder, along the shadow's axis, at which a cross section of the penumbra can contain a point of the receiver.
-        let along = centre.dot(sunward);
-        let far_radius = radius_at((along + max_radius).max(0.0));
-        let axis_distance_sq = (centre - sunward * along).length_squared();
-        // A point of the axis is at most `max_radius + far_radius` from the receiver's centre if its cross section touches the receiver.
-        let max_half_length = ((max_radius + far_radius).powi(2) - axis_distance_sq).max(0.0).sqrt();
+        // How far behind the occluder the axis is nearest to the receiver's centre; and the square of its distance from this centre.
+        let behind_nearest = centre.dot(sunward);
+        let axis_distance_sq = (centre - sunward * behind_nearest).length_squared();
+        let far_radius = radius_at((behind_nearest + max_radius).max(0.0));
+        // The cross section around a point of the axis touches the receiver only if the point is at most `max_radius + far_radius` from the receiver's centre.
         if axis_distance_sq > (max_radius + far_radius).powi(2) {
             return None;
         }
+        let max_half_length = ((max_radius + far_radius).powi(2) - axis_distance_sq).max(0.0).sqrt();
         // A cross section is perpendicular to the axis: at more than `max_radius` along the axis from the receiver's centre it contains no point of the
         // receiver.
         let half_length = max_half_length.min(max_radius);
-        let (mut from, mut to) = ((along - half_length).max(0.0), along + half_length);
+        // The range of distances behind the occluder at which a cross section can contain a point of the receiver.
+        let (mut from, mut to) = ((behind_nearest - half_length).max(0.0), behind_nearest + half_length);
         if shape == ReceiverShape::EquatorialPlane {
             // A cross section extends along the plane's normal by its radius times the cosine of the Sun's elevation over the plane. One `RADIUS_MARGIN` is the
             // factor in `radius_at`, the other is an additional margin.
             let cosine = (1.0 - sunward.z * sunward.z).max(0.0).sqrt() * RADIUS_MARGIN * RADIUS_MARGIN;
             for side in [1.0, -1.0] {
-                // The cross section reaches the plane from this side if
+                // The cross section must not be entirely on this side of the plane:
                 // side * (centre.z - behind * sunward.z) <= (radius + behind * widening) * cosine
                 let (rate, bound) = (side * sunward.z + widening * cosine, side * centre.z - radius * cosine);
                 if rate > 0.0 {
@@ -94,7 +96,7 @@ impl ShadowRegion {
         (from <= to).then(|| Self { ends: [end(from), end(to)] })
     }
 
-    /// Whether any part of the region can be in the image.
+    /// Whether any part of the region can be in the image: no plane of the frustum has both ends, and so the entire region, outside.
     pub(crate) fn meets(&self, frustum: &Frustum) -> bool {
         frustum
             .inward_normals
@@ -102,7 +104,7 @@ impl ShadowRegion {
             .all(|normal| self.ends.iter().any(|(centre, radius)| (*centre - frustum.position).dot(*normal) > -radius))
     }
 
-    /// Lower limit of the size of a pixel that shows the region, in equatorial radii.
+    /// A lower limit of the width of the pixels that show the region, measured at the region, in equatorial radii.
     pub(crate) fn min_pixel(&self, frustum: &Frustum) -> f64 {
         let [(near, near_radius), (far, far_radius)] = self.ends;
         let (axis, to_camera) = (far - near, frustum.position - near);
@@ -128,7 +130,7 @@ mod tests {
 
     impl Shadow {
         fn random(random: &mut Random) -> Self {
-            // A random elevation of the Sun over the plane, down to 0.001 degrees.
+            // The Sun's elevation over the plane is often far below one degree.
             let flattened = random.direction() * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-5.0, 0.0)));
             Self {
                 centre: random.direction() * random.between(0.5, 30.0) * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-3.0, 0.0))),
@@ -142,7 +144,7 @@ mod tests {
             ShadowRegion::of(self.centre, self.radius, self.sunward, self.widening, MAX_RADIUS, shape)
         }
 
-        /// As the shader decides it: behind the occluder's plane, and nearer to the axis than the penumbra is wide there.
+        /// Whether the shader darkens a point: one behind the occluder's centre, and within the penumbra's radius of the axis.
         fn darkens(&self, point: DVec3) -> bool {
             let behind = (self.centre - point).dot(self.sunward);
             let axis_distance = (point - self.centre).reject_from_normalized(self.sunward).length();
@@ -162,14 +164,14 @@ mod tests {
 
     /// Random points of the receiver in the penumbra; on the plane for rings.
     fn darkened_points(random: &mut Random, shadow: &Shadow, shape: ReceiverShape) -> Vec<DVec3> {
-        let along = shadow.centre.dot(shadow.sunward);
+        let behind_nearest = shadow.centre.dot(shadow.sunward);
         let point_near_shadow = |random: &mut Random| {
-            let behind = random.between((along - MAX_RADIUS).max(0.0), along + MAX_RADIUS);
+            let behind = random.between((behind_nearest - MAX_RADIUS).max(0.0), behind_nearest + MAX_RADIUS);
             let width = (shadow.radius + behind.max(0.0) * shadow.widening) * random.between(0.0, 1.0);
             let offset = random.direction().reject_from_normalized(shadow.sunward).normalize_or_zero() * width;
             let mut point = shadow.centre - shadow.sunward * behind + offset;
             if shape == ReceiverShape::EquatorialPlane {
-                // Along the axis to the plane.
+                // Moved parallel to the axis into the plane.
                 point -= shadow.sunward * (point.z / shadow.sunward.z);
                 point.z = 0.0;
             }
@@ -211,7 +213,7 @@ mod tests {
         let sunward = DVec3::new(1.0, 0.0, 0.5).normalize();
         let region = |centre: DVec3| ShadowRegion::of(centre, 0.01, sunward, 1e-3, MAX_RADIUS, ReceiverShape::EquatorialPlane);
         assert!(region(DVec3::new(2.0, 0.0, 0.0)).is_some(), "a moon in the plane");
-        assert!(region(DVec3::new(2.0, 0.0, 0.3)).is_some(), "its shadow falls 0.6 farther in");
+        assert!(region(DVec3::new(2.0, 0.0, 0.3)).is_some(), "its shadow falls on the plane 0.6 nearer to the planet");
         assert!(region(DVec3::new(2.0, 0.0, -0.1)).is_none(), "the plane is between the Sun and the moon");
         assert!(region(DVec3::new(8.0, 0.0, 0.01)).is_none(), "the shadow meets the plane beyond the largest radius");
     }

@@ -1,7 +1,7 @@
 //! The occluders between the Sun and a placed body, and the fraction of sunlight that they let through.
 //!
-//! In: a placed body, its size in pixels, and the request's eclipse settings. Out: the selected occluders and the reason for the selection, or a value
-//! computed from their shadows, such as the mean fraction of sunlight per channel. The candidates are computed once per placed body and cached in it.
+//! In: a placed body, its size in pixels, and the request's eclipse settings. Out: the selected occluders and the reason for the selection, or what the caller
+//! computes from their shadows, such as the mean fraction of sunlight per channel. The candidates are computed once per placed body and cached in it.
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::BEST_SOURCE;
@@ -43,7 +43,7 @@ pub(crate) fn receiver_and_candidates<'p, 'a>(
             position_km: placed.position_km,
             time: placed.emitted_at,
             body_from_icrf: placed.body_from_icrf,
-            // Without a velocity, aberration is left out.
+            // If the ephemeris has no state, the velocity is 0: aberration is left out.
             velocity_km_s: state.map_or(DVec3::ZERO, |found| found.state.vel_km_s),
             body_to_sun_km: placed.body_to_sun_km,
         };
@@ -63,8 +63,8 @@ pub(crate) enum ReceivingPart {
     Rings { outer_km: f64 },
 }
 
-/// The occluders of a part of a placed body; `None` if the body is the Sun or the catalog has no Sun. Shadows on the side that faces away from the viewer's
-/// position (that of `placed`) do not count. If `camera` is given, neither do shadows outside its frustum. `diameter_px`: diameter of the body's disc.
+/// The occluders of a part of a placed body; `None` if the body is the Sun or the catalog has no Sun. Shadows on the side that faces away from the viewer for
+/// whom `placed` was computed do not count. If `camera` is given, shadows outside its frustum do not count either. `diameter_px`: diameter of the body's disc.
 pub(crate) fn sun_occluders<'a>(
     context: Context<'_>,
     placed: &PlacedBody<'a>,
@@ -75,6 +75,7 @@ pub(crate) fn sun_occluders<'a>(
     let body = placed.body;
     let (receiver, sun, candidates) = receiver_and_candidates(context, placed)?;
     let receiver = *receiver;
+    // All radii here are in equatorial radii of the body.
     let (max_radius, shape) = match part {
         ReceivingPart::Rings { outer_km } => (outer_km / body.radii_km.x, ReceiverShape::EquatorialPlane),
         ReceivingPart::Body => {
@@ -84,25 +85,27 @@ pub(crate) fn sun_occluders<'a>(
             (air.max(clouds).max(mesh), ReceiverShape::Ball)
         }
     };
+    // From the unit-sphere frame to body axes, in equatorial radii.
     let camera_position = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
-    // The body's disc is two radii wide.
+    // A pixel's width in equatorial radii: the body's disc is two radii wide. The lower limit avoids a division by 0.
     let extent =
         ReceiverExtent { max_radius, shape, camera_position: Some(camera_position), frustum, pixel_width: 2.0 / diameter_px.max(1e-9) };
-    // With the effect forced on, every shadow of these bodies counts.
+    // With the effect forced on (`None`), every candidate whose penumbra touches the body counts, in the image or not.
     let is_forced = context.request.effects.override_of(Effect::Eclipse) == Some(true);
     let min_change = (!is_forced).then(|| context.request.purpose.min_change());
     let found = occluders::select_occluders(candidates, sun, &receiver, extent, min_change, MIN_BLOCKED_FRACTION_IN_IMAGES);
     Some(SunOccluders { receiver, sun, camera_position, occluders: found.occluders, reason: found.reason })
 }
 
-/// Approximate fraction of sunlight that eclipses leave on the visible part of a body, per channel; 1 if the user switched eclipses off.
+/// Approximate fraction of sunlight that eclipses leave on the visible part of a body, per channel; 1 if there are no shadows
+/// or the user switched eclipses off. `diameter_px`: diameter of the body's disc.
 pub(crate) fn visible_sunlight(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> DVec3 {
     evaluate_shadow(context, placed, diameter_px, |shadow, camera_position| shadow.mean_sunlight(camera_position)).unwrap_or(DVec3::ONE)
 }
 
-/// Evaluates a function of the shadows on a body and of the camera's position (from the centre, body axes, equatorial radii); `None` if there are no
-/// shadows or the user switched eclipses off.
+/// The result of `evaluate`, a function of the shadows on a body and of the camera's position (from the body's centre, body axes, equatorial radii). `None` if
+/// there are no shadows or the user switched eclipses off. `diameter_px`: diameter of the body's disc.
 pub(crate) fn evaluate_shadow<T>(
     context: Context<'_>,
     placed: &PlacedBody<'_>,
@@ -115,8 +118,8 @@ pub(crate) fn evaluate_shadow<T>(
     evaluate_shadow_with_model(context, placed, diameter_px, eclipse_model_choice(context.request), evaluate)
 }
 
-/// Like [`visible_sunlight`], but always with [`EclipseModelChoice::Best`], even if the user switched eclipses off: a magnitude must not depend on the
-/// image's settings.
+/// Like [`visible_sunlight`], but always with [`EclipseModelChoice::Best`], even if the user switched eclipses off: it serves magnitudes, which must not
+/// depend on the image's settings.
 pub(crate) fn visible_sunlight_by_best_model(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> DVec3 {
     let mean_sunlight = |shadow: &ApproximateShadow<'_>, camera_position: DVec3| shadow.mean_sunlight(camera_position);
     evaluate_shadow_with_model(context, placed, diameter_px, EclipseModelChoice::Best, mean_sunlight).unwrap_or(DVec3::ONE)

@@ -1,4 +1,4 @@
-//! The features selected for the draws of one body, and the only place that turns the selection into [`DrawFeatures`].
+//! Turns the features selected for the draws of one body into [`DrawFeatures`]. Nothing else does so.
 //!
 //! In: a [`FeatureSelection`], a body and a pixel view. Out: the [`DrawFeatures`] of each of the body's draws. Always: they contain no feature that
 //! the body's catalog entry does not allow, whatever the selection says.
@@ -26,7 +26,7 @@ pub struct Capabilities {
     pub detail: Detail,
     /// Number of the custom surface that colours the ground; 0 for none.
     pub custom_surface: u8,
-    /// Whether the lunar limb profile can apply: only to the Moon and to the Sun, which the Moon can cover.
+    /// Whether the body's draw can use the lunar limb profile: only the Moon's and that of the Sun, which the Moon can cover.
     pub limb_heights: bool,
 }
 
@@ -59,7 +59,8 @@ impl Capabilities {
     }
 }
 
-/// Largest relative difference of two semi-axes; to first order also the largest angle between the normals of ellipsoid and sphere, radians.
+/// Largest relative difference of two semi-axes. To first order also the largest angle in radians between the ellipsoid's normal at a point and the direction
+/// to this point from the centre.
 pub fn ellipsoid_flattening(body: &Body) -> f64 {
     1.0 - body.radii_km.min_element() / body.radii_km.max_element()
 }
@@ -83,7 +84,7 @@ pub struct FeatureSelection {
     pub overlays: u8,
     /// Number of lights in addition to the Sun.
     pub secondary_light_count: u8,
-    /// Whether the sky's draw shows the light of the strongest of these lights.
+    /// Whether the sky's draw shows the light of the strongest secondary light, too.
     pub second_light_in_air: bool,
     /// The eclipse of the sunlight on globe, air and clouds.
     pub eclipse: Eclipse,
@@ -97,11 +98,12 @@ pub struct FeatureSelection {
     pub body_shadow: BodyShadow,
     /// The model of the atmosphere; [`AtmosphereModel::None`] without an atmosphere.
     pub air_model: AtmosphereModel,
-    /// Whether the air in front of ground and clouds is interpolated from the coarse image, and whether the ground's draw then also shows the clouds.
+    /// Whether the air in front of ground and clouds is interpolated from the coarse image (`air-pass`), and whether the
+    /// ground's draw then also shows the clouds.
     pub air_pass: AirPass,
     /// Whether the lunar limb profile shapes the limb.
     pub limb_heights: bool,
-    /// Whether the sunlit crescent is so thin that ground and clouds average its light over each pixel.
+    /// Whether the sunlit crescent is so thin that the draws of ground and clouds average its light over each pixel.
     pub thin_crescent: bool,
     /// Whether the rim of air beyond the limb is so thin on the screen that its draw averages its light over each pixel.
     pub thin_rim: bool,
@@ -109,14 +111,13 @@ pub struct FeatureSelection {
 
 impl FeatureSelection {
     /// Whether ring-shine is selected and possible. Ring-shine excludes planet-shine, because supporting both would double the number of shader keys of ringed
-    /// bodies. Moons light a ringed globe about a thousand times less than its rings do, and less than the rings even when the Sun is nearly in the rings'
-    /// plane.
+    /// bodies. Moons light a ringed globe about a thousand times less than its rings do, and still less when the Sun is nearly in the rings' plane.
     fn has_ring_shine(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         self.ring_shine && available.has_rings && !available.is_emissive
     }
 
-    /// Whether a draw can show procedural detail: not in an eclipse, and not in pixel views of single quantities.
+    /// Whether a draw can show procedural detail: not in an eclipse, and only in pixel views that show radiance.
     fn shows_detail(self, view: PixelView) -> bool {
         self.eclipse.occluders == 0 && view.shows_radiance()
     }
@@ -172,6 +173,7 @@ impl FeatureSelection {
             detail: if self.detail && mesh.is_none() && self.shows_detail(view) { available.detail } else { Detail::None },
             custom_surface: if self.custom_surface { available.custom_surface } else { 0 },
             overlays: self.overlays.min(body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8),
+            // The Sun is the first light. An emissive body has none, and ring-shine excludes secondary lights.
             lights: match (available.is_emissive, self.has_ring_shine(body), self.secondary_light_count) {
                 (true, ..) => 0,
                 (false, true, _) | (false, false, 0) => 1,
@@ -196,6 +198,7 @@ impl FeatureSelection {
                 None if ellipsoid && available.is_flattened => Shape::Ellipsoid,
                 None => Shape::Sphere,
             },
+            // The limb profile and the average over a thin crescent are not combined with each other, a mesh, detail or an eclipse: no key has both.
             limb_heights: self.limb_heights && available.limb_heights && mesh.is_none() && !self.detail && self.eclipse.occluders == 0,
             thin_limb: self.thin_crescent
                 && !available.is_emissive
@@ -218,6 +221,7 @@ impl FeatureSelection {
     /// The features of the cloud shell's draw; `None` if the body has no clouds or the pixel view shows a quantity of the ground below them.
     pub(crate) fn cloud_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let is_shown = body.clouds.is_some() && view.shows_radiance();
+        // The cloud shell is a sphere or an ellipsoid, even around a mesh.
         let ground = Self { mesh: None, ..self }.globe_features(body, view);
         is_shown.then_some(DrawFeatures {
             surface: Surface::Cloud,
@@ -227,12 +231,13 @@ impl FeatureSelection {
             overlays: 0,
             ring_shine: false,
             limb_heights: false,
+            // As on the ground, not combined with detail.
             thin_limb: ground.thin_limb && !self.cloud_detail,
             ..ground
         })
     }
 
-    /// The features of the ring's draws; `None` if the body has no rings or is emissive.
+    /// The features of the draws of the body's rings; `None` if the body has no rings or is emissive.
     pub(crate) fn ring_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let available = Capabilities::of(body);
         let features = DrawFeatures {

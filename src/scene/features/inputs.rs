@@ -1,7 +1,7 @@
 //! The inputs and the results of the decisions about one body.
 //!
-//! In: a frame and a placed body. Out: [`DecisionInputs`], the input of every effect's decision; [`Decisions`], which each effect extends and passes on to
-//! the next.
+//! In: a frame and a placed body. Out: [`DecisionInputs`], the input of every effect's decision; [`Decisions`], which the decision about each effect extends
+//! and passes on to the next.
 
 use crate::catalog::{Body, Catalog, NaifId, Overlay, Photometry};
 use crate::mesh::Mesh;
@@ -42,7 +42,7 @@ pub(crate) struct FrameContext<'a> {
 pub(crate) struct DecisionInputs<'c, 'a> {
     pub frame: &'c FrameContext<'c>,
     pub placed: &'c PlacedBody<'a>,
-    /// See [`diameter_px`].
+    /// Apparent diameter, from [`diameter_px`].
     pub diameter_px: f64,
     /// The rectangle that bounds the globe or mesh in the image; `None` if the body is outside the image.
     pub rect: Option<ClipRect>,
@@ -52,12 +52,13 @@ pub(crate) struct DecisionInputs<'c, 'a> {
     pub ring_view: Option<RingView<'c>>,
     /// Fraction of the body's light that is drawn as a disc; the rest is drawn as a point.
     pub disc_fraction: f64,
-    /// Fraction of the disc's light that is in its glare (`light::disc_glare`), and that the draws of the disc therefore lack.
+    /// Fraction of the disc's light that is in its glare (`light::disc_glare`), and that the draws of the disc therefore lack. 0 until the
+    /// glare is decided (`scene::features`).
     pub glare_fraction: f64,
 }
 
-/// Diameter of a circle with the area of the body's outline, if the outline is an ellipse in front of the camera. Otherwise, also behind the camera, an
-/// estimate from radius and distance: rings may reach into the frame wherever their globe is. 0 with the camera at the centre.
+/// Apparent diameter of a body in pixels: that of a circle with the area of the body's outline, if the outline is an ellipse in front of the camera. Otherwise
+/// an estimate from radius and distance, also for a body behind the camera, because its rings may reach into the frame. 0 with the camera at the centre.
 pub(crate) fn diameter_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     match placed.outline {
         Outline::Ellipse { area_px, .. } => 2.0 * (area_px / PI).sqrt(),
@@ -82,7 +83,8 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
         self.disc_fraction * (1.0 - self.glare_fraction)
     }
 
-    /// Transmittance of the air around the camera in front of the body, linear RGB; 1 without such air.
+    /// Transmittance of the air around the camera in front of the body, linear RGB; 1 without such air. The draws of the body that has this air apply it
+    /// themselves.
     pub(crate) fn transmittance(&self) -> DVec3 {
         let air = self.frame.air.filter(|a| a.body.id != self.placed.body.id);
         air.map_or(DVec3::ONE, |a| a.transmittance(self.placed.placement.centre_km))
@@ -104,13 +106,13 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
         self.frame.context.request.pixel_view
     }
 
-    /// Degrees of ground that a pixel spans in the middle of the disc.
+    /// Ground that a pixel spans in the middle of the disc, in degrees about the body's centre.
     pub(crate) fn ground_deg_per_px(&self) -> f64 {
         let (distance_km, radius_km) = (self.placed.distance_km, self.body().radii_km.x);
         ((distance_km / radius_km - 1.0).max(0.0) * self.frame.camera.pixel_tangent()).to_degrees()
     }
 
-    /// The Sun, from the list of light sources.
+    /// The Sun; `None` if it is not among the placed bodies.
     pub(crate) fn sun(&self) -> Option<&'c Body> {
         self.frame.reflectors.iter().map(|r| r.body).find(|b| b.id == NaifId::SUN)
     }
@@ -121,7 +123,7 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
     }
 }
 
-/// The geometry of a body's rings, the input of the decisions about them; `None` without rings, or if the body is emissive.
+/// The geometry of a body's rings, the input of the decisions about them; `None` without rings, or for an emissive body, whose rings are not drawn.
 fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Option<RingView<'c>> {
     let has_lit_rings = !placed.body.rings.is_empty() && !matches!(placed.body.photometry, Photometry::Emissive { .. });
     has_lit_rings.then(|| RingView {
@@ -155,7 +157,7 @@ pub(crate) struct Decisions<'c> {
     pub map_weight: f32,
     /// The value of [`crate::scene::draw::AtmosphereUniforms::second_light_irradiance`].
     pub second_light_irradiance: Vec3,
-    /// Fraction of the night sky's light that lights ground and clouds.
+    /// Fraction of the night sky's light that lights ground and clouds; 1 unless the decision about the atmosphere sets it.
     pub night_fraction_on_ground: f32,
     /// Direction of the Sun in body axes and its angular radius in radians, if a mesh casts shadows on itself.
     pub self_shadow: Option<(DVec3, f64)>,
@@ -191,7 +193,7 @@ impl<'c> Decisions<'c> {
 /// Decides on one effect or a group of them, given the earlier decisions; returns the earlier decisions with its own added.
 pub(crate) type DecideEffect = for<'c> fn(&DecisionInputs<'c, '_>, Decisions<'c>) -> Decisions<'c>;
 
-/// Runs a list of decisions in order; each reads the decisions before it.
+/// Runs functions that decide, in order; each reads the decisions of those before it.
 pub(crate) fn decide_in_order<'c>(steps: &[DecideEffect], inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>) -> Decisions<'c> {
     steps.iter().fold(decisions, |decisions, decide| decide(inputs, decisions))
 }

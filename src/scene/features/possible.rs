@@ -1,7 +1,8 @@
 //! Every set of draw features that the catalog's bodies allow.
 //!
-//! In: the catalog. Out: [`possible_features`], the list of all values that [`FeatureSelection::globe_features`] and the similar functions for
-//! clouds, rings and sky can return. Always: the shader keys that are validated ahead of time and those that frames use come from the same functions.
+//! In: the catalog. Out: [`possible_features`], the list of all values that [`FeatureSelection::globe_features`], `cloud_features`, `ring_features`
+//! and `sky_features` can return, and of the draws that fill their coarse images. Always: the shader keys that are validated ahead of time and those that
+//! frames use come from the same functions.
 
 use crate::catalog::{Body, Catalog, MAX_OVERLAYS, ShapeModel};
 use crate::scene::atmosphere::air;
@@ -13,7 +14,7 @@ use crate::scene::features::choice::{Capabilities, FeatureSelection};
 use crate::scene::thresholds::MAX_LIGHTS;
 use std::collections::BTreeSet;
 
-/// No occluder, and each possible number of occluders with each model that the body's system allows.
+/// No occluder, and each possible number of occluders with each model; with refraction only if the air of a possible occluder refracts light.
 fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
     let (max_occluders, has_refracting_air) = occluders::max_occluders(catalog.bodies(), body);
     let mut all = vec![Eclipse::default()];
@@ -36,6 +37,7 @@ fn possible_maps(body: &Body) -> Vec<MapSet> {
         night: available.night && has(bits, 3),
         cloud_shadow: available.cloud_shadow && has(bits, 4),
     };
+    // All values of the five bits.
     (0..32).map(set).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
@@ -62,6 +64,7 @@ fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
                 (false, false, false, true),
                 (true, false, false, true),
             ];
+            // Whether the body's custom surface is drawn; 0 is the number of no such surface.
             let custom = [false, true].into_iter().filter(|custom| !custom || body.custom_surface > 0);
             custom.flat_map(move |custom_surface| {
                 combinations.map(|(ring_shine, detail, limb_heights, thin_crescent)| {
@@ -75,15 +78,15 @@ fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
 }
 
 /// The pairs of ring shadow and air pass under an atmosphere. Each ring shadow occurs with air that is evaluated per pixel. Where the air can be interpolated
-/// from a coarse image, each way of reading that image occurs without a ring shadow.
+/// from a coarse image, each way of reading that image occurs, only without a ring shadow (`atmosphere::air_pass::decide`).
 fn shadows_and_air_passes(air_model: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, AirPass)> {
     let may_be_coarse = !matches!(air_model, AtmosphereModel::None | AtmosphereModel::Vertex) && view.shows_radiance();
-    let without_coarse_image = RingShadow::ALL.map(|shadow| (shadow, AirPass::None));
-    let readers = [AirPass::Read, AirPass::ReadWithClouds].map(|air_pass| (RingShadow::None, air_pass));
-    without_coarse_image.into_iter().chain(readers.into_iter().filter(move |_| may_be_coarse))
+    let per_pixel = RingShadow::ALL.map(|shadow| (shadow, AirPass::None));
+    let interpolated = [AirPass::Read, AirPass::ReadWithClouds].map(|air_pass| (RingShadow::None, air_pass));
+    per_pixel.into_iter().chain(interpolated.into_iter().filter(move |_| may_be_coarse))
 }
 
-/// The features of the cloud shell for one selection: plain, with billows, and for a thin crescent.
+/// The features of the cloud shell for one selection: plain, with procedural billows (`cloud_detail`), and for a thin crescent; the last two are not combined.
 fn possible_clouds(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     [(false, false), (true, false), (false, true)].into_iter().filter_map(move |(cloud_detail, thin_crescent)| {
         FeatureSelection { cloud_detail, thin_crescent, ..chosen }.cloud_features(body, view)
@@ -100,9 +103,10 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
         for view in PixelView::ALL {
             for ellipsoid in both {
                 for maps in possible_maps(body) {
+                    // The Sun is one of the `MAX_LIGHTS`.
                     for secondary_light_count in 0..MAX_LIGHTS {
                         for &eclipse in &eclipses {
-                            // The two shadows belong to different draws, so their values are paired instead of combined.
+                            // The two shadows belong to different draws, so their values are paired instead of combined. The first pair is without shadows.
                             let shadows = RingShadow::ALL.into_iter().zip(BodyShadow::ALL);
                             for (ring_shadow, body_shadow) in shadows.take(if has_rings { RingShadow::ALL.len() } else { 1 }) {
                                 let air_model = AtmosphereModel::None;
@@ -121,6 +125,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                 all.extend(possible_clouds(chosen, body, view));
                                 all.extend(chosen.ring_features(body, view));
                             }
+                            // The draws of the rings do not depend on the air, so they are not repeated here.
                             for air_model in air::possible_models(body) {
                                 for (ring_shadow, air_pass) in shadows_and_air_passes(air_model, view) {
                                     let chosen = FeatureSelection {
@@ -149,6 +154,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
             }
         }
     }
+    // The draws that fill the coarse images.
     let coarse_images: Vec<_> = all.iter().flat_map(|f| [f.coarse_air(), f.coarse_sunlight()]).flatten().collect();
     all.extend(coarse_images);
     all.into_iter().collect()
@@ -180,6 +186,7 @@ mod tests {
                 }
             }
         }
+        // Both cases were tested often.
         assert!(with_planet_shine > 20 && with_ring_shine > 10, "{with_planet_shine} {with_ring_shine}");
     }
 
@@ -189,6 +196,7 @@ mod tests {
         let all = possible_features(&catalog);
         let sun = catalog.body(crate::catalog::NaifId::SUN).expect("the Sun");
         let everything = MapSet { albedo: true, normal: true, specular: true, night: true, cloud_shadow: true };
+        // More lights than `MAX_LIGHTS`.
         let features = FeatureSelection { ellipsoid: true, maps: everything, secondary_light_count: 200, ..FeatureSelection::default() }
             .globe_features(sun, PixelView::Final);
         assert_eq!((features.surface, features.lights, features.maps.night), (Surface::Emissive, 0, false));
@@ -199,6 +207,7 @@ mod tests {
         assert!(all.iter().all(|f| f.lights <= MAX_LIGHTS && (f.surface == Surface::Emissive) == (f.lights == 0)));
         // The built-in catalog has no shape models.
         assert!(!all.iter().any(|f| f.shape == Shape::Mesh));
+        // A flag of a mesh on a draw of a sphere is impossible.
         let with_mesh_flag = DrawFeatures { flags: MeshFlags { two_sided: true, ..MeshFlags::default() }, ..features };
         assert!(!all.contains(&with_mesh_flag));
     }

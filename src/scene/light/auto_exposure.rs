@@ -2,9 +2,9 @@
 //!
 //! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a weight;
 //! the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the Sun's glare
-//! saturates at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes as continuously as the
-//! meter's reading. Pixel views of quantities are not metered: unless the user sets an exposure, each has an exposure that does not depend on the image's
-//! content and that its legend states.
+//! saturates at most about a tenth of the frame (`MAX_MEDIAN_GLARE`), the exposure is no longer than that of a photograph of the night sky, and it changes as
+//! continuously as the meter's reading. Pixel views that show another quantity than light ([`PixelView`]) are not metered: unless the user sets an exposure,
+//! each has one that does not depend on the image's content and that its legend states.
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, Reason, reason};
@@ -40,7 +40,7 @@ const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
 const NAMED_SHARE: f64 = 0.1;
 const NAMED_STOPS: f64 = 0.1;
 
-/// The exposure of an image: metered, or as requested.
+/// The exposure of an image: metered, or as requested. `reflectors`: the bodies whose light may light others. `air`: the air around the camera, if any.
 pub(crate) fn exposure(
     context: Context<'_>,
     camera: &Camera,
@@ -51,12 +51,13 @@ pub(crate) fn exposure(
     if let ExposureRequest::Stops(stops) = context.request.exposure {
         return Exposure::of(stops, reason!("set-by-you"));
     }
-    let metered = metered(context, camera, placed, reflectors, air);
+    let metered = metered_exposure(context, camera, placed, reflectors, air);
+    // In a transition `stops` approaches `metered_stops`, which stays.
     Exposure { stops: context.request.exposure.stops_of(metered.stops), ..metered }
 }
 
 /// The exposure that the light meter chooses for the final image; for other pixel views the one that does not depend on the image's content.
-fn metered(
+fn metered_exposure(
     context: Context<'_>,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
@@ -69,6 +70,7 @@ fn metered(
         // A white plane that faces the Sun at the target is shown as white.
         PixelView::Sunlight => {
             let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
+            // Sunlight is the same in all channels.
             let irradiance = target.map_or(1.0, |p| lights::sunlight(p.body_to_sun_km).irradiance.x);
             return Exposure::of(-irradiance.log2(), reason!("exposure-plane"));
         }
@@ -81,18 +83,19 @@ fn metered(
             return Exposure::of(stops_of_factor_1, reason!("exposure-number"));
         }
     }
+    // Only air that is dense enough for a daylight sky is metered.
     let air = air.filter(|a| a.is_bright());
-    let exposure_with = |night_light_weight: f64| {
-        from_reading(Meter { context, camera, placed, reflectors, air, night_light_weight }.read(darkest_white()))
-    };
+    let exposure_with =
+        |city_light_weight: f64| from_reading(Meter { context, camera, placed, reflectors, air, city_light_weight }.read(darkest_white()));
     let without_city_lights = exposure_with(0.0);
     // City lights are weighted by the number of stops by which an exposure without them would overexpose them.
-    let brightest_city_lights = placed
+    let brightest_city_light = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
         .map(|p| night_lights::white_radiance(p.body))
         .fold(0.0, f64::max);
-    let city_light_weight = (brightest_city_lights / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
+    // 1e-30 only keeps the logarithm finite where there are no city lights.
+    let city_light_weight = (brightest_city_light / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
     if city_light_weight > 0.0 { exposure_with(city_light_weight.min(1.0)) } else { without_city_lights }
 }
 
@@ -103,9 +106,11 @@ fn from_reading(reading: MeterReading) -> Exposure {
     let total_contribution: f64 = subjects.iter().map(contribution).sum();
     let log_white: f64 = subjects.iter().map(|m| contribution(m) / total_contribution * m.white().ln()).sum();
     let subjects_white = log_white.exp();
-    // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey. The level of white at which the glare reaches
-    // its upper limit is blended between the three limits by the subjects' radiance relative to the glare.
+    // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey. So the upper limit of the median
+    // glare depends on the subjects' radiance relative to it: the inverse of the limit is blended between the inverses of the three values. The median depends
+    // on white, because a Sun that is drawn as a point has a sprite whose size does.
     let glare = reading.glare.median(subjects_white);
+    // About the mean radiance of the subjects, relative to the glare.
     let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / glare;
     // Rises from 0 to 1 as the subjects become fainter relative to the glare; 1/2 where their radiance divided by the glare's is `ratio`.
     let weight_below = |ratio: f64| 1.0 / (1.0 + (subject_per_glare / ratio).powi(2));
@@ -134,8 +139,8 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
 
 /// The reason for a metered exposure: the main subject with its luminance and the level at which the image shows it; its target level, if that differs; and
 /// what moves the exposure, in stops: other subjects, and a limit. `subjects`: the one with the greatest weight first; `share`: a subject's contribution to the
-/// exposure, 0 to 1; then the radiances that the subjects, the glare and the night sky each require as white; `white`: the radiance that the image shows as
-/// white.
+/// exposure, 0 to 1. The array: the radiances that the subjects, the glare and the night sky each require as white. `white`: the radiance that the image shows
+/// as white.
 fn reason_of(
     subjects: &[MeteredSubject],
     share: impl Fn(&MeteredSubject) -> f64,
@@ -148,15 +153,17 @@ fn reason_of(
     // Without the sign of a rounded 0.
     let stops_argument = |stops: f64| Argument::Number(format!("{:+.2}", (100.0 * stops).round() / 100.0 + 0.0));
     let (subject, luminance) = (first.name.clone(), luminance_argument(first.radiance));
+    // As a fraction of white.
     let level = first.radiance / white;
     let main = if (level / first.target_level).log2().abs() > NAMED_STOPS {
-        let aim = level_argument(first.target_level);
-        reason!("exposure-moved", subject = subject, luminance = luminance, level = level_argument(level), aim = aim)
+        let target_level = level_argument(first.target_level);
+        reason!("exposure-moved", subject = subject, luminance = luminance, level = level_argument(level), aim = target_level)
     } else {
         reason!("exposure-metered", subject = subject, luminance = luminance, level = level_argument(level))
     };
     let others = subjects.iter().skip(1).filter_map(|other| {
         let part = share(other);
+        // Positive: this subject makes the image brighter.
         let moved_stops = part * (first.white() / other.white()).log2();
         (part > NAMED_SHARE || moved_stops.abs() > NAMED_STOPS).then(|| {
             let (luminance, percent) = (luminance_argument(other.radiance), rounded(100.0 * part, 2, 0.01..1e3));
@@ -164,6 +171,7 @@ fn reason_of(
             reason!("exposure-second", part = percent, subject = other.name.clone(), luminance = luminance, stops = stops)
         })
     });
+    // Negative: limits make the image darker.
     let limit_stops = (subjects_white / white).log2();
     let limit = (limit_stops < -NAMED_STOPS).then(|| {
         let stops = stops_argument(limit_stops);

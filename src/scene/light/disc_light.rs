@@ -53,7 +53,7 @@ fn part_without_haze(body: &Body, law: &PhaseLaw, alpha: f64) -> f64 {
 /// Light, at a phase angle of 90 degrees, of a rim that continues the ground's colour, in the unit in which the ground's light is the phase function of the
 /// photometric model. At other phase angles the rim's light is proportional to their sine. The function sums over heights, so callers call it once.
 fn rim_of_model(body: &Body) -> f64 {
-    // All channels of the model's albedo are equal, since the body reflects.
+    // All channels of the model's albedo are equal, since the body is not emissive.
     rim::continued_light(body) / model_geometric_albedo(&body.photometry)[0].max(1e-12)
 }
 

@@ -4,13 +4,13 @@
 //! light meter and corona, `VeilingGlare`: the glare's radiance before the air dims it.
 //!
 //! The law of Stiles and Holladay is L = 10 E / theta^2, with the luminance L in cd/m2, the illuminance E in lux and the angle theta from the Sun in
-//! degrees. CIE 146:2002 gives it for 1 to 30 degrees; closer to the Sun it is extrapolated. About a tenth of the light is scattered. The law represents the
-//! glare of eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's limb (or within a pixel, if that is
-//! wider) the glare is constant. The glare of a partly hidden Sun is centred on the middle of the visible part, and its constant core shrinks with the visible
-//! light. The glare is therefore bright around the last bead, and faint at the opposite limb of the Moon. The glare is drawn as far as it can change a display
-//! level: farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, a hundred times the glare's. A Sun outside the frame has
-//! no glare, as if the lens had a hood, and light meter and corona do not count any, either. Left out: streaks and ghosts, which are specific to a lens. Not
-//! here: the glare of points (`scene::point`) and of small discs (`light::disc_glare`).
+//! degrees. CIE 146:2002 gives it for 1 to 30 degrees; closer to the Sun it is extrapolated. About a tenth of the light is scattered by up to 30 degrees.
+//! The law represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's limb (or
+//! within a pixel, if that is wider) the glare is constant. The glare of a partly hidden Sun is centred on the middle of the visible part, and its
+//! constant core shrinks with the visible light. The glare is therefore bright around the last bead, and faint at the opposite limb of the Moon. The
+//! glare is drawn as far as it can change a display level: farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, a
+//! hundred times that of the glare's core. A Sun outside the frame has no glare, as if the lens had a hood; light meter and corona then count none. Left
+//! out: streaks and ghosts, which are specific to a lens. Not here: the glare of points (`scene::point`) and of small discs (`light::disc_glare`).
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
@@ -42,6 +42,7 @@ pub struct Glare {
     pub core_angle_sq: f32,
     /// Radiance times theta², as in `VeilingGlare`, dimmed by the air between camera and Sun.
     pub strength: Vec3,
+    /// Tangents of half the horizontal and half the vertical field of view.
     pub tan_half_fov: Vec2,
     /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
     pub cutoff: f32,
@@ -49,7 +50,7 @@ pub struct Glare {
     pub is_interpolated: bool,
 }
 
-/// The fraction of the Sun's light that no body hides from the camera.
+/// The fraction of the luminance of the Sun's light that no body hides from the camera.
 pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> f64 {
     let visible = crate::scene::visibility::hidden::visible_fraction(placed, sun);
     // An uncovered Sun must give exactly 1, which the rounded sum of the luminance weights does not.
@@ -57,8 +58,8 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
 }
 
 /// The position of the middle of the Sun's visible part relative to the Sun's centre, in solar radii; and the factor on the square of the core's angle. The
-/// factor is the square root of the visible fraction of light. The glare's radiance in the core is then also proportional to this square root, so that the
-/// core fades out with the light.
+/// factor is the square root of the visible fraction of light. The radiance in the core, strength / square of the core's angle, is then proportional to this
+/// square root, too, so that the core fades out with the light.
 fn middle_and_core_factor(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (DVec3, f64) {
     let light = visible_fraction(placed, sun);
     if light <= 0.0 || light >= 1.0 {
@@ -69,8 +70,8 @@ fn middle_and_core_factor(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (D
 
 /// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame. It is 1 in each face of a
 /// cube, because the edges of a face are not those of the image. In between, the fraction along each axis is raised to a power, so that the glare, which is
-/// far brighter than the dark sky, appears gradually. The outline's bounding rectangle cannot be used instead: it is too wide for a body at a right angle
-/// to the line of sight. `towards`: unit vector to the disc's centre, ICRF; `sin_radius`: sine of the disc's angular radius.
+/// far brighter than the dark sky, appears gradually. The bounding rectangle of the disc's outline cannot be used instead: it is too wide for a body at a
+/// right angle to the line of sight. `towards`: unit vector to the disc's centre, ICRF; `sin_radius`: sine of the disc's angular radius.
 fn entered_fraction_of_disc(camera: &Camera, towards: DVec3, sin_radius: f64) -> f64 {
     if camera.is_cube_face {
         return 1.0;
@@ -94,8 +95,8 @@ pub(crate) fn entered_fraction(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
     entered_fraction_of_disc(camera, sun.placement.centre_km / sun.distance_km, (sun.body.radii_km.x / sun.distance_km).min(1.0))
 }
 
-/// The glare around the Sun's visible part. Its radiance at an angle theta from the middle of that part is `strength` / theta². In the core, where theta²
-/// is below `core_angle_sq` (radians squared), it is constant. The air between camera and Sun is left out.
+/// The glare around the Sun's visible part. Its radiance at an angle theta from the middle of that part is `strength` / theta², with the chord between unit
+/// vectors as theta. In the core, where theta² is below `core_angle_sq` (radians squared), it is constant. The air between camera and Sun is left out.
 pub(crate) struct VeilingGlare {
     /// Unit vector towards the middle of the Sun's visible part, ICRF.
     pub towards: DVec3,
@@ -108,9 +109,8 @@ pub(crate) struct VeilingGlare {
 }
 
 impl VeilingGlare {
-    /// The glare of a Sun that is at least partly in the frame.
+    /// The glare of the Sun; `None` if the Sun is not in `placed` or completely outside the frame, or if the camera is at its centre.
     pub(crate) fn of(camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
-        // At the Sun's centre there is no glare.
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0)?;
         let sin_radius = (sun.body.radii_km.x / sun.distance_km).min(1.0);
         let entered = entered_fraction(camera, sun);
@@ -121,6 +121,7 @@ impl VeilingGlare {
         let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
         let (middle, core_factor) = middle_and_core_factor(placed, sun);
         let pixel_sq = camera.pixel_tangent().powi(2);
+        // The core's angle is at least that of a pixel, before and after the factor.
         let core_angle_sq = (core_factor * (sin_radius * sin_radius).max(pixel_sq)).max(pixel_sq);
         Some(Self {
             towards: (sun.placement.centre_km / sun.distance_km + middle * sin_radius).normalize(),
@@ -152,10 +153,10 @@ impl VeilingGlare {
 /// less than `chord`.
 pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRect {
     let angle = 2.0 * (0.5 * chord).min(1.0).asin();
-    // Tangents of the smallest and the largest angle from the view axis, after projection along the image's other axis.
+    // Along one axis of the image: tangents of the smallest and the largest angle from the view axis, after projection along the other axis.
     let span = |across: f64| {
         let projected_length = across.hypot(towards.z);
-        // PI, all angles: the directions surround the other axis, along which they are projected.
+        // PI, all angles, if the cone of the directions contains an end of the other axis.
         let half_width = if angle < FRAC_PI_2 && angle.sin() < projected_length { (angle.sin() / projected_length).asin() } else { PI };
         let middle = across.atan2(towards.z);
         let tangent = |a: f64| if a.abs() < FRAC_PI_2 { a.tan() } else { f64::INFINITY.copysign(a) };
@@ -207,7 +208,7 @@ mod tests {
 
     #[test]
     fn a_tenth_of_the_light_is_scattered() {
-        // The radiance divided by pi (the unit contains no factor pi), integrated over the solid angle from the limb to 30 degrees.
+        // The radiance divided by pi (the unit contains no factor pi), integrated over the solid angle from the Sun's limb at 0.266 degrees to 30 degrees.
         let (from, to) = (0.266_f64.to_radians(), 30f64.to_radians());
         let fraction = VEILING_GLARE_COEFFICIENT / PI * 2.0 * PI * (to / from).ln();
         assert!((0.05..0.15).contains(&fraction), "{fraction}");
@@ -217,7 +218,7 @@ mod tests {
     fn a_sun_outside_the_view_is_not_in_the_frame() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 2.0, 100, 100);
         let at = |deg: f64| DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0);
-        // The frame ends at 1 degree, and the disc's angular radius is 0.27 degrees.
+        // The frame ends at 1 degree. The sine of the disc's angular radius is 0.0047: 0.27 degrees.
         for (deg, shows) in [(0.0, true), (1.2, true), (1.3, false), (89.9999, false), (90.0001, false), (180.0, false)] {
             assert_eq!(entered_fraction_of_disc(&camera, at(deg), 0.0047) > 0.0, shows, "{deg} degrees");
         }
@@ -242,7 +243,7 @@ mod tests {
                 }
             }
             assert!(inside > 100 && nearest < 0.03, "{direction:?}, {chord}: the rectangle is wider than it must be by {nearest}");
-            // Only the largest chord, 1.9, reaches beyond the frame on all sides.
+            // Only the rectangle of the largest chord, 1.9, fills the frame; the others leave a part of it outside.
             assert_eq!(outside > 0, chord < 0.7 || direction == [0.5, 0.5, 0.8], "{direction:?}, {chord}");
         }
     }

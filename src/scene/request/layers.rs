@@ -63,7 +63,7 @@ layers! {
     bloom: "bloom" false,
     /// Stars that the exposure shows.
     stars: "stars" true,
-    /// Brightens all stars, so that those to magnitude 9.5 are visible at any exposure; no effect inside an atmosphere.
+    /// All stars brightened, so that those to magnitude 9.5 are visible at any exposure; no effect inside an atmosphere.
     bright_stars: "bright-stars" false,
     /// The Milky Way or the panorama that replaces it, if the exposure shows it.
     milky_way: "milky-way" true,
@@ -77,17 +77,17 @@ layers! {
     star_names: "star-names" false,
     /// Figures and names of constellations.
     constellations: "constellations" false,
-    /// Borders of the constellations.
+    /// Boundaries of the constellations.
     boundaries: "boundaries" false,
-    /// Right ascension and declination, ICRF.
+    /// Grid of right ascension and declination, ICRF.
     grid_equatorial: "grid-equatorial" false,
-    /// Ecliptic longitude and latitude, J2000.
+    /// Grid of ecliptic longitude and latitude, J2000.
     grid_ecliptic: "grid-ecliptic" false,
-    /// Galactic longitude and latitude.
+    /// Grid of galactic longitude and latitude.
     grid_galactic: "grid-galactic" false,
-    /// Azimuth and altitude, if the camera stands on the ground.
+    /// Grid of azimuth and altitude, if the camera stands on the ground.
     grid_horizon: "grid-horizon" false,
-    /// Planetocentric longitude and planetographic latitude on each body.
+    /// Grid of planetocentric longitude and planetographic latitude on each body.
     grid_body: "grid-body" false,
     /// The terminator of each body: where the Sun's centre is on the horizon.
     terminator: "terminator" false,

@@ -101,6 +101,7 @@ impl WarpMesh {
             // the cells there are triangles, and some of the corner areas are 0.
             let corner_areas = [twice_area(a, b, c), twice_area(b, c, d), twice_area(c, d, a), twice_area(d, a, b)];
             let (turns_left, turns_right) = (corner_areas.iter().any(|t| *t > 0.0), corner_areas.iter().any(|t| *t < 0.0));
+            // Turns to both sides, to none, or to another side than in the other cells.
             let is_folded = turns_left == turns_right || is_counter_clockwise.is_some_and(|of_others| of_others != turns_left);
             if is_folded {
                 let (row, column) = (row + 1, column + 1);
@@ -129,7 +130,8 @@ impl WarpMesh {
         &self.triangles
     }
 
-    /// Derivatives of the image position with respect to screen x and y at each node: the mean over the triangles around it.
+    /// Derivatives of the image position with respect to screen x and to screen y, in this order, at each node: the mean over the triangles around it; 0 where
+    /// no triangle is.
     pub fn gradients(&self) -> Vec<[DVec2; 2]> {
         let mut sums = vec![([DVec2::ZERO; 2], 0.0); self.nodes.len()];
         for corners in self.triangles.chunks_exact(3) {
@@ -176,9 +178,10 @@ impl WarpMesh {
         })
     }
 
-    /// Magnitude of the derivative of the image position with respect to screen x or y, whichever is smaller, in image heights per screen unit: the
-    /// tenth percentile over the nodes at which it is above 0, and at least 0.001. `aspect`: the image's width divided by its height. If there is no
-    /// such node, the result is 0.5, the value of an undistorted mesh, because the screen is 2 units high.
+    /// Image heights per screen unit where the screen magnifies the image most; the caller chooses the image's size by it. At each node, the magnitude of the
+    /// derivative of the image position with respect to screen x or y, whichever is smaller, in image heights per screen unit. Result: the tenth percentile
+    /// over the nodes with a magnitude above 0, and at least 0.001. Without such nodes 0.5, as in an undistorted mesh: the image's height over the screen's 2
+    /// units. `aspect`: the image's width divided by its height.
     pub fn tenth_percentile_derivative(&self, aspect: f64) -> f64 {
         let smaller =
             |derivatives: [DVec2; 2]| derivatives.map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
@@ -187,8 +190,8 @@ impl WarpMesh {
         all.get(all.len() / 10).copied().unwrap_or(0.5).max(1e-3)
     }
 
-    /// A digest for provenance: FNV-1a over the numbers of the nodes and of columns and triangles. A polar mesh has more triangles than a rectangular
-    /// mesh of the same nodes.
+    /// A digest for provenance: FNV-1a over the nodes and the numbers of columns and triangles. By the number of triangles a polar mesh differs from a
+    /// rectangular mesh of the same nodes.
     pub fn digest(&self) -> String {
         let numbers = self.nodes.iter().flat_map(|n| [n.screen.x, n.screen.y, n.image.x, n.image.y, n.brightness]);
         let counts = [self.columns as u64, (self.triangles.len() / 3) as u64];
@@ -218,6 +221,7 @@ fn parse_node(text: &str) -> Result<WarpNode, String> {
     if brightness > 1.0 {
         return Err(format!("field i {brightness}: must be at most 1"));
     }
+    // Far beyond any screen.
     if x.abs().max(y.abs()) > 1e3 {
         return Err(format!("fields x {x}, y {y}: must be within -1000 to 1000"));
     }
@@ -273,16 +277,18 @@ mod tests {
             assert!(error_text(&format!("2\n{size}\n")).starts_with("dome.data:2: write the numbers"), "{size}");
         }
         assert!(error_text("2\n1 9\n").starts_with("dome.data:2: 1 columns"));
+        // Two lines precede the nine nodes; the last one that is left is the seventh.
         let cut: Vec<&str> = good.lines().take(9).collect();
         assert!(error_text(&cut.join("\n")).contains("dome.data:9: ends after 2 rows and 1 nodes; 3 rows of 3"));
         assert!(error_text(&format!("{good}0 0 0 0 1\n")).contains("dome.data:12: one line too many"));
+        // The node in the middle of the image is the fifth.
         assert!(error_text(&good.replace("0.5 0.5 1", "0.5 x 1")).contains("dome.data:7: field v: `x` is not a number"));
         assert!(error_text(&good.replace("0.5 0.5 1", "0.5 1.5 1")).contains("dome.data:7: fields u 0.5, v 1.5"));
         assert!(error_text(&good.replace("0.5 0.5 1", "0.5 0.5")).contains("dome.data:7: 4 numbers"));
         // The middle node is moved beyond its right neighbour, so that the second cell of the first row is no longer convex.
         let folded = text(3, 3, |x, y| if (x, y) == (0.0, 0.0) { (1.4, 0.0) } else { (x, y) });
         assert!(error_text(&folded).contains("the mesh folds: the cell of row 1, column"), "{}", error_text(&folded));
-        // The last column lies at x = 0, so the third cell folds back over the second.
+        // The last column lies at x = 0, so the third cell folds back over the second. The cell's first node is on line 5.
         let turned = text(4, 2, |x, y| if x > 0.9 { (0.0, y) } else { (x, y) });
         assert!(error_text(&turned).contains("dome.data:5: the mesh folds: the cell of row 1, column 3"), "{}", error_text(&turned));
     }

@@ -1,7 +1,8 @@
 //! The tables that ring shaders read: the light that the rings remove from a path or scatter into it, and its integrals over the radius, for a range of slants.
 //!
-//! In: rings in catalog order (a later ring replaces earlier rings where they overlap), and for a shadow the slants of sunlight. Out: [`RingTable`], plain
-//! f32 texels; their meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii increase, integrals never decrease.
+//! In: rings in catalog order (a later ring replaces earlier rings where they overlap); for the ring's own draws [`RingConditions`], for a shadow the slants of
+//! sunlight. Out: [`RingTable`], plain f32 texels; their meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii
+//! increase, integrals never decrease.
 
 use crate::catalog::Ring;
 use crate::memo::{Memo, NumbersKey};
@@ -11,7 +12,7 @@ use crate::scene::draw::tables::RingTable;
 use crate::scene::rings::single_scatter::scattered;
 use std::sync::Arc;
 
-/// Maximum number of slants in a ring's table: 2^(k/8), k = 0..=96.
+/// Maximum number of slants in a ring's table; the slants are 2^(k/8), k = 0..=96.
 pub(crate) use crate::scene::constants::RING_SLANTS as SLANTS;
 /// Maximum number of nodes in a table, the edges of its intervals: half of the widest texture that every GPU supports.
 pub(crate) const MAX_NODES: usize = 4096;
@@ -23,7 +24,7 @@ pub(crate) struct RingInterval {
     pub outer: f64,
     /// Optical depth along the normal.
     pub tau: f64,
-    /// Effective single-scattering albedo, linear RGB.
+    /// Effective single-scattering albedo (it includes multiple scattering), linear RGB.
     pub albedo: [f64; 3],
     /// Fraction of the scattered light that comes from dust.
     pub dust_fraction: f64,
@@ -46,13 +47,13 @@ pub(crate) fn intervals<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_
     let mut edges: Vec<f64> = rings.clone().flat_map(|r| [r.inner_km, r.outer_km]).collect();
     edges.sort_by(f64::total_cmp);
     edges.dedup();
-    let between = |pair: &[f64]| {
+    let interval_between = |pair: &[f64]| {
         let middle = (pair[0] + pair[1]) / 2.0;
         let top_ring = rings.clone().filter(|r| r.inner_km <= middle && middle < r.outer_km).last();
         let (tau, albedo, dust_fraction) = top_ring.map_or((0.0, [0.0; 3], 0.0), |r| (r.tau_normal, r.albedo, r.dust_fraction));
         RingInterval { inner: pair[0] / unit_km, outer: pair[1] / unit_km, tau, albedo, dust_fraction }
     };
-    edges.windows(2).map(between).collect()
+    edges.windows(2).map(interval_between).collect()
 }
 
 /// The properties of a ring that a table depends on, as a cache key.
@@ -92,8 +93,8 @@ impl RingTables {
 
     /// [`RingTable::of`] for some rings of a body, cached.
     pub(crate) fn profile(&self, rings: &[&Ring], unit_km: f64, conditions: &RingConditions) -> Option<Arc<RingTable>> {
-        let light = conditions.sunlight.iter().flatten().flatten().copied();
-        let inputs = std::iter::once(unit_km).chain(conditions.slants.map(f64::from)).chain(light);
+        let sunlight = conditions.sunlight.iter().flatten().flatten().copied();
+        let inputs = std::iter::once(unit_km).chain(conditions.slant_indices.map(f64::from)).chain(sunlight);
         let key = inputs.chain(rings.iter().flat_map(|r| cache_key(r))).collect();
         let intervals = || self.intervals(rings.iter().copied(), unit_km);
         self.profiles.get(key, || RingTable::of_intervals(&intervals(), conditions).map(Arc::new))
@@ -111,9 +112,10 @@ impl RingTables {
 /// over the plane; `tangent`: tangent of the Sun's angular radius; `is_disc_resolved`: false if the Sun counts as a point, which has a single slant.
 ///
 /// One slant is enough if the slant varies little across the disc. The criterion: for either half of the disc, the fraction of light that an interval removes
-/// differs by at most 0.004 from the fraction for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`. The number 0.158 is the product
-/// of 4 / (3 pi), the distance of a half's centroid in radii of the disc, and about 1 / e, the steepest change of the fraction with the logarithm of the slant.
-/// For a lower Sun the slant of the centre is followed by one slant for each strip of the disc.
+/// differs by at most 0.004 from the fraction for the slant of the centre. To first order the difference is at most 0.156 `tangent` / `sine`, where 0.156 is
+/// the product of 4 / (3 pi), the distance of a half's centroid from the centre in radii of the disc, and 1 / e, the steepest change of the fraction with the
+/// logarithm of the slant. In a test at `ONE_SLANT_MIN_ELEVATION_SUN_RADII` it is below 0.158 `tangent` / `sine`. For a lower Sun the slant of the centre is
+/// followed by one slant for each strip of the disc, at the nodes of a Gauss-Chebyshev rule (shaders/lib/ring/shadow.wesl).
 pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slant = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
     if !is_disc_resolved || sine.abs() > ONE_SLANT_MIN_ELEVATION_SUN_RADII * tangent {
@@ -122,12 +124,13 @@ pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Ve
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
     let of_strip = |k: usize| {
         let offset = (k as f64 * std::f64::consts::PI / (SUN_STRIPS + 1) as f64).cos() * tangent;
+        // Sine of the elevation of the point `offset` above the disc's centre (in distances of the Sun).
         slant((sine + cosine * offset) / offset.hypot(1.0))
     };
     std::iter::once(slant(sine)).chain((1..=SUN_STRIPS).map(of_strip)).collect()
 }
 
-/// Elevation of the Sun over the plane, in angular radii of the Sun, from which one slant is enough.
+/// Elevation of the Sun over the plane, in angular radii of the Sun, from which one slant is enough: 0.158 / 40 is less than 0.004.
 const ONE_SLANT_MIN_ELEVATION_SUN_RADII: f64 = 40.0;
 /// Fraction of its width by which a bin is extended inwards: more than the shader's f32 error in computing the bin.
 const BIN_MARGIN: f64 = 0.01;
@@ -135,7 +138,7 @@ const BIN_MARGIN: f64 = 0.01;
 /// An index that maps a radius to its interval; shaders/lib/ring/intervals.wesl reads it.
 struct RadiusBins {
     texels: Vec<f32>,
-    /// The bin of a radius is `formula[0] - formula[1] / radius`, clamped to at most `formula[2]`.
+    /// The bin of a radius is `formula[0] - formula[1] / radius`, clamped to 0..=`formula[2]` and rounded down.
     formula: [f64; 3],
 }
 
@@ -165,7 +168,7 @@ impl RadiusBins {
     }
 }
 
-/// Outer radii of the intervals; for the last interval `f32::MAX`.
+/// Outer radii of the intervals; for the last interval `f32::MAX`, so that a search by radius ends there.
 fn outer_radii(intervals: &[RingInterval]) -> impl Iterator<Item = f32> {
     let last = intervals.len().saturating_sub(1);
     intervals.iter().enumerate().map(move |(k, s)| if k == last { f32::MAX } else { narrow_scalar(s.outer) })
@@ -183,16 +186,17 @@ pub struct RingConditions {
     /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with its mean |sin(elevation)|; see
     /// [`sun_disc_parts`](super::ring_shine::sun_disc_parts). `None` for the pixel view of albedo.
     pub sunlight: Option<[[f64; 2]; 2]>,
-    /// Indices of the first and the last slant of the table's rows.
-    slants: [u32; 2],
+    /// Indices (k of [`SLANTS`]) of the first and the last slant of the table's rows.
+    slant_indices: [u32; 2],
 }
 
 impl RingConditions {
     /// `steepest` and `flattest`: smallest and largest slant of the view rays.
     pub fn new(sunlight: Option<[[f64; 2]; 2]>, steepest: f64, flattest: f64) -> Self {
         let slant_position = |slant: f64| slant.clamp(1.0, 1.0 / MIN_COSINE).log2() * f64::from(RING_SLANTS_PER_OCTAVE);
+        // At least two slants, between which shaders interpolate.
         let first = (slant_position(steepest).floor() as u32).min(SLANTS - 2);
-        Self { sunlight, slants: [first, (slant_position(flattest).ceil() as u32).clamp(first + 1, SLANTS - 1)] }
+        Self { sunlight, slant_indices: [first, (slant_position(flattest).ceil() as u32).clamp(first + 1, SLANTS - 1)] }
     }
 
     /// Light that an interval scatters into a path of a slant, without the factors albedo and (phase function / 4); for the pixel view of albedo, the fraction
@@ -216,14 +220,14 @@ impl RingTable {
     fn of_intervals(intervals: &[RingInterval], conditions: &RingConditions) -> Option<Self> {
         let radius_range = radial_range(intervals)?;
         let nodes = intervals.len() + 1;
-        let [first, last] = conditions.slants;
+        let [first, last] = conditions.slant_indices;
         let height = RING_HEADER_ROWS + RING_ROWS_PER_SLANT * (last - first + 1);
         let bins = RadiusBins::of(intervals);
         let mut texels = bins.texels;
         texels.reserve(nodes * height as usize * 4);
         let mut dusty_count = 0.0;
         for (interval, outer_radius) in intervals.iter().zip(outer_radii(intervals)) {
-            // The number of dusty intervals farther in, plus one half if this one is dusty.
+            // The number of dusty intervals farther in, plus one half if this one is dusty: tells shaders whether any interval of a range is dusty.
             let dust_code = dusty_count + if interval.has_dust() { 0.5 } else { 0.0 };
             dusty_count += if interval.has_dust() { 1.0 } else { 0.0 };
             texels.extend([narrow_scalar(interval.inner), outer_radius, dust_code, 0.0]);
@@ -232,7 +236,8 @@ impl RingTable {
         for k in first..=last {
             let slant = (f64::from(k) / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
             // Dust has rows of its own, because it has another phase function. Besides, its sums would lose precision if added to those of dense rings.
-            // For each kind (0: large particles, 1: dust) the row of the intervals' values, then the row of the integrals from the innermost radius.
+            // For each kind (0: large particles, 1: dust) the row of the intervals' values, then the row of the integrals from the innermost radius. The rows
+            // of large particles contain the fraction removed by both kinds.
             let mut rows = [const { Vec::new() }; RING_ROWS_PER_SLANT as usize];
             let mut sums = [[0.0; 4]; 2];
             for interval in intervals {
@@ -255,7 +260,7 @@ impl RingTable {
             }
             rows.iter_mut().for_each(|row| texels.append(row));
         }
-        Some(Self { width: nodes as u32, height, texels, radius_range, bins: bins.formula, slants: conditions.slants })
+        Some(Self { width: nodes as u32, height, texels, radius_range, bins: bins.formula, slants: conditions.slant_indices })
     }
 
     /// The table for the draw of a globe in the rings' shadow, for the slants of sunlight of [`slants_of_sunlight`]. `None` as in
@@ -264,6 +269,7 @@ impl RingTable {
         Self::of_shadow_intervals(&intervals(rings, unit_km), slants)
     }
 
+    /// Texels after the bins: inner and outer radius, removed fraction, and its integral up to the inner radius; one row per slant.
     fn of_shadow_intervals(intervals: &[RingInterval], slants: &[f64]) -> Option<Self> {
         let radius_range = radial_range(intervals)?;
         let nodes = intervals.len() + 1;
@@ -301,7 +307,7 @@ mod tests {
     /// The radii of the tests' rings are in equatorial radii.
     const UNIT_KM: f64 = 1.0;
     /// The conditions of the albedo view, with rows for every slant.
-    const ALBEDO_VIEW: RingConditions = RingConditions { sunlight: None, slants: [0, SLANTS - 1] };
+    const ALBEDO_VIEW: RingConditions = RingConditions { sunlight: None, slant_indices: [0, SLANTS - 1] };
 
     #[test]
     fn a_later_ring_lies_over_an_earlier_one() {
@@ -314,9 +320,11 @@ mod tests {
     fn rows_contain_the_removed_light_and_its_integral() {
         let table = RingTable::of([ring(1.0, 2.0, 0.7), ring(2.5, 3.0, 3.0)].iter(), UNIT_KM, &ALBEDO_VIEW).expect("a table");
         assert_eq!((table.width, table.height, table.radius_range), (4, RING_HEADER_ROWS + RING_ROWS_PER_SLANT * SLANTS, [1.0, 3.0]));
-        let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
+        // The table has four nodes, and a texel four channels.
+        let at = |row: u32, node: usize, channel: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + channel]);
         for k in 0..SLANTS {
             let (value, integral) = (RING_HEADER_ROWS + RING_ROWS_PER_SLANT * k, RING_HEADER_ROWS + 1 + RING_ROWS_PER_SLANT * k);
+            // Eight slants per octave.
             let slant = (f64::from(k) / 8.0).exp2();
             let [first, last] = [0.7, 3.0].map(|tau: f64| 1.0 - (-tau * slant).exp());
             assert!((at(value, 0, 3) - first).abs() < 1e-6 && (at(value, 0, 0) - 0.5 * first).abs() < 1e-6, "slant {k}");
@@ -327,7 +335,8 @@ mod tests {
         assert!(RingTable::of([].iter(), UNIT_KM, &ALBEDO_VIEW).is_none());
     }
 
-    /// At the lowest Sun for which one slant is used: the mean of the removed light over each half of the disc, for optical depths around the worst.
+    /// At the lowest Sun for which one slant is used, the mean of the removed light over each half of the disc differs little from that for the centre's slant,
+    /// for optical depths around the worst.
     #[test]
     fn both_halves_of_the_sun_lose_the_light_of_the_centres_slant() {
         const TANGENT: f64 = 5e-4;
@@ -365,9 +374,11 @@ mod tests {
             let bins = RadiusBins::of(&intervals);
             let [at_inner, bins_per_inverse_radius, last] = bins.formula.map(narrow_scalar);
             let (from, to) = (intervals[0].inner, intervals[intervals.len() - 1].outer);
-            let (mut reads, mut max_reads) = (0, 0);
+            // Reads of further intervals, after that of the bin.
+            let (mut extra_reads, mut max_extra_reads) = (0, 0);
             const SAMPLES: usize = 100_000;
             for k in 0..SAMPLES {
+                // Most samples are near the inner edge.
                 let radius = narrow_scalar(from + (to - from) * (k as f64 / SAMPLES as f64).powi(3));
                 let bin = (at_inner - bins_per_inverse_radius / radius).clamp(0.0, last) as usize;
                 let rows = RING_BIN_ROWS as usize;
@@ -375,10 +386,14 @@ mod tests {
                 let first = texel[0] as usize + texel[1..].iter().filter(|end| **end <= radius).count();
                 let expected = intervals.partition_point(|s| narrow_scalar(s.outer) <= radius).min(intervals.len() - 1);
                 assert!(first <= expected, "{}, {radius}: bin {bin} begins in interval {first}, past {expected}", body.name);
-                reads += expected - first;
-                max_reads = max_reads.max(expected - first);
+                extra_reads += expected - first;
+                max_extra_reads = max_extra_reads.max(expected - first);
             }
-            assert!(reads < SAMPLES / 100 && max_reads <= 5, "{}: {reads} reads more for {SAMPLES} places, {max_reads} at most", body.name);
+            assert!(
+                extra_reads < SAMPLES / 100 && max_extra_reads <= 5,
+                "{}: {extra_reads} reads more for {SAMPLES} places, {max_extra_reads} at most",
+                body.name
+            );
         }
     }
 
@@ -387,9 +402,11 @@ mod tests {
     fn dust_is_summed_apart_from_large_particles() {
         let faint = Ring { dust_fraction: 0.8, ..ring(4.0, 5.0, 1e-6) };
         let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), UNIT_KM, &ALBEDO_VIEW).expect("a table");
-        let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
+        // The table has four nodes, and a texel four channels.
+        let at = |row: u32, node: usize, channel: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + channel]);
         let (large, dust) = (RING_HEADER_ROWS + 1, RING_HEADER_ROWS + 3);
         assert_eq!([0, 3].map(|c| at(dust, 2, c)), [0.0; 2], "no dust inside the faint ring");
+        // Expected: red albedo, times the dust's or large particles' fraction, times the removed fraction 1e-6, over a width of 1.
         let light = at(dust, 3, 0) - at(dust, 2, 0);
         assert!((light / (0.5 * 0.8e-6) - 1.0).abs() < 1e-5, "{light}");
         let in_dense_sum = at(large, 3, 0) - at(large, 2, 0);

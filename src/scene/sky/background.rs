@@ -1,9 +1,9 @@
 //! Diffuse light behind all bodies: the Milky Way or the user's panorama, and zodiacal light.
 //!
-//! In: the camera, the apparent Sun, the threshold, the panorama's frame and radiance. Out: [`SkyBackground`], the uniforms of
-//! shaders/entry/sky_background.wesl, and the reasons. Always: the background is behind everything else; the draw of the air in front dims it; each of
-//! the two parts is left out if it is below the threshold. Rotations are f64; only the view's axes are narrowed. Left out:
-//! aberration of diffuse light (0.3 arcmin), its tint by air, and the parallax of the Milky Way.
+//! In: the camera, the apparent Sun, the threshold, the panorama's frame and radiance ([`SkyMap`]). Out: [`SkyBackground`], the uniforms of
+//! shaders/entry/sky_background.wesl, and a decision for each of the two parts. Always: the background is behind everything else; the draw of the air in front
+//! dims it; each of the two parts is left out if it is below the threshold. Rotations are f64; only the view's axes are narrowed. Left out: aberration of
+//! diffuse light (0.3 arcmin), its tint by air, and the parallax of the Milky Way.
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
@@ -33,19 +33,19 @@ pub struct SkyBackground {
     pub up: Vec3,
     /// Radiance of the panorama's linear value 1; 0 if it is not drawn.
     pub map_radiance: f32,
-    /// A second panorama, whose light is added to the first (`SkyMap::bright`), and the radiance of its linear value 1; 0 without it.
+    /// A second panorama, whose light is added to the first (`SkyMap::bright`), and the radiance of its linear value 1; `None` and 0 without one.
     pub bright_file: Option<String>,
     pub bright_radiance: f32,
     /// Mip level of the panorama.
     pub map_level: f32,
-    /// `zodiacal::unit_radiance`, with the user's boost; 0 if zodiacal light is not drawn.
+    /// Radiance of a value of 1 of `zodiacal::brightness`, with the user's boost (`ViewRequest::stars_boost_stops`); 0 if zodiacal light is not drawn.
     pub zodiacal_radiance: f32,
     /// Unit vectors towards the Sun and the ecliptic's north pole.
     pub to_sun: Vec3,
     pub ecliptic_pole: Vec3,
-    /// `zodiacal::LAW`.
+    /// `zodiacal::LAW`: the coefficients of zodiacal light by elongation (rows) and latitude (columns).
     pub zodiacal_law: [Vec4; 5],
-    /// `zodiacal::LOG_OFFSET`, and the cosines of `zodiacal::CORONA_BLEND_DEG`; see the shader.
+    /// `zodiacal::LOG_OFFSET`; and the cosines of the elongations between which the corona blends into zodiacal light (`zodiacal::CORONA_BLEND_DEG`).
     pub log_offset: f32,
     pub inner_cosine: f32,
     pub outer_cosine: f32,
@@ -56,9 +56,9 @@ pub struct SkyBackground {
 /// Number of rays along each side of the grid that samples the frame for its brightest zodiacal light.
 const GRID_RAYS: u32 = 17;
 
-/// The brightest zodiacal light in the frame, radiance.
-fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64 {
-    // As in the shader: closer to the Sun the law keeps its value at the inner elongation.
+/// The greatest radiance of zodiacal light in the frame. `unit_radiance`: radiance of a value of 1 of `zodiacal::brightness`.
+fn max_zodiacal_radiance(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64 {
+    // As in the shader: closer to the Sun than the inner end of the blend, zodiacal light keeps its value there.
     let (inner_deg, _) = zodiacal::CORONA_BLEND_DEG;
     let max_cosine = inner_deg.to_radians().cos();
     let clip = |k: u32| 2.0 * f64::from(k) / f64::from(GRID_RAYS - 1) - 1.0;
@@ -70,7 +70,7 @@ fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64
 }
 
 /// The background of a frame (`None` if neither of its parts is drawn) with the decisions about its parts; no background and no decisions in pixel views other
-/// than the final image. `has_corona`: whether the frame draws the Sun's corona.
+/// than the final image. `map`: the panorama. `has_corona`: whether the frame draws the Sun's corona.
 pub(crate) fn background(
     request: &ViewRequest,
     camera: &Camera,
@@ -85,6 +85,7 @@ pub(crate) fn background(
     }
     let boost = request.stars_boost_stops.exp2();
     let decided = |effect, on: bool, reason: Reason| Decision { effect, on, reason, stated_error: None };
+    // How a radiance compares with the threshold: in radiance for linear light, else relative to white.
     let comparison = |radiance: f64| match threshold.is_linear() {
         true => threshold.radiance_description(radiance),
         false => {
@@ -106,8 +107,8 @@ pub(crate) fn background(
     // Without a Sun its distance counts as 0, so no zodiacal light is drawn.
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
     let (to_sun, sun_au) = sun.map_or((DVec3::X, 0.0), |s| (s.placement.centre_km / s.distance_km, s.distance_km / KM_PER_AU));
-    let zodiacal_unit = zodiacal::unit_radiance(sun_au.max(zodiacal::NEAREST_AU)) * boost;
-    let max_zodiacal_radiance = brightest_zodiacal(camera, to_sun, zodiacal_unit);
+    let zodiacal_unit_radiance = zodiacal::unit_radiance(sun_au.max(zodiacal::NEAREST_AU)) * boost;
+    let max_zodiacal_radiance = max_zodiacal_radiance(camera, to_sun, zodiacal_unit_radiance);
     let zodiacal_light = if !request.layers.zodiacal_light {
         decided("zodiacal-light", false, reason!("set-by-you"))
     } else if sun_au < zodiacal::NEAREST_AU {
@@ -121,6 +122,7 @@ pub(crate) fn background(
     };
     let (draws_map, draws_zodiacal) = (milky_way.on, zodiacal_light.on);
     let map_from_icrf = map.frame.icrf_from_frame().transpose();
+    // On the map's equator.
     let texel_rad = TAU / f64::from(map.width);
     let axis = |v: DVec3| narrow(map_from_icrf * v);
     let (inner_deg, outer_deg) = zodiacal::CORONA_BLEND_DEG;
@@ -134,14 +136,14 @@ pub(crate) fn background(
         bright_file: bright.map(|b| b.file.clone()),
         bright_radiance: narrow_scalar(bright.map_or(0.0, |b| b.unit_radiance * boost)),
         map_level: narrow_scalar((camera.pixel_tangent() / texel_rad).log2().max(0.0)),
-        zodiacal_radiance: narrow_scalar(if draws_zodiacal { zodiacal_unit } else { 0.0 }),
+        zodiacal_radiance: narrow_scalar(if draws_zodiacal { zodiacal_unit_radiance } else { 0.0 }),
         to_sun: axis(to_sun),
         ecliptic_pole: axis(ecliptic_pole()),
         zodiacal_law: zodiacal::LAW.map(|row| narrow4(DVec4::from_array(row))),
         log_offset: narrow_scalar(zodiacal::LOG_OFFSET),
         inner_cosine: narrow_scalar(inner_deg.to_radians().cos()),
         outer_cosine: narrow_scalar(outer_deg.to_radians().cos()),
-        // The corona is not boosted, so a blend from boosted zodiacal light into it would be visible: the zodiacal light then continues up to the Sun.
+        // The corona is not boosted, so a blend from boosted zodiacal light into it would be visible: with a boost zodiacal light continues up to the Sun.
         fades_into_corona: if has_corona && request.stars_boost_stops == 0.0 { 1.0 } else { 0.0 },
     };
     ((draws_map || draws_zodiacal).then_some(background), vec![milky_way, zodiacal_light])

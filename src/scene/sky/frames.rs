@@ -12,7 +12,7 @@ const OBLIQUITY_J2000_RAD: f64 = 84_381.406 * RAD_PER_ARCSEC;
 /// A celestial coordinate frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SkyFrame {
-    /// Longitude 0 at the Galaxy's centre.
+    /// The pole is that of the Galaxy; longitude 0 is at its centre.
     #[default]
     Galactic,
     /// ICRF, which is the mean equator of J2000 within 0.02 arcsec.
@@ -92,10 +92,12 @@ mod tests {
         for (frame, place, icrf) in [
             (SkyFrame::Galactic, (0.0, 0.0), (266.404_994_8, -28.936_174_0)),
             (SkyFrame::Galactic, (0.0, 90.0), (192.859_48, 27.128_25)),
-            // The latitude of the celestial pole equals the declination of the Galactic pole.
+            // The celestial pole: its longitude is that of the ascending node plus 90 degrees, its latitude the declination of the Galactic pole.
             (SkyFrame::Galactic, (122.931_92, 27.128_25), (0.0, 90.0)),
+            // The obliquity of the IAU 2006, 84381.406 arcsec, and 90 degrees minus it.
             (SkyFrame::Ecliptic, (90.0, 0.0), (90.0, 23.439_279)),
             (SkyFrame::Ecliptic, (0.0, 90.0), (270.0, 66.560_721)),
+            // Any direction: the axes are those of ICRF.
             (SkyFrame::Equatorial, (101.0, -16.0), (101.0, -16.0)),
         ] {
             assert!(off_arcsec(frame, place, icrf) < 0.1, "{frame:?} {place:?}: {}", off_arcsec(frame, place, icrf));

@@ -2,13 +2,13 @@
 //!
 //! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star is drawn as the black body that has its
 //! index, seen by the CIE 1931 observer. Left out: differences between a star's spectrum and that of a black body, such as the absorption bands of cool
-//! stars. Indices outside `MIN_B_V..=MAX_B_V` are clamped. The temperature of this black body is not the star's: see [`super::star_temperature`].
+//! stars. Indices outside `MIN_B_V..=MAX_B_V` are clamped. A star's own temperature differs from that of this black body: [`super::star_temperature`].
 
 use crate::units::luminance;
 use glam::{DMat3, DVec3};
 use std::sync::LazyLock;
 
-/// Colour indices of the table's ends, and the number of its steps.
+/// Colour indices of the table's ends, and the number of its steps, 0.05 each.
 const MIN_B_V: f64 = -0.4;
 const MAX_B_V: f64 = 2.4;
 const STEPS: usize = 56;
@@ -52,8 +52,9 @@ fn black_body_xyz(kelvin: f64) -> DVec3 {
     (380..=780).step_by(5).map(f64::from).map(|nm| colour_matching(nm) * ((600.0 / nm).powi(5) / (C2 / (nm * kelvin)).exp_m1())).sum()
 }
 
-/// The colour of a black body in the primaries of sRGB (IEC 61966-2-1).
+/// The colour of a black body in linear sRGB (IEC 61966-2-1), in the arbitrary units of [`black_body_xyz`].
 fn linear_srgb(kelvin: f64) -> DVec3 {
+    // Column by column.
     let rgb_from_xyz = DMat3::from_cols_array(&[3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570]);
     rgb_from_xyz * black_body_xyz(kelvin)
 }
@@ -85,6 +86,7 @@ mod tests {
     #[test]
     fn the_sun_is_white_and_colours_run_from_blue_to_red() {
         assert!((star_colour(Some(0.653)) - DVec3::ONE).abs().max_element() < 0.02, "{}", star_colour(Some(0.653)));
+        // The colours are about (0.77, 1.01, 1.60) and (1.48, 0.92, 0.40).
         let (rigel, betelgeuse) = (star_colour(Some(-0.03)), star_colour(Some(1.85)));
         assert!(rigel.z > 1.2 && rigel.x < 0.9 && betelgeuse.x > 1.4 && betelgeuse.z < 0.45, "{rigel} {betelgeuse}");
         let ratio = |b_v: f32| star_colour(Some(b_v)).x / star_colour(Some(b_v)).z.max(1e-9);

@@ -2,8 +2,8 @@
 //!
 //! In: placed bodies and the user's height map. Out: the profile as seen from the camera, stored in the placed Moon ([`compute_profile`]); the visible
 //! sunlight ([`visible_sunlight`]); features and uniforms of both draws ([`apply_to_moon`], [`apply_to_sun`]). Always: nothing changes without a height map,
-//! or if the Moon does not touch the Sun's disc. Left out: the effect of the heights on sunlight at the ground, which uses the mean limb, and relief on the
-//! disc.
+//! or if the Moon does not touch the Sun's disc. Left out: relief on the Moon's disc, and the heights' effect on eclipsed bodies, whose sunlight follows from
+//! the mean limb.
 
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
@@ -22,11 +22,12 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
+// The table of the profile has one texel per point.
 const _: () = assert!(LIMB_POINTS == LIMB_COLUMNS * LIMB_ROWS);
 /// Smallest range of limb heights, in pixels, for which the profile is drawn.
 const MIN_SPAN_PX: f64 = 0.25;
-/// Largest sine of the limb's angle, which keeps the tangent finite. The limit is not reached: a profile exists only for cameras at least one radius above the
-/// Moon, where the sine is at most about 0.5.
+/// Largest sine of the angle at the camera between the Moon's centre and its limb, which keeps the tangent finite. The limit is not reached: a profile exists
+/// only for cameras at least one radius above the Moon, where the sine is at most about 0.5.
 const MAX_LIMB_SINE: f64 = 0.999;
 
 /// Computes the limb profile as seen from the camera and stores it in the placed Moon, if a height map is given and the Moon may touch the Sun's disc.
@@ -47,8 +48,8 @@ pub(crate) fn compute_profile(placed: &mut [PlacedBody<'_>], profiles: &LimbProf
     placed[moon].limb_profile = Some(profiles.seen_from(map, camera_in_moon_axes_km));
 }
 
-/// The limb profile in the camera's view. `position_angle_axes`: unit vectors perpendicular to the direction to the Moon, ICRF, at the position angles 0 and
-/// 90 degrees of the profile.
+/// The limb profile in the camera's view. `position_angle_axes`: [`LimbProfile::position_angle_axes`] in ICRF; both are perpendicular to the direction to the
+/// Moon.
 struct ApparentLimb<'p> {
     profile: &'p LimbProfile,
     position_angle_axes: [DVec3; 2],
@@ -71,8 +72,8 @@ impl<'p> ApparentLimb<'p> {
 /// The fraction of the Sun's light that the Moon's limb profile leaves visible, per channel; exactly 0 if the Sun is completely hidden. `mean_limb_light`:
 /// the fraction for a smooth limb of the Moon's mean radius.
 ///
-/// Computed in the plane tangent to the sky at the Moon's centre, where the Sun's outline is approximated by a circle. At an angle theta from the Moon's
-/// centre the axis ratio of the true outline is 1 / cos theta: less than 1 + 5e-5 as seen from the Earth, and 1.16 one radius above the Moon.
+/// Computed in the plane tangent to the sky at the Moon's centre, where the Sun's outline is approximated by a circle. With the Sun at an angle theta from the
+/// Moon's centre, the axis ratio of the true outline is 1 / cos theta: less than 1 + 5e-5 as seen from the Earth, and 1.16 one radius above the Moon.
 pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, mean_limb_light: DVec3) -> DVec3 {
     let apparent_limb = ApparentLimb::of(profile, &moon.placement);
     let to_moon = moon.placement.centre_km.normalize();
@@ -81,6 +82,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     let sun_centre = DVec2::new(to_sun.dot(apparent_limb.position_angle_axes[0]), to_sun.dot(apparent_limb.position_angle_axes[1]));
     let sun_radius_tan = sun.angular_radius_rad().tan();
     let (u1, u2) = limb_darkening(sun.body);
+    // The light of the entire disc, in units of the radiance of its centre times the square of its radius.
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
     let mean_limb_tan = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
     let (mut change, mut is_any_visible) = (DVec3::ZERO, false);
@@ -101,6 +103,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
         if to <= from {
             continue;
         }
+        // The light per distance along the ray and per radian of position angle: radiance times r, because areas in polar coordinates are r dr dphi.
         let light_at = |r: f64| {
             let from_sun_centre = (radial * r - sun_centre) / sun_radius_tan;
             let mu = (1.0 - from_sun_centre.length_squared()).max(0.0).sqrt();
@@ -124,10 +127,11 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let Some(moon) = placed.iter().find(|p| p.body.id == NaifId::MOON) else { return };
     let Some(profile) = moon.limb_profile.as_deref() else { return };
     let [min_km, max_km] = profile.range_km();
+    // With pixels as in the image's middle, at the distance of the Moon's centre. At the limb of a near Moon the span is up to 1.5 times as large.
     let span_px = (max_km - min_km) / (moon.distance_km * camera.pixel_tangent());
     let draw = draws.iter_mut().find(|d| d.body == NaifId::MOON && d.part == BodyPart::Globe);
     let supports_limb_profile = |d: &Draw| d.features.shape == Shape::Sphere && d.features.eclipse.occluders == 0;
-    let on = span_px >= MIN_SPAN_PX && draw.as_ref().is_some_and(|d| supports_limb_profile(d));
+    let is_drawn = span_px >= MIN_SPAN_PX && draw.as_ref().is_some_and(|d| supports_limb_profile(d));
     let reason = reason!(
         "limb-heights",
         count = LIMB_POINTS,
@@ -136,18 +140,20 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
         size = format_args!("{span_px:.2}"),
         limit = MIN_SPAN_PX
     );
-    let decision = Decision { effect: "limb-heights", on, reason, stated_error: None };
+    let decision = Decision { effect: "limb-heights", on: is_drawn, reason, stated_error: None };
     bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));
-    let Some(draw) = draw.filter(|_| on) else { return };
+    let Some(draw) = draw.filter(|_| is_drawn) else { return };
     // The Moon is in front of the Sun, so the camera sees its night side: this needs no procedural craters, and no average over pixels of a thin crescent.
     draw.features.detail = Detail::None;
     draw.features.thin_limb = false;
     draw.features.limb_heights = true;
     let radius_km = moon.body.radii_km.x;
+    // In lunar radii, above the sphere of the Moon's radius.
     let height = |k: usize| (profile.sphere_km() + profile.heights_km()[k % LIMB_POINTS]) / radius_km - 1.0;
     let texels = (0..LIMB_POINTS).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).map(narrow_scalar).collect();
     let position_angle_axes = profile.position_angle_axes().map(|a| narrow(a).extend(0.0));
     draw.uniforms.limb = LimbUniforms { position_angle_axes, table: Some(Arc::new(LimbTable { texels })) };
+    // The drawn rectangle must contain the highest peak; it is never smaller than the sphere's.
     let peak_radius_ratio = (profile.sphere_km() + max_km.max(0.0)) / radius_km;
     let placement_with_peaks = Placement { radii_km: moon.placement.radii_km * peak_radius_ratio.max(1.0), ..moon.placement };
     if let Some(rect) = Outline::of(camera, &placement_with_peaks).rect(camera) {
@@ -164,28 +170,29 @@ pub(crate) fn update_features(draws: &[Draw], bodies: &mut [BodyReport]) {
     }
 }
 
-/// Applies the Moon's silhouette to the Sun's draw. `moon_draw`: uniforms of the Moon's draw. `row`: the first of the Moon's rows in the uniform
-/// `foreground_limb`; `rays`: the view ray of the pixel position that is the origin of these rows, and its change per pixel in x and in y.
+/// Applies the Moon's silhouette to the Sun's draw. `moon_limb`: the uniforms of [`apply_to_moon`]. `row`: index of the first of the Moon's three rows in the
+/// shader's array `foreground_limb`. These rows count pixels from an origin; `rays`: the view ray at this origin, and its change per pixel in x and in y.
 pub(crate) fn apply_to_sun(
     draw: &mut Draw,
-    moon_draw: &LimbUniforms,
+    moon_limb: &LimbUniforms,
     moon: &PlacedBody<'_>,
     camera: &Camera,
     row: usize,
     rays: [DVec3; 3],
 ) {
-    let (Some(profile), Some(_)) = (moon.limb_profile.as_deref(), &moon_draw.table) else { return };
+    let (Some(profile), Some(_)) = (moon.limb_profile.as_deref(), &moon_limb.table) else { return };
     if draw.features.surface != Surface::Emissive || draw.features.shape != Shape::Sphere {
         return;
     }
     let apparent_limb = ApparentLimb::of(profile, &moon.placement);
     // Pixels per lunar radius of height at the limb: d tan(asin s) / ds = (1 - s^2)^(-3/2).
     let sine = (moon.body.radii_km.x / moon.distance_km).min(MAX_LIMB_SINE);
-    let radius_px = sine / (1.0 - sine * sine).powf(1.5) / camera.pixel_tangent();
+    let px_per_radius = sine / (1.0 - sine * sine).powf(1.5) / camera.pixel_tangent();
+    // The shader's form of an axis for the Sun's draw: the component along it of a pixel's view ray, as coefficients of 1, x, y; `w`: any other number.
     let limb_row = |k: usize, w: f64| {
         narrow(DVec3::from_array(rays.map(|ray| apparent_limb.position_angle_axes[k].dot(ray)))).extend(narrow_scalar(w))
     };
     draw.features.limb_heights = true;
     draw.uniforms.limb =
-        LimbUniforms { position_angle_axes: [limb_row(0, radius_px), limb_row(1, row as f64)], table: moon_draw.table.clone() };
+        LimbUniforms { position_angle_axes: [limb_row(0, px_per_radius), limb_row(1, row as f64)], table: moon_limb.table.clone() };
 }

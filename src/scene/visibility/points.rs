@@ -1,9 +1,8 @@
-//! Bodies drawn as points, and the glare of small discs, among the other bodies of the frame: the part of their light that nearer bodies and rings leave, and
-//! what a point hides.
+//! The light of bodies drawn as points, and of the glare of small discs, that nearer bodies and rings do not hide; and what a point itself hides.
 //!
 //! In: placed bodies, their draws and points. Out: the points with the flux that reaches the viewer, and with [`Point::covered_px`] above 0 only where a disc
 //! or a ring is behind them; points without light that hide nothing are removed. Errors: the transmittance of rings is a mean over one diameter of the body's
-//! disc, parallel to the pole of the rings. Not here: the air of a planet in front of a point, unless the camera is in it (`features` dims the point).
+//! disc, parallel to the pole of the rings. Not here: the air of a planet in front of a point, unless the camera is in it (`scene::features` dims it then).
 
 use super::hidden::{gap_is_below, record_visible_fraction, visible_fraction};
 use super::order::is_in_front;
@@ -53,6 +52,7 @@ impl RingedPlanet<'_, '_> {
         let radius = body.body.radii_km.element_sum() / 3.0 / unit_km;
         let line_of_sight = (centre - camera).normalize();
         let outer = self.intervals.last().map_or(0.0, |interval| interval.outer);
+        // The line of sight to the body's centre passes the planet's centre at this distance.
         if camera.cross(line_of_sight).length() > outer + radius {
             return RingsAtBody { transmittance: 1.0, are_behind: false };
         }
@@ -63,6 +63,7 @@ impl RingedPlanet<'_, '_> {
             let (sine, cosine) = (PI * ((f64::from(k) + 0.5) / f64::from(LINE_OF_SIGHT_COUNT) - 0.5)).sin_cos();
             let point = centre + diameter * (radius * sine);
             let to_camera = (camera - point).normalize();
+            // Otherwise the endless ray of `transmittance` crosses the plane only behind the camera, or not at all.
             let is_beyond_plane = point.z * camera.z < 0.0;
             let weight = cosine * cosine;
             transmitted += weight * if is_beyond_plane { transmittance(&self.intervals, point, to_camera) } else { 1.0 };
@@ -74,10 +75,10 @@ impl RingedPlanet<'_, '_> {
 }
 
 /// How much the light of the air around the camera outshines bodies: 0 at night and without air, 1 by day.
-fn sky_by_day(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>]) -> f64 {
+fn daylight_weight(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>]) -> f64 {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
-    let sun_sine = |up: DVec3| sun.map(|s| up.dot(s.placement.centre_km) / s.distance_km);
-    let sun_sine = frame.air.filter(|air| air.is_bright()).and_then(|air| sun_sine(air.up()));
+    let sun_altitude_sine = |up: DVec3| sun.map(|s| up.dot(s.placement.centre_km) / s.distance_km);
+    let sun_sine = frame.air.filter(|air| air.is_bright()).and_then(|air| sun_altitude_sine(air.up()));
     sun_sine.map_or(0.0, |sine| smooth_rise(DUSK_SUN_SINES, sine))
 }
 
@@ -96,7 +97,7 @@ pub(crate) fn apply(
     let intervals = |p: &PlacedBody<'_>| ring_tables.intervals(p.body.rings.iter(), p.body.radii_km.x);
     let ringed = placed.iter().filter(|p| has_draw(p.body.id, BodyPart::RingInFront));
     let ringed: Vec<_> = ringed.map(|p| RingedPlanet { placed: p, intervals: intervals(p) }).collect();
-    let night_weight = 1.0 - sky_by_day(frame, placed);
+    let night_weight = 1.0 - daylight_weight(frame, placed);
     for point in points.iter_mut() {
         let Some(p) = placed.iter().find(|p| p.body.id == point.body) else { continue };
         let visible = visible_fraction(placed, p);
@@ -105,6 +106,7 @@ pub(crate) fn apply(
         }
         let ringed = ringed.iter().filter(|planet| planet.placed.body.id != point.body);
         let rings: Vec<RingsAtBody> = ringed.map(|planet| planet.rings_at(p)).collect();
+        // Fraction per channel.
         let transmitted = visible * rings.iter().map(|r| r.transmittance).product::<f64>();
         point.flux *= narrow(transmitted);
         // The sprite of a point beside a disc may reach into the disc, so the point hides something from that distance on.

@@ -1,7 +1,8 @@
 //! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
-//! In: the number of dimensions whose combinations are to be covered, or a seed. Out: keys. Dimensions have 3.2 * 10^12 combinations of values
-//! ([`count_combinations`]), too many to list. A combination of values of a few dimensions is *possible* if some canonical features have these values; such
+//! In: `t`, the number of dimensions whose combinations are to be covered, or a seed. Out: keys. All dimensions together have 3.2 * 10^12 combinations of
+//! values ([`count_combinations`]), too many to list. Features are canonical if [`canonical()`], which removes what has no effect on the image, leaves them
+//! unchanged; keys have only such features. A combination of values of a few dimensions is *possible* if some canonical features have these values; such
 //! features are a *completion* of the combination. To find one, the values are set in each of the [`base_features`]: all canonical features that differ from
 //! [`DrawFeatures::MINIMAL`] only in dimensions on which the canonical rules depend. The combination is possible if one of the results is canonical.
 
@@ -12,7 +13,7 @@ use crate::scene::draw::DrawFeatures;
 use std::collections::BTreeSet;
 use std::sync::OnceLock;
 
-/// Number of all combinations of dimension values, canonical or not.
+/// Number of combinations of values of all dimensions, canonical or not.
 pub fn count_combinations() -> u64 {
     DIMENSIONS.iter().map(|d| d.texts.len() as u64).product()
 }
@@ -22,7 +23,7 @@ fn value_count(dimension: usize) -> usize {
     DIMENSIONS[dimension].texts.len()
 }
 
-/// `count` random combinations of dimension values, canonical or not; the same seed gives the same combinations.
+/// `count` random combinations of values of all dimensions, canonical or not; the same seed gives the same combinations.
 pub fn random_features(seed: u64, count: usize) -> Vec<DrawFeatures> {
     let mut random = Random::new(seed);
     let combination = |random: &mut Random| {
@@ -33,14 +34,14 @@ pub fn random_features(seed: u64, count: usize) -> Vec<DrawFeatures> {
     (0..count).map(|_| combination(&mut random)).collect()
 }
 
-/// The keys of `count` random combinations; the same seed gives the same keys.
+/// The keys of `count` random combinations, each reduced to its canonical features; the same seed gives the same keys.
 pub fn random_keys(seed: u64, count: usize) -> Vec<ShaderKey> {
     random_features(seed, count).iter().map(ShaderKey::for_draw).collect()
 }
 
-/// The dimensions on which the canonical rules of other dimensions depend, each with the number of its base values: its first values, which occur in
-/// [`base_features`]. The rules treat all further values like the last base value. The exception is the fifth value of `air-pass`, `coarsesunlight`, which has
-/// rules of its own: [`completion`] finds features with it by setting it in base features without an air pass.
+/// The dimensions on which the canonical rules of other dimensions depend, each with a number of base values. These are its first values; only they occur in
+/// [`base_features`], because the rules treat all further values like the last base value. The exception is the fifth value of `air-pass`, `coarsesunlight`,
+/// which has rules of its own: [`completion`] finds features with it by setting it in base features without an air pass.
 const RULE_DIMENSIONS: [(&str, usize); 12] = [
     ("surface", 8),
     ("albedo", 2),
@@ -77,7 +78,7 @@ fn base_features() -> Vec<DrawFeatures> {
     distinct.into_iter().collect()
 }
 
-/// Pairs of an index into [`DIMENSIONS`] and a value of that dimension.
+/// A combination of values of some dimensions: pairs of an index into [`DIMENSIONS`] and a value of that dimension.
 type Combination = [(usize, usize)];
 
 fn with_values(mut features: DrawFeatures, values: &Combination) -> DrawFeatures {
@@ -90,13 +91,14 @@ fn has_values(features: &DrawFeatures, values: &Combination) -> bool {
 }
 
 /// A completion of a combination: sets the combination's values in one of the base features after another, and returns the first result that is canonical. The
-/// search begins at index `start` and wraps around.
+/// search begins at index `start` and wraps around. `None` if the combination is not possible.
 fn completion(base_features: &[DrawFeatures], start: usize, values: &Combination) -> Option<DrawFeatures> {
     let (before, after) = base_features.split_at(start);
     after.iter().chain(before).map(|base| with_values(*base, values)).find(|f| canonical(f) == *f)
 }
 
-/// Some of the dimensions, whose combinations of values are to be covered. The combinations of all choices are numbered from 0, choice after choice.
+/// `t` of the dimensions, whose combinations of values are to be covered. Consecutive numbers, from 0, identify the combinations of all choices: first those of
+/// the first choice.
 struct Choice {
     /// Indices into [`DIMENSIONS`].
     dimensions: Vec<usize>,
@@ -113,21 +115,21 @@ impl Choice {
 
 /// Every choice of `t` of the first `count` dimensions, and the number of combinations of all choices.
 fn choices(count: usize, t: usize) -> (Vec<Choice>, usize) {
-    fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
+    fn subsets(count: usize, t: usize) -> Vec<Vec<usize>> {
         if t == 0 {
             return vec![Vec::new()];
         }
         (t - 1..count)
             .flat_map(|last| {
-                list(last, t - 1).into_iter().map(move |mut c| {
-                    c.push(last);
-                    c
+                subsets(last, t - 1).into_iter().map(move |mut subset| {
+                    subset.push(last);
+                    subset
                 })
             })
             .collect()
     }
     let mut next_number = 0;
-    let choices = list(count, t)
+    let choices = subsets(count, t)
         .into_iter()
         .map(|dimensions| {
             let choice = Choice { dimensions, first_number: next_number };
@@ -145,8 +147,7 @@ fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [Choice]) -> impl I
     choices.iter().map(move |choice| choice.first_number + offset(choice))
 }
 
-/// Number of random completions that are compared, besides a first one, for each combination that is not covered yet. More tries give fewer keys, but take
-/// longer.
+/// Number of random completions with which the first completion of a combination is compared. More tries give fewer keys, but take longer.
 const TRIES: usize = 12;
 
 /// Keys that contain every possible combination of values of any `t` dimensions, sorted; the result is deterministic.
@@ -154,7 +155,7 @@ const TRIES: usize = 12;
 /// A greedy algorithm, like AETG (Cohen et al. 1997): of several random completions of the first uncovered combination, the one that covers
 /// the most new combinations is chosen.
 pub fn covering_keys(t: usize) -> Vec<ShaderKey> {
-    // By `t`. Sets for t above 3 are not cached, because the program uses none.
+    // The index is `t`. Sets for t above 3 are not cached, because the program uses none.
     static COVERINGS: [OnceLock<Vec<ShaderKey>>; 4] = [const { OnceLock::new() }; 4];
     match COVERINGS.get(t) {
         Some(covering) => covering.get_or_init(|| compute_covering(t)).clone(),
@@ -165,9 +166,10 @@ pub fn covering_keys(t: usize) -> Vec<ShaderKey> {
 fn compute_covering(t: usize) -> Vec<ShaderKey> {
     let base_features = base_features();
     let mut random = Random::new(t as u64);
-    let pairs_are_possible = (t > 2).then(|| pair_test(&base_features));
-    let (choices, count) = choices(DIMENSIONS.len(), t.min(DIMENSIONS.len()));
-    let mut covered = vec![false; count];
+    // A search for a completion that finds none tries all base features; this test, a table of pairs, excludes combinations without a search.
+    let test_of_pairs = (t > 2).then(|| pair_test(&base_features));
+    let (choices, combination_count) = choices(DIMENSIONS.len(), t.min(DIMENSIONS.len()));
+    let mut covered = vec![false; combination_count];
     let mut chosen = BTreeSet::new();
     for choice in &choices {
         for offset in 0..choice.combination_count() {
@@ -181,12 +183,13 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
                 values.push((*d, rest % value_count(*d)));
                 rest /= value_count(*d);
             }
-            if pairs_are_possible.as_ref().is_some_and(|test| !test(&values)) {
+            if test_of_pairs.as_ref().is_some_and(|test| !test(&values)) {
                 continue;
             }
             let Some(features) = best_completion(&base_features, &values, &mut random, |f| {
                 combinations_of(f, &choices).filter(|number| !covered[*number]).count()
             }) else {
+                // Not possible.
                 continue;
             };
             combinations_of(&features, &choices).for_each(|number| covered[number] = true);
@@ -223,7 +226,8 @@ fn pair_test(base_features: &[DrawFeatures]) -> impl Fn(&Combination) -> bool + 
     }
 }
 
-/// Of several random completions of a combination, the one with the greatest `count_new`: the number of combinations that no earlier key covers.
+/// Of several random completions of a combination, the one with the greatest `count_new`: the number of combinations that no earlier key covers. `None` if the
+/// combination is not possible.
 fn best_completion(
     base_features: &[DrawFeatures],
     values: &Combination,
@@ -233,11 +237,12 @@ fn best_completion(
     let mut best = completion(base_features, random.below(base_features.len()), values)?;
     let mut best_count = count_new(&best);
     for _ in 0..TRIES {
+        // The first search found a completion, so this one does too.
         let Some(mut features) = completion(base_features, random.below(base_features.len()), values) else { break };
         for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {
             (d.set)(&mut features, random.below(d.texts.len()));
         }
-        // The rules do not distinguish a rule dimension's last base value from the further values, so any of them may be chosen.
+        // The rules do not distinguish a rule dimension's last base value from the further values, so one of all these is chosen.
         for (name, base_value_count) in RULE_DIMENSIONS {
             let Some(d) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
             if (d.get)(&features) + 1 == base_value_count && d.texts.len() > base_value_count {

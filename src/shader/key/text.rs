@@ -1,8 +1,8 @@
-//! The text form of a key: `lambert.albedo-normal.sun1.ellipsoid`, followed by parts for flags and pixel view, if any.
+//! The text form of a key: `lambert.albedo-normal.sun1.ellipsoid`, followed by parts for a mesh's flags and the pixel view, if any.
 //!
 //! The text consists of parts, joined by `.`. A part consists of words, joined by `-`; each word names a value of one dimension. Parts and words are written in
 //! the order of the table of dimensions; a part without words is omitted. Only lower-case letters, digits, `.` and `-` occur. Parts and words are read in any
-//! order and case, because no word belongs to two dimensions. Only canonical keys are accepted: a word without an effect is an error.
+//! order and case, because no word belongs to two dimensions. Only canonical keys are accepted: a word that does not change the image is an error.
 
 use super::ShaderKey;
 use super::canonical::{canonical, first_reduction};
@@ -81,7 +81,7 @@ impl fmt::Display for ShaderKey {
 }
 
 /// The words of a part's text with their columns; `column`: where the text begins in the key. Words are joined by `-` and may themselves contain `-`, so at
-/// each position the longest known word is read.
+/// each position the longest known word is read. An unknown word ends before the next `-`.
 fn words(part: KeyPart, text: &str, column: usize) -> Vec<(&str, usize)> {
     let known_words = || DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).filter(|t| !t.is_empty());
     let mut found = Vec::new();
@@ -119,21 +119,21 @@ impl FromStr for ShaderKey {
 
     fn from_str(given: &str) -> Result<Self, KeyTextError> {
         let lower = given.to_ascii_lowercase();
-        let text = || echo_within(given, KEY_ECHO_CHARS);
+        let quoted = || echo_within(given, KEY_ECHO_CHARS);
         let mut features = DrawFeatures::MINIMAL;
         // Name of the dimension, text and column of each word, for messages about words that are repeated or have no effect.
         let mut positions: Vec<(&str, String, usize)> = Vec::new();
-        let mut found: Vec<KeyPart> = Vec::new();
+        let mut found_parts: Vec<KeyPart> = Vec::new();
         let mut column = 1;
         for piece in lower.split('.') {
             let unknown = |word: &str, column: usize, expected: String| KeyTextError::Unknown {
-                text: text(),
+                text: quoted(),
                 word: echo_within(word, WORD_ECHO_CHARS),
                 column,
                 expected,
             };
             let Some(part) = part_of(piece) else {
-                return Err(unknown(piece, column, suggestion(piece, &found)));
+                return Err(unknown(piece, column, suggestion(piece, &found_parts)));
             };
             for (word, word_column) in words(part, piece, column) {
                 let Some((dimension, value)) = find_word(part, word) else {
@@ -141,7 +141,7 @@ impl FromStr for ShaderKey {
                 };
                 if let Some((_, earlier, earlier_column)) = positions.iter().find(|(name, _, _)| *name == dimension.name) {
                     return Err(KeyTextError::Twice {
-                        text: text(),
+                        text: quoted(),
                         word: word.into(),
                         column: word_column,
                         dimension: dimension.name,
@@ -152,27 +152,29 @@ impl FromStr for ShaderKey {
                 (dimension.set)(&mut features, value);
                 positions.push((dimension.name, word.into(), word_column));
             }
-            found.push(part);
+            found_parts.push(part);
             column += piece.len() + 1;
         }
-        if let Some(part) = parts().into_iter().find(|p| !is_optional(*p) && !found.contains(p)) {
-            return Err(KeyTextError::Missing { text: text(), part: part.name(), column: lower.len() + 1, expected: words_of_part(part) });
+        if let Some(part) = parts().into_iter().find(|p| !is_optional(*p) && !found_parts.contains(p)) {
+            let column = lower.len() + 1;
+            return Err(KeyTextError::Missing { text: quoted(), part: part.name(), column, expected: words_of_part(part) });
         }
         if let Some((rule, dimension, _)) = first_reduction(&features) {
+            // If the key has no word of this dimension, the dimension's name at column 1 stands for it.
             let (word, column) = positions
                 .iter()
                 .find(|(name, _, _)| *name == dimension.name)
                 .map_or((dimension.name.to_owned(), 1), |(_, word, column)| (word.clone(), *column));
             let canonical = write(&canonical(&features));
-            return Err(KeyTextError::NoEffect { text: text(), word, column, because: rule.because, canonical });
+            return Err(KeyTextError::NoEffect { text: quoted(), word, column, because: rule.because, canonical });
         }
         Ok(Self { features })
     }
 }
 
 /// What an error message suggests for a piece that belongs to no part: a similar word, or the words of a part that is still missing.
-fn suggestion(piece: &str, found: &[KeyPart]) -> String {
-    did_you_mean(piece, all_words()).unwrap_or_else(|| match parts().into_iter().find(|p| !found.contains(p)) {
+fn suggestion(piece: &str, found_parts: &[KeyPart]) -> String {
+    did_you_mean(piece, all_words()).unwrap_or_else(|| match parts().into_iter().find(|p| !found_parts.contains(p)) {
         Some(part) => words_of_part(part),
         None => "every part is there already".into(),
     })
@@ -251,6 +253,7 @@ mod tests {
         assert_eq!(error_of("lambert.normal.sun1.sphere.vertexcolour"), ("no effect", "vertexcolour".into(), 28));
         assert_eq!(error_of("lambert.sun1.eclipse2.sphere"), ("no effect", "eclipse2".into(), 14));
         assert_eq!(error_of("lambert.sun1.limb-darkened.sphere"), ("no effect", "limb-darkened".into(), 14));
+        // Neither `limb-lit` nor `dust` is a word; an unknown word ends before the next `-`.
         assert_eq!(error_of("lambert.sun1.eclipse2-limb-lit.sphere"), ("unknown", "limb".into(), 23));
         assert_eq!(error_of("sky.sun1.air-pixel-16-dust.sphere"), ("unknown", "dust".into(), 23));
         assert_eq!(error_of(""), ("unknown", String::new(), 1));

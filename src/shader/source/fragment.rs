@@ -1,7 +1,7 @@
 //! A parsed fragment (a WESL source file).
 //!
-//! In: a fragment's path and text. Out: its lines, divided into pieces; the conditional block of each piece; its imports and declared names; and, for a set of
-//! features, which blocks a module includes, and why.
+//! In: a fragment's path and text. Out: its lines, divided into pieces; the block of each piece (a [`Block`] is the text under one condition); its
+//! imports and declared names; and, for a set of features, which blocks a module includes, and why.
 
 use super::block::{Block, ROOT};
 use super::condition::{Condition, FeatureSet};
@@ -36,10 +36,10 @@ pub struct FragmentLine {
 pub struct Import {
     /// The block of the import statement: index into [`Fragment::blocks`].
     pub block: u32,
-    /// From 1.
+    /// Line and column (in characters) of the statement, both from 1.
     pub line: u32,
     pub column: u32,
-    /// Path of the fragment inside shaders/.
+    /// Path of the imported fragment inside shaders/.
     pub path: String,
     /// The imported name.
     pub item: String,
@@ -49,6 +49,7 @@ pub struct Import {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Fragment {
     pub lines: Vec<FragmentLine>,
+    /// Each after the blocks to which it refers.
     pub blocks: Vec<Block>,
     /// The imported items, in the order of the text.
     pub imports: Vec<Import>,
@@ -65,6 +66,8 @@ fn line_and_column(text: &str, position: usize) -> (u32, u32) {
 }
 
 impl Fragment {
+    /// Parses a trusted text: without the limits and the grammar check of [`Fragment::check`].
+    ///
     /// # Errors
     /// The first syntax error or unsupported construct, with line and column.
     pub fn parse(path: &str, text: &str) -> Result<Self, ShaderError> {
@@ -119,7 +122,7 @@ impl Fragment {
             if start == end
                 && let Some(&block) = block_of_byte.get(start)
             {
-                // An empty line, perhaps within a list of imports.
+                // An empty line belongs to the block of its line break; within a list of imports it is removed.
                 match block {
                     REMOVED => has_removed = true,
                     _ => pieces.push(Piece { span: start..start, block }),
@@ -173,6 +176,7 @@ impl Fragment {
         match &self.blocks[block as usize] {
             Block::Root => None,
             Block::AnyOf(blocks) => blocks.iter().find(|b| emitted[**b as usize]).and_then(|b| self.reason(*b, emitted, features)),
+            // An `@else`.
             Block::When { condition: Condition::Constant(true), previous_branch: Some(b), .. } => match &self.blocks[*b as usize] {
                 Block::When { condition, .. } => Some(condition.reason(features)),
                 _ => None,

@@ -1,16 +1,20 @@
 //! Headers of FITS files (standard 4.0). A header is a sequence of 80-byte cards, `KEYWORD = value / comment`, in blocks of 2880 bytes.
 //!
 //! In: the bytes of a file from the start of a header. Out: its cards and the offset of its data, or a [`CardError`]. Always: at most 1000 blocks are read.
-//! Not read: long strings (CONTINUE), hierarchical keywords.
+//! Left out: long strings (CONTINUE), hierarchical keywords.
 
 use crate::wording::echo_within;
 
 /// Length of a card, bytes.
 pub(super) const CARD_BYTES: usize = 80;
+/// Length of the keyword at the start of a card, bytes.
+const KEYWORD_BYTES: usize = 8;
 /// Block size of headers and data, bytes.
 pub(super) const BLOCK_BYTES: usize = 2880;
 /// Maximum number of blocks of a header.
 const MAX_BLOCKS: usize = 1000;
+/// Maximum length of a value that a message quotes, characters.
+const MAX_VALUE_ECHO_CHARS: usize = 40;
 
 /// The header of one HDU (header-data unit: an image or table of the file).
 pub(super) struct Header {
@@ -20,8 +24,8 @@ pub(super) struct Header {
     pub data_offset: usize,
 }
 
-/// An error in a header: the number of the wrong card, counted from 1 at the start of the file, and the reason. For a missing card, the number is 1 or that
-/// of the header's first card.
+/// An error in a header: the number of the wrong card, counted from 1 at the start of the file, and the reason. For a missing card, the number is
+/// 1; if END is missing, it is that of the header's first card.
 pub(super) type CardError = (usize, String);
 
 impl Header {
@@ -34,7 +38,7 @@ impl Header {
                 return Err((card_number, "a header card with bytes that are not text: not FITS, or damaged".to_owned()));
             }
             let text = String::from_utf8_lossy(card);
-            let (keyword, rest) = text.split_at(8);
+            let (keyword, rest) = text.split_at(KEYWORD_BYTES);
             let keyword = keyword.trim_end();
             if keyword == "END" {
                 return Ok(Self { cards, data_offset: ((k + 1) * CARD_BYTES).next_multiple_of(BLOCK_BYTES) });
@@ -51,7 +55,7 @@ impl Header {
         self.cards.iter().find(|(k, _, _)| k == keyword).map(|(_, value, card_number)| (value.as_str(), *card_number))
     }
 
-    /// The text of a card, without quotes; empty if there is no such card.
+    /// The value of a card as text, without quotes; empty if there is no such card.
     pub fn text(&self, keyword: &str) -> &str {
         self.find(keyword).map_or("", |(value, _)| value)
     }
@@ -66,7 +70,7 @@ impl Header {
         let Some((value, card_number)) = self.find(keyword) else { return Ok(None) };
         // Fortran writes exponents with D.
         let parsed = value.replace(['D', 'd'], "E").parse::<f64>().ok().filter(|v| v.is_finite());
-        parsed.map(Some).ok_or_else(|| (card_number, format!("{keyword}: `{}` is not a number", echo_within(value, 40))))
+        parsed.map(Some).ok_or_else(|| (card_number, format!("{keyword}: `{}` is not a number", echo_within(value, MAX_VALUE_ECHO_CHARS))))
     }
 
     /// The integer value of a card. A missing card or a value outside `range` is an error.
@@ -75,7 +79,7 @@ impl Header {
         let parsed = value.parse::<i64>().ok().filter(|v| range.contains(v));
         parsed.ok_or_else(|| {
             let (min, max) = (range.start(), range.end());
-            (card_number, format!("{keyword}: `{}` is not a whole number from {min} to {max}", echo_within(value, 40)))
+            (card_number, format!("{keyword}: `{}` is not a whole number from {min} to {max}", echo_within(value, MAX_VALUE_ECHO_CHARS)))
         })
     }
 }

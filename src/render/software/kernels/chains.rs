@@ -1,4 +1,5 @@
-//! Chains of operations, each in one SIMD kernel: an operation uses the result of the previous one without a store and a load in between.
+//! Chains of operations, each in one SIMD kernel: an operation uses the result of the previous one without a store and a load in between. *Fused* operations
+//! ([`FusedOp`]) are those of a chain; this does not change their rounding, unlike a fused multiply-add (`FMA`).
 //!
 //! In: up to [`MAX_OPERANDS`] operands: the operands of the first operation, then those of each further operation except the previous result. Out: the same
 //! bits as from the kernels of the single operations run in order, because each operation still rounds separately. The lowering calls
@@ -17,7 +18,8 @@ pub const MAX_OPERANDS: usize = 8;
 /// Maximum number of operations of a chain.
 pub const MAX_CHAIN_OPS: usize = 8;
 
-/// Operand kinds as bits, the first operand in the lowest bit: L (1) = one value per lane, a slot; R (0) = one value for all lanes, a register.
+/// Operand kinds as bits, the first operand in the lowest bit. L (1): one value per lane, a slot of the tape; R (0): one value for all lanes, a register of
+/// the tape.
 pub const fn kind_bits(kinds: &str) -> u8 {
     let (kinds, mut bits, mut k) = (kinds.as_bytes(), 0, 0);
     while k < kinds.len() {
@@ -31,7 +33,8 @@ pub const fn kind_bits(kinds: &str) -> u8 {
 
 pub(crate) use super::chain_table::with_chains;
 
-// The entries of `with_chains`, in the notation that `chain_table` explains, as a constant.
+// The entries of `with_chains` as a constant. The entry `"LRL" = Max > Mul 1` is Mul(c, Max(a, b)), with the kinds of a, b and c: 1 is the position of the
+// previous result among the operands of Mul.
 macro_rules! table {
     ($($kinds:literal = $first:ident $(> $op:ident $chained:literal)+,)*) => {
         const TABLE: &[(&[FusedOp], &str)] = &[$((
@@ -48,6 +51,7 @@ pub fn all() -> &'static [(&'static [FusedOp], &'static str)] {
 }
 
 /// Number of operands of a chain. Each operation after the first takes the previous result for one of its operands, which is not counted.
+/// So the sum of the arities is reduced by the number of operations minus 1, and by 0 for no operations.
 pub fn operand_count(ops: &[FusedOp]) -> usize {
     ops.iter().map(|fused| fused.op.arity()).sum::<usize>() + 1 - ops.len().max(1)
 }
@@ -64,28 +68,29 @@ pub fn find(ops: &[FusedOp], kinds: u8) -> Option<usize> {
 }
 
 /// A chain as a type, built of [`First`] and [`Then`], with the function that evaluates it on one lane.
-pub(crate) trait FusedKernel {
+pub(crate) trait ChainKernel {
     /// Number of operands.
     const OPERANDS: usize;
+    /// The chain's result in lane number `lane` of the `N` lanes. `FMA`: whether multiply-adds round once.
     fn eval<R: Real, const N: usize, const FMA: bool>(operands: &[KernelOperand<'_, R, N>; MAX_OPERANDS], lane: usize) -> R;
 }
 
 /// The first operation.
 pub(crate) struct First<A>(A);
-/// The chain `P` and one further operation `B`, whose operand number `CHAINED` is the chain's result.
+/// The chain `P` and one further operation `B`. `CHAINED`: index, from 0, of the operand of `B` that is the result of `P`.
 pub(crate) struct Then<P, B, const CHAINED: usize>(P, B);
 
-impl<A: Eval> FusedKernel for First<A> {
+impl<A: Eval> ChainKernel for First<A> {
     const OPERANDS: usize = A::ARITY;
     #[inline(always)]
     fn eval<R: Real, const N: usize, const FMA: bool>(operands: &[KernelOperand<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
-        // Arguments beyond the arity are ignored; any operand can stand in for them.
+        // `A::eval` takes three arguments and ignores those beyond its arity. The last operand is passed for them.
         let last = A::ARITY - 1;
         A::eval::<R, FMA>(operands[0].at(lane), operands[if last < 1 { last } else { 1 }].at(lane), operands[last].at(lane))
     }
 }
 
-impl<P: FusedKernel, B: Eval, const CHAINED: usize> FusedKernel for Then<P, B, CHAINED> {
+impl<P: ChainKernel, B: Eval, const CHAINED: usize> ChainKernel for Then<P, B, CHAINED> {
     const OPERANDS: usize = P::OPERANDS + B::ARITY - 1;
     #[inline(always)]
     fn eval<R: Real, const N: usize, const FMA: bool>(operands: &[KernelOperand<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
@@ -100,12 +105,14 @@ impl<P: FusedKernel, B: Eval, const CHAINED: usize> FusedKernel for Then<P, B, C
     }
 }
 
-/// Runs a chain over `N` lanes. `KINDS`: as [`kind_bits`]. `FMA`: whether multiply-adds round once.
+/// Writes the results of a chain in `N` lanes to `dst`. `base`: the memory that contains all operands. `KINDS`: as [`kind_bits`]. `FMA`: whether
+/// multiply-adds round once.
+///
 /// # Safety
 /// `offsets` has the offset of every operand from `base`, in elements. Each operand is valid for `N` reads, or for one if its bit in `KINDS`
 /// is not set. No operand overlaps `dst`.
 #[inline(always)]
-pub(crate) unsafe fn run_lanes<C: FusedKernel, R: Real, const N: usize, const KINDS: u8, const FMA: bool>(
+pub(crate) unsafe fn run_lanes<C: ChainKernel, R: Real, const N: usize, const KINDS: u8, const FMA: bool>(
     dst: &mut [R; N],
     base: *const R,
     offsets: *const u32,

@@ -31,7 +31,7 @@ fn scalar_of<R: Real>(op: Op, has_fma: bool) -> ScalarFn<R> {
     with_ops!(arms)
 }
 
-/// Computes one operation on single values. `has_fma`: whether multiply-adds round once.
+/// Computes one operation on single values; operands beyond its arity are ignored. `has_fma`: whether multiply-adds round once.
 pub fn eval<R: Real>(op: Op, has_fma: bool, a: R, b: R, c: R) -> R {
     R::scalar(op, has_fma)(a, b, c)
 }
@@ -48,6 +48,7 @@ unsafe fn run_lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bo
 ) {
     // SAFETY: the caller guarantees validity.
     let (a, b, c) = unsafe { (KernelOperand::<R, N>::new(a, A), KernelOperand::<R, N>::new(b, B), KernelOperand::<R, N>::new(c, C)) };
+    // A loop of this length is vectorised, then unrolled.
     for (k, part) in dst.chunks_mut(UNROLLED_LANES).enumerate() {
         for (i, d) in part.iter_mut().enumerate() {
             let lane = k * UNROLLED_LANES + i;
@@ -56,7 +57,7 @@ unsafe fn run_lanes<O: Eval, R: Real, const N: usize, const A: bool, const B: bo
     }
 }
 
-/// Difference of neighbours in each 2x2 quad: along x (`STEP` 1) or y (`STEP` 2).
+/// Difference of neighbours in each 2x2 quad (four lanes, row by row), stored in both: right minus left (`STEP` 1) or lower minus upper (`STEP` 2).
 /// # Safety
 /// `a` is valid for `N` reads and does not overlap `dst`; `N` is a multiple of 4.
 #[inline(always)]
@@ -80,7 +81,8 @@ unsafe fn operand_at<R>(base: *const R, offsets: *const u32, k: usize) -> *const
     unsafe { base.add(*unchecked_ref(offsets.add(k)) as usize) }
 }
 
-/// The type of a chain, by nesting: [`chains::Then`] around the type of the chain before each operation.
+/// The type of a chain: for each further operation `$op`, [`chains::Then`] wraps the type built so far. `$chained`: the operand of `$op`, from 0, that is the
+/// previous result.
 macro_rules! nested {
     ($chain:ty) => { $chain };
     ($chain:ty, $op:ident $chained:literal $(, $next:ident $next_chained:literal)*) => {
@@ -94,11 +96,11 @@ macro_rules! class {
         mod $module {
             use super::*;
 
-            /// The specialised kernel of `O` for operands of these kinds.
+            /// The specialised kernel of `O`. `A`, `B`, `C`: whether the operand is an array of lanes.
             /// # Safety
             /// As [`run_lanes`] for operands at their offsets; the instruction set of this class is available.
             $(#[$feature])*
-            unsafe fn fixed_kinds<O: Eval, R: Real, const A: bool, const B: bool, const C: bool>(
+            unsafe fn specialised_kernel<O: Eval, R: Real, const A: bool, const B: bool, const C: bool>(
                 dst: &mut [R; LANES], base: *const R, offsets: *const u32,
             ) {
                 // SAFETY: the caller guarantees it.
@@ -108,11 +110,11 @@ macro_rules! class {
                 }
             }
 
-            /// The kernel of the chain `C` for operands of these kinds.
+            /// The kernel of the chain `C` for operands of the kinds `KINDS` ([`chains::kind_bits`]).
             /// # Safety
             /// As [`chains::run_lanes`]; the instruction set of this class is available.
             $(#[$feature])*
-            unsafe fn chain<C: chains::FusedKernel, R: Real, const KINDS: u8>(
+            unsafe fn chain<C: chains::ChainKernel, R: Real, const KINDS: u8>(
                 dst: &mut [R; LANES], base: *const R, offsets: *const u32,
             ) {
                 // SAFETY: the caller guarantees it.
@@ -123,7 +125,7 @@ macro_rules! class {
             /// # Safety
             /// As [`run_lanes`] for operands at their offsets, all of them arrays of lanes; the instruction set is available.
             $(#[$feature])*
-            unsafe fn chunked<O: Eval, R: Real>(dst: &mut [R; LANES], base: *const R, offsets: *const u32) {
+            unsafe fn generic_kernel<O: Eval, R: Real>(dst: &mut [R; LANES], base: *const R, offsets: *const u32) {
                 // SAFETY: the caller guarantees it.
                 let (a, b, c) = unsafe { (operand_at(base, offsets, 0), operand_at(base, offsets, 1), operand_at(base, offsets, 2)) };
                 for (k, chunk) in dst.as_chunks_mut::<CHUNK>().0.iter_mut().enumerate() {
@@ -151,36 +153,36 @@ macro_rules! class {
 
             // The specialised kernel of an operation with one, two or three operands; `None` if each operand has one value for all lanes.
             fn unary<O: Eval, R: Real>(is_array: [bool; 3]) -> Option<KernelFn<R>> {
-                is_array[0].then_some(fixed_kinds::<O, R, true, false, false>)
+                is_array[0].then_some(specialised_kernel::<O, R, true, false, false>)
             }
 
             fn binary<O: Eval, R: Real>(is_array: [bool; 3]) -> Option<KernelFn<R>> {
                 Some(match is_array {
-                    [true, true, _] => fixed_kinds::<O, R, true, true, false>,
-                    [true, false, _] => fixed_kinds::<O, R, true, false, false>,
-                    [false, true, _] => fixed_kinds::<O, R, false, true, false>,
+                    [true, true, _] => specialised_kernel::<O, R, true, true, false>,
+                    [true, false, _] => specialised_kernel::<O, R, true, false, false>,
+                    [false, true, _] => specialised_kernel::<O, R, false, true, false>,
                     _ => return None,
                 })
             }
 
             fn ternary<O: Eval, R: Real>(is_array: [bool; 3]) -> Option<KernelFn<R>> {
                 Some(match is_array {
-                    [true, true, true] => fixed_kinds::<O, R, true, true, true>,
-                    [true, true, false] => fixed_kinds::<O, R, true, true, false>,
-                    [true, false, true] => fixed_kinds::<O, R, true, false, true>,
-                    [true, false, false] => fixed_kinds::<O, R, true, false, false>,
-                    [false, true, true] => fixed_kinds::<O, R, false, true, true>,
-                    [false, true, false] => fixed_kinds::<O, R, false, true, false>,
-                    [false, false, true] => fixed_kinds::<O, R, false, false, true>,
+                    [true, true, true] => specialised_kernel::<O, R, true, true, true>,
+                    [true, true, false] => specialised_kernel::<O, R, true, true, false>,
+                    [true, false, true] => specialised_kernel::<O, R, true, false, true>,
+                    [true, false, false] => specialised_kernel::<O, R, true, false, false>,
+                    [false, true, true] => specialised_kernel::<O, R, false, true, true>,
+                    [false, true, false] => specialised_kernel::<O, R, false, true, false>,
+                    [false, false, true] => specialised_kernel::<O, R, false, false, true>,
                     _ => return None,
                 })
             }
 
-            /// The kernel for operands of these kinds (true: array of lanes), if there is one.
+            /// The specialised kernel for operands of these kinds (true: array of lanes); `None` if there is only the generic one.
             pub fn specialised<R: Real>(op: Op, is_array: [bool; 3]) -> Option<KernelFn<R>> {
                 match op {
-                    Op::Copy if is_array[0] => Some(fixed_kinds::<ops::Copy, R, true, false, false>),
-                    Op::Copy => Some(fixed_kinds::<ops::Copy, R, false, false, false>),
+                    Op::Copy if is_array[0] => Some(specialised_kernel::<ops::Copy, R, true, false, false>),
+                    Op::Copy => Some(specialised_kernel::<ops::Copy, R, false, false, false>),
                     Op::Neg => unary::<ops::Neg, R>(is_array),
                     Op::Abs => unary::<ops::Abs, R>(is_array),
                     Op::Sqrt => unary::<ops::Sqrt, R>(is_array),
@@ -221,6 +223,7 @@ macro_rules! class {
     };
 }
 
+/// Lists the generic kernels of all operations; the arity does not matter.
 macro_rules! generic_kernels {
     ($($name:ident $arity:literal,)*) => {
         /// The kernel whose operands must all be arrays of lanes.
@@ -229,12 +232,13 @@ macro_rules! generic_kernels {
                 Op::Dpdx => dpdx::<R>,
                 Op::Dpdy => dpdy::<R>,
                 $(#[allow(unreachable_patterns, reason = "the list of all operations contains the two above as well")]
-                Op::$name => chunked::<ops::$name, R>,)*
+                Op::$name => generic_kernel::<ops::$name, R>,)*
             }
         }
     };
 }
 
+/// Lists the kernels of the entries of `chain_table`, such as `"LRL" = Max > Mul 1`.
 macro_rules! chain_kernels {
     ($($kinds:literal = $first:ident $(> $op:ident $chained:literal)+,)*) => {
         /// The kernels of [`chains::all`], in that order.
@@ -296,4 +300,5 @@ macro_rules! kernels_of {
     };
 }
 kernels_of!(f32, chain_kernels: |class| for_class!(class, chain_kernels::<f32>()));
+// Chains in f64 run as single operations ([`Kernels::chain_kernels`] states why).
 kernels_of!(f64, chain_kernels: |_class| &[]);

@@ -12,7 +12,7 @@ use crate::render::software::program::Constant;
 use crate::render::software::tape::{Op, TextureOp, WordKind};
 use rustc_hash::FxHashMap as HashMap;
 
-/// What a value is computed from; equal computations share one value.
+/// What a value is computed from; equal computations share one value. The fields are those of the [`SsaInstr`] that computes it.
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Computation {
     Op(Op, SsaValues),
@@ -35,7 +35,7 @@ pub(crate) struct SsaBuilder {
     last_label: JumpLabel,
     /// Values computed on the draw tape. They are available everywhere.
     draw_available: HashMap<Computation, SsaValue>,
-    /// The operands of each `select` between lanes, by its result.
+    /// The operands (condition, where true, where false) of each `select` with a result per lane, by this result.
     selects: HashMap<SsaValue, [SsaValue; 3]>,
     /// The operand of each `BNot`, by its result.
     operand_of_not: HashMap<SsaValue, SsaValue>,
@@ -72,19 +72,21 @@ impl SsaBuilder {
         self.constant(Constant::Bool(b))
     }
 
-    /// The constant, if the value is one; `None` if it is computed when the program runs. `known_bool` and `known_int`: only constants of that type.
+    /// The constant, if the value is one; `None` if it is computed when the program runs.
     pub(crate) fn known_constant(&self, v: SsaValue) -> Option<Constant> {
         match v {
             SsaValue::Const(i) => Some(self.constants[i as usize]),
             _ => None,
         }
     }
+    /// As `known_constant`, for booleans alone.
     pub(crate) fn known_bool(&self, v: SsaValue) -> Option<bool> {
         match self.known_constant(v) {
             Some(Constant::Bool(b)) => Some(b),
             _ => None,
         }
     }
+    /// As `known_constant`, for integers alone.
     pub(crate) fn known_int(&self, v: SsaValue) -> Option<u32> {
         match self.known_constant(v) {
             Some(Constant::Int(i)) => Some(i),
@@ -128,7 +130,7 @@ impl SsaBuilder {
         self.draw_available.get(key).or_else(|| self.lane_available.iter().rev().find_map(|scope| scope.get(key))).copied()
     }
 
-    /// A new value, with the highest rate among the operands from which it is computed.
+    /// A new value, with the highest rate among the operands from which it is computed, at least per draw.
     fn fresh_result(&mut self, args: &[SsaValue]) -> SsaValue {
         self.last_value += 1;
         if args.iter().any(|a| matches!(a, SsaValue::Lane(_))) {
@@ -216,6 +218,7 @@ impl SsaBuilder {
         if op == Op::Select {
             return Some(if self.known_bool(args[0])? { args[1] } else { args[2] });
         }
+        // Not even where the machine has it, so that constants are the same everywhere.
         let has_fma = false;
         let y = kernels::eval::<f64>(op, has_fma, stored[0], stored[1], stored[2]);
         let kind = match result_kind(op) {
@@ -233,7 +236,7 @@ impl SsaBuilder {
         })
     }
 
-    /// A value that equals the result and needs fewer or cheaper operations, if one is known.
+    /// A value that equals the result and needs fewer or cheaper operations, if one is known. The signs of zeros may differ.
     fn simplify(&mut self, op: Op, args: &[SsaValue]) -> Option<SsaValue> {
         let is_constant = |this: &Self, v: SsaValue, c: Constant| this.known_constant(v) == Some(c);
         let (one, zero) = (Constant::Float(1.0), Constant::Float(0.0));
@@ -242,7 +245,8 @@ impl SsaBuilder {
             (Op::Mul, &[a, b]) if is_constant(self, a, one) => Some(b),
             (Op::Div, &[a, b]) if is_constant(self, b, one) => Some(a),
             (Op::Div, &[a, b]) => {
-                // A power of two within the range of f32 has an exact reciprocal, and the product rounds like the quotient.
+                // A power of two (all 52 bits of the significand are 0) well within the range of f32 has an exact reciprocal, and the product rounds like the
+                // quotient.
                 let Some(Constant::Float(x)) = self.known_constant(b) else { return None };
                 let is_power_of_two = x.to_bits() << 12 == 0 && (2f64.powi(-120)..=2f64.powi(120)).contains(&x.abs());
                 is_power_of_two.then(|| {
@@ -277,18 +281,17 @@ impl SsaBuilder {
                     return Some(self.select(opposite, b, a));
                 }
                 // An inner select with the same condition takes the same side as the outer one. Such selects arise where one side of a branch returns early.
-                // Operands of a select: 0 the condition, 1 the result where it holds, 2 the result elsewhere.
                 let inner_operand = |v, k: usize| self.selects.get(&v).filter(|inner| inner[0] == c).map(|inner| inner[k]);
                 let (yes, no) = (inner_operand(a, 1).unwrap_or(a), inner_operand(b, 2).unwrap_or(b));
                 if (yes, no) != (a, b) {
                     return Some(self.select(c, yes, no));
                 }
-                // select(c, select(inner, new, old), old) is select(c & inner, new, old), whatever bits `inner` has where `c` does not hold. Dead-code
-                // elimination removes the inner select if nothing else reads its result.
-                if let Some(&[inner, new, old]) = self.selects.get(&a)
+                // select(c, select(d, new, old), old) is select(c & d, new, old). Dead-code elimination removes the inner select if nothing else reads its
+                // result. `d` need not be valid where `c` is false: c & d is false there.
+                if let Some(&[d, new, old]) = self.selects.get(&a)
                     && old == b
                 {
-                    let both = self.binary(Op::And, c, inner);
+                    let both = self.binary(Op::And, c, d);
                     return Some(self.select(both, new, b));
                 }
                 // Masks are all ones or all zeros, so a select between a constant mask and any other is a logical operation.
@@ -298,12 +301,12 @@ impl SsaBuilder {
                     (Some(true), None) => Some(self.binary(Op::Or, c, b)),
                     (None, Some(false)) => Some(self.binary(Op::And, c, a)),
                     (Some(false), None) => {
-                        let n = self.not(c);
-                        Some(self.binary(Op::And, n, b))
+                        let not_c = self.not(c);
+                        Some(self.binary(Op::And, not_c, b))
                     }
                     (None, Some(true)) => {
-                        let n = self.not(c);
-                        Some(self.binary(Op::Or, n, a))
+                        let not_c = self.not(c);
+                        Some(self.binary(Op::Or, not_c, a))
                     }
                     _ => None,
                 }
@@ -330,7 +333,7 @@ impl SsaBuilder {
         self.emit(dst, Some(key), SsaInstr::LoadUniform { dst, kind, offset, index, stride: 4, count })
     }
 
-    /// Reads a texture in the lanes set in `mask`; returns red, green, blue and alpha.
+    /// Reads a texture in the lanes set in `mask`, with the operands that `op` lists; returns red, green, blue and alpha.
     pub(crate) fn texture(&mut self, op: TextureOp, texture: u16, args: &[SsaValue], mask: SsaValue) -> [SsaValue; 4] {
         let dst = [(); 4].map(|()| self.fresh_lane());
         self.lane_instrs.push(SsaInstr::Texture { op, texture, dst, args: SsaValues::from_slice(args), mask });

@@ -221,7 +221,7 @@ impl<'m> Lowerer<'m> {
         // The flags of `break` and `continue`.
         self.env.extend([constant_false, constant_false]);
         let flags = LoopFlags { break_flag: first_flag, continue_flag: first_flag + 1 };
-        if self.unroll(body, continuing, break_if, flags)? {
+        if self.try_unroll(body, continuing, break_if, flags)? {
             self.env.truncate(first_flag);
             return Ok(());
         }

@@ -1,12 +1,12 @@
-//! Resolves pointers to places (scalars of the environment, or bytes of the uniform block), and loads and stores the values at these places. Indices
-//! may be constant or variable.
+//! Resolves pointers to places, and loads and stores the values at these places. A place is either scalars of the environment (`Lowerer::env`, the current
+//! values of all shader variables) or bytes of the uniform block. An index is constant, or dynamic: known only when the shader runs.
 //!
-//! Always: a load with an index out of range reads the last element; a store with such an index has no effect.
+//! Always: a load with an index out of range reads the last element; a store with a dynamic index out of range has no effect.
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
 use super::ssa::SsaValue;
-use super::value::{Place, VariableIndex};
+use super::value::{DynamicIndex, Place};
 use crate::render::software::tape::{Op, WordKind};
 use naga::{ArraySize, ScalarKind, Span, TypeInner};
 
@@ -24,9 +24,9 @@ pub(crate) fn supported_kind(scalar: naga::Scalar, span: Span) -> Result<ScalarK
     }
 }
 
-/// Maximum number of scalars of an array. The number is limited because each scalar is an SSA value, and an access with a variable index selects among all
+/// Maximum number of scalars of an array. The number is limited because each scalar is an SSA value, and an access with a dynamic index selects among all
 /// scalars.
-const MAX_SCALARS: usize = 1 << 14;
+const MAX_ARRAY_SCALARS: usize = 1 << 14;
 
 impl Lowerer<'_> {
     /// Number of scalars in a value of this type.
@@ -37,8 +37,8 @@ impl Lowerer<'_> {
             TypeInner::Matrix { columns, rows, .. } => *columns as usize * *rows as usize,
             TypeInner::Array { base, size: ArraySize::Constant(n), .. } => {
                 let count = self.scalar_count(&self.module.types[*base].inner)?.checked_mul(n.get() as usize);
-                let too_large = || self.unsupported(format!("an array of more than {MAX_SCALARS} numbers is not supported"));
-                count.filter(|count| *count <= MAX_SCALARS).ok_or_else(too_large)?
+                let too_large = || self.unsupported(format!("an array of more than {MAX_ARRAY_SCALARS} numbers is not supported"));
+                count.filter(|count| *count <= MAX_ARRAY_SCALARS).ok_or_else(too_large)?
             }
             TypeInner::Struct { members, .. } => {
                 let mut n = 0;
@@ -51,7 +51,8 @@ impl Lowerer<'_> {
         })
     }
 
-    /// Child `index` of a composite type (a component, column, element or member): its type, its offset in scalars, and its byte offset in a uniform block.
+    /// Child `index` of a composite type (a component, column, element or member): its type, and its offset from the
+    /// start of the composite, in scalars and in bytes of a uniform block. `index` is in range.
     pub(crate) fn child_type_and_offsets(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
         let k = index as usize;
         Ok(match inner {
@@ -86,7 +87,7 @@ impl Lowerer<'_> {
         })
     }
 
-    /// The place of child `index` of a place.
+    /// The place of child `index`, which exists, of the value at a place.
     pub(crate) fn place_at_constant_index(&mut self, place: &Place, index: u32) -> Result<Place> {
         let (child, offset_in_scalars, offset_in_bytes) = self.child_type_and_offsets(place.inner(), index)?;
         Ok(match place.clone() {
@@ -97,7 +98,7 @@ impl Lowerer<'_> {
         })
     }
 
-    /// The place of the child at an index that may be variable.
+    /// The place of the child at an index that may be dynamic. An index known here is clamped to the last child.
     pub(crate) fn place_at_index(&mut self, place: &Place, index: SsaValue) -> Result<Place> {
         let count = self.child_count(place.inner())?;
         if let Some(k) = self.builder.known_int(index) {
@@ -107,7 +108,7 @@ impl Lowerer<'_> {
         let (child, stride_in_scalars, stride_in_bytes) = self.child_type_and_offsets(place.inner(), 1)?;
         Ok(match place.clone() {
             Place::Variable { base, mut indices, .. } => {
-                indices.push(VariableIndex { value: index, stride: stride_in_scalars, count });
+                indices.push(DynamicIndex { value: index, stride: stride_in_scalars, count });
                 Place::Variable { base, indices, inner: child }
             }
             Place::Uniform { byte_offset, word_offset, .. } => {
@@ -134,22 +135,22 @@ impl Lowerer<'_> {
             Place::Uniform { byte_offset, word_offset, inner } => {
                 let (start, mut offsets_and_kinds) = (0, Vec::new());
                 self.uniform_scalars(inner, start, &mut offsets_and_kinds)?;
-                // The load clamps the word offset to the end of the uniform block.
+                // The sum of the dynamic indices' offsets is clamped so that the load never leaves the uniform block.
                 let words_to_end = self.uniform_size.saturating_sub(*byte_offset) / 4;
                 let mut all = Vec::new();
                 for (offset_in_bytes, kind) in offsets_and_kinds {
-                    let index_and_count = word_offset.map(|words| (words, words_to_end.saturating_sub(offset_in_bytes / 4)));
+                    let index_and_limit = word_offset.map(|words| (words, words_to_end.saturating_sub(offset_in_bytes / 4)));
                     let word_kind = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
-                    all.push(self.builder.load_uniform(word_kind, byte_offset + offset_in_bytes, index_and_count));
+                    all.push(self.builder.load_uniform(word_kind, byte_offset + offset_in_bytes, index_and_limit));
                 }
                 Ok(all)
             }
         }
     }
 
-    /// Loads `n` scalars of the environment; `base`: index in `env` of the first one if all `indices` are 0. For each variable index, the element is selected
+    /// Loads `n` scalars of the environment; `base`: index in `env` of the first one if all `indices` are 0. For each dynamic index, the element is selected
     /// among all elements; an index out of range selects the last one.
-    fn load_local(&mut self, base: usize, indices: &[VariableIndex], n: usize) -> Result<Vec<SsaValue>> {
+    fn load_local(&mut self, base: usize, indices: &[DynamicIndex], n: usize) -> Result<Vec<SsaValue>> {
         let Some((index, rest)) = indices.split_first() else {
             return Ok(self.env[base..base + n].to_vec());
         };
@@ -178,8 +179,9 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Stores scalars in the lanes where `cond` holds; `base` and `indices` as in [`Lowerer::load_local`]. An index out of range stores nothing.
-    fn store_local(&mut self, base: usize, indices: &[VariableIndex], values: &[SsaValue], cond: SsaValue) {
+    /// Stores scalars in the lanes (shader invocations) where `cond` holds; `base` and `indices` as in [`Lowerer::load_local`]. An index out of range stores
+    /// nothing.
+    fn store_local(&mut self, base: usize, indices: &[DynamicIndex], values: &[SsaValue], cond: SsaValue) {
         let Some((index, rest)) = indices.split_first() else {
             for (k, v) in values.iter().enumerate() {
                 self.env[base + k] = self.builder.select(cond, *v, self.env[base + k]);
@@ -194,7 +196,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Appends the byte offset and the kind of every scalar of a uniform of this type that starts at byte `start`.
+    /// Appends the byte offset and the kind of every scalar of a uniform of this type. `start`: byte offset of the uniform; all offsets have the same origin.
     fn uniform_scalars(&self, inner: &TypeInner, start: u32, out: &mut Vec<(u32, ScalarKind)>) -> Result<()> {
         if let TypeInner::Scalar(s) = inner {
             out.push((start, supported_kind(*s, self.span)?));

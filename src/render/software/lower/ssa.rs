@@ -8,7 +8,7 @@ use smallvec::{SmallVec, smallvec};
 /// A scalar value during lowering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum SsaValue {
-    /// Index into the constants.
+    /// Index into the builder's constants.
     Const(u32),
     /// Computed on the draw tape, once per draw. The number here, as in `Shared` and `Lane`, only identifies the value.
     Draw(u32),
@@ -18,12 +18,13 @@ pub(crate) enum SsaValue {
     Lane(u32),
 }
 
+/// Number of a [`SsaInstr::Label`], unique among the instructions of an entry point.
 pub(crate) type JumpLabel = u32;
 
 /// The values that an instruction reads or writes. Up to four are stored inline: with a `Vec`, most of the lowering time was spent in allocation.
 pub(crate) type SsaValues = SmallVec<[SsaValue; 4]>;
 
-/// One SSA instruction. It runs once per draw if `dst` is a [`SsaValue::Draw`], otherwise once per batch.
+/// One SSA instruction. It runs once per draw if it has a `dst` and this is a [`SsaValue::Draw`], otherwise once per batch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum SsaInstr {
     Op {
@@ -38,13 +39,14 @@ pub(crate) enum SsaInstr {
         ops: Vec<FusedOp>,
         args: SsaValues,
     },
-    /// Copies a value. Only variables are written more than once: those of loops and branches (`merge.rs`), and captured named values (`capture.rs`). All
-    /// writes after the first are `Assign`; before slots are allocated, `merge.rs` replaces some: the operation that computes `from` then writes `dst` itself.
+    /// Copies a value, usually to a variable. Variables are the only values that are written more than once: those of loops and branches (`merge.rs`), and
+    /// captured named values (`capture.rs`). The first write of a variable may be any instruction, later ones are `Assign`. Before slots are allocated,
+    /// `merge.rs` removes some of them: the operation that computes `from` then writes `dst` itself.
     Assign {
         dst: SsaValue,
         from: SsaValue,
     },
-    /// As `Instr::LoadUniform`: `offset` and `stride` in bytes.
+    /// As `Instr::LoadUniform`: the word at byte `offset + index * stride`, with the index clamped to `count - 1`; `None`: index 0.
     LoadUniform {
         dst: SsaValue,
         kind: WordKind,
@@ -71,6 +73,7 @@ pub(crate) enum SsaInstr {
         mask: SsaValue,
         label: JumpLabel,
     },
+    /// Jumps if `cond` equals `when`.
     JumpIf {
         cond: SsaValue,
         when: bool,

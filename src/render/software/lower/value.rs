@@ -5,7 +5,7 @@ use naga::TypeInner;
 
 /// An index that is not a constant, into an array, matrix or vector.
 #[derive(Clone, Copy, Debug)]
-pub struct VariableIndex {
+pub struct DynamicIndex {
     pub value: SsaValue,
     /// Number of scalars from one element to the next.
     pub stride: usize,
@@ -19,8 +19,8 @@ pub enum Place {
     /// Scalars of the environment (`Lowerer::env`: the current values of all variables in scope), as many as `inner` has. Position of
     /// the first in `env`: `base` plus the sum of each index times its stride. A load with an index out of range reads the last element; a store with an index
     /// out of range has no effect.
-    Variable { base: usize, indices: Vec<VariableIndex>, inner: TypeInner },
-    /// The uniform block from byte `byte_offset` plus `word_offset` words of 4 bytes. The word offset is computed from variable indices, each already
+    Variable { base: usize, indices: Vec<DynamicIndex>, inner: TypeInner },
+    /// The uniform block from byte `byte_offset` plus `word_offset` words of 4 bytes. The word offset is computed from dynamic indices, each already
     /// clamped to the last element; `None` if there are none.
     Uniform { byte_offset: u32, word_offset: Option<SsaValue>, inner: TypeInner },
 }

@@ -1,6 +1,7 @@
 //! Determines which samples of a tile a triangle covers.
 //!
-//! In: a triangle in fixed point, and a tile. Out: the covered quads, each with its covered samples, in lane order.
+//! In: a triangle in fixed point, and a tile. Out: the covered quads, each with its covered samples, in lane order. A sample is covered where the triangle's
+//! three edge functions a x + b y + c are at least 0.
 //!
 //! A tile is 64x64 pixels, divided into blocks of 16x8 pixels, and these into quads of 2x2. Lane order goes through blocks, quads and the quad's pixels (its
 //! `corner`: top left, top right, bottom left, bottom right). The index of a pixel in its tile is `block * 128 + quad * 4 + corner`; `PixelCentres` maps it to
@@ -26,7 +27,8 @@ pub(crate) const BLOCK_PIXELS: usize = (BLOCK_WIDTH * BLOCK_HEIGHT) as usize;
 /// Number of blocks in a tile.
 pub(crate) const TILE_BLOCKS: usize = TILE_PIXELS / BLOCK_PIXELS;
 
-/// Sample positions inside a pixel: the standard 4x pattern of Vulkan, Direct3D and WebGPU, in fixed point ([`STEPS_PER_PIXEL`]).
+/// Sample positions inside a pixel: the standard 4x pattern of Vulkan, Direct3D and WebGPU, in fixed point: x and y
+/// in units of a pixel / [`STEPS_PER_PIXEL`].
 const SAMPLES_4: [[i64; 2]; 4] = [[1536, 512], [3584, 1536], [512, 2560], [2560, 3584]];
 /// The pixel's centre.
 const SAMPLES_1: [[i64; 2]; 1] = [[2048, 2048]];
@@ -107,14 +109,14 @@ impl Default for PixelCentres {
 /// for all quads of a fully covered block, otherwise once per quad. `samples`: their number per pixel, 1 or 4.
 pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
     let [left, top, right, bottom] = triangle.bounds_px;
-    // The part of the triangle's bounds in this tile, relative to the tile.
     let (x0, y0) = (left.max(tile_x) - tile_x, top.max(tile_y) - tile_y);
-    let (x1, y1) = (right.min(tile_x + TILE_SIDE_PX), bottom.min(tile_y + TILE_SIDE_PX));
-    if x1 <= tile_x || y1 <= tile_y || x0 >= TILE_SIDE_PX || y0 >= TILE_SIDE_PX {
+    let (clipped_right, clipped_bottom) = (right.min(tile_x + TILE_SIDE_PX), bottom.min(tile_y + TILE_SIDE_PX));
+    if clipped_right <= tile_x || clipped_bottom <= tile_y || x0 >= TILE_SIDE_PX || y0 >= TILE_SIDE_PX {
         return;
     }
-    let (x1, y1) = (x1 - tile_x, y1 - tile_y);
-    let block_coverage = BlockCoverage::new(triangle, samples);
+    // From x0, y0 to x1, y1: the part of the triangle's bounds in this tile, relative to the tile, as `bx`, `by` below (a block's top-left pixel).
+    let (x1, y1) = (clipped_right - tile_x, clipped_bottom - tile_y);
+    let triangle_samples = TriangleSamples::new(triangle, samples);
     for block_y in y0 / BLOCK_HEIGHT..y1.div_ceil(BLOCK_HEIGHT) {
         for block_x in x0 / BLOCK_WIDTH..x1.div_ceil(BLOCK_WIDTH) {
             let block = block_y * BLOCKS_ACROSS + block_x;
@@ -124,15 +126,15 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
                 continue;
             }
             let is_inside_bounds = bx >= x0 && by >= y0 && bx + BLOCK_WIDTH <= x1 && by + BLOCK_HEIGHT <= y1;
-            let first = (block * BLOCK_QUADS) as usize;
+            let first_quad = (block * BLOCK_QUADS) as usize;
             if lower >= 0 && is_inside_bounds {
-                emit(first, BLOCK_QUADS as usize, full_coverage(samples));
+                emit(first_quad, BLOCK_QUADS as usize, full_coverage(samples));
                 continue;
             }
             let clip = [x0.max(bx) - bx, y0.max(by) - by, x1.min(bx + BLOCK_WIDTH) - bx, y1.min(by + BLOCK_HEIGHT) - by];
-            let found = block_coverage.quads(triangle, tile_x + bx, tile_y + by, clip);
+            let found = triangle_samples.covered(triangle, tile_x + bx, tile_y + by, clip);
             for (index, coverage) in found.index.iter().zip(&found.coverage).take(found.count) {
-                emit(first + usize::from(*index), 1, *coverage);
+                emit(first_quad + usize::from(*index), 1, *coverage);
             }
         }
     }
@@ -189,6 +191,7 @@ impl<const N: usize> QuadSamples<N> {
                     samples.edge_values[k][corner * (N / 4) + s] = at_corner + in_pixel;
                 }
             }
+            // The samples of the four pixels are offset by 0 or one pixel in x and in y.
             samples.max_at_samples[k] = max_in_pixel + right.max(0) + down.max(0);
             samples.step[k] = [2 * right, 2 * down];
         }
@@ -206,6 +209,7 @@ impl<const N: usize> QuadSamples<N> {
         for k in 0..N {
             // The sign bit is set if the sample lies outside an edge.
             let signs = at_corner[0].wrapping_add(a[k]) | at_corner[1].wrapping_add(b[k]) | at_corner[2].wrapping_add(c[k]);
+            // With one sample per pixel (N = 4), every fourth bit.
             coverage |= if signs >= 0 { SAMPLE_BITS[k * (16 / N)] } else { 0 };
         }
         coverage
@@ -219,7 +223,7 @@ impl<const N: usize> QuadSamples<N> {
         let (x, y) = (i64::from(x) * STEPS_PER_PIXEL, i64::from(y) * STEPS_PER_PIXEL);
         let edge_values_at_block = triangle.edges.each_ref().map(|e| e.a * x + e.b * y + e.c);
         for row in y0 / 2..y1.div_ceil(2) {
-            let bits_in_rows = coverage_within(row * 2, y0, y1, LOWER_ROW);
+            let row_mask = coverage_within(row * 2, y0, y1, LOWER_ROW);
             for column in x0 / 2..x1.div_ceil(2) {
                 let (across, down) = (i64::from(column), i64::from(row));
                 let edge_value = |k: usize| edge_values_at_block[k] + self.step[k][0] * across + self.step[k][1] * down;
@@ -229,7 +233,7 @@ impl<const N: usize> QuadSamples<N> {
                 if (at_corner[0] + a) | (at_corner[1] + b) | (at_corner[2] + c) < 0 {
                     continue;
                 }
-                let coverage = self.coverage(at_corner) & bits_in_rows & coverage_within(column * 2, x0, x1, RIGHT_COLUMN);
+                let coverage = self.coverage(at_corner) & row_mask & coverage_within(column * 2, x0, x1, RIGHT_COLUMN);
                 // There is room for every quad of a block, so `get_mut` always returns a place.
                 if let (true, Some(index), Some(quad_coverage)) =
                     (coverage != 0, found.index.get_mut(found.count), found.coverage.get_mut(found.count))
@@ -256,11 +260,11 @@ impl<const N: usize> QuadSamples<N> {
 const LOWER_ROW: u16 = 0xff00;
 const RIGHT_COLUMN: u16 = 0xf0f0;
 
-/// The coverage bits of a quad's pixels that lie in `start..end` along one axis. `first`: coordinate of the quad's first pixels along the axis;
-/// `second_half`: the bits of its second pixels.
+/// The coverage bits of a quad's pixels that lie in `start..end` along one axis. `first`: coordinate of the left or upper pixels along the axis;
+/// `second_bits`: the bits of the right or lower ones.
 #[inline(always)]
-fn coverage_within(first: u32, start: u32, end: u32, second_half: u16) -> u16 {
-    (if first < start { second_half } else { u16::MAX }) & (if first + 1 >= end { !second_half } else { u16::MAX })
+fn coverage_within(first: u32, start: u32, end: u32, second_bits: u16) -> u16 {
+    (if first < start { second_bits } else { u16::MAX }) & (if first + 1 >= end { !second_bits } else { u16::MAX })
 }
 
 /// The single bits of a quad's coverage. Loops that select from a table are vectorised; loops that shift are not.
@@ -274,34 +278,34 @@ const SAMPLE_BITS: [u16; 16] = {
     bits
 };
 
-/// Computes the coverage of the partly covered blocks of one triangle.
+/// [`QuadSamples`] of one triangle, with 1 or 4 samples per pixel.
 #[allow(clippy::large_enum_variant, reason = "on the stack, one per triangle and tile")]
-enum BlockCoverage {
-    SingleSample(QuadSamples<4>),
-    FourSamples(QuadSamples<16>),
+enum TriangleSamples {
+    Single(QuadSamples<4>),
+    Four(QuadSamples<16>),
 }
 
-impl BlockCoverage {
+impl TriangleSamples {
     #[inline(always)]
     fn new(triangle: &RasterTriangle, samples: u8) -> Self {
-        if samples == 4 { Self::FourSamples(QuadSamples::new(triangle)) } else { Self::SingleSample(QuadSamples::new(triangle)) }
+        if samples == 4 { Self::Four(QuadSamples::new(triangle)) } else { Self::Single(QuadSamples::new(triangle)) }
     }
 
     /// As [`QuadSamples::covered`].
-    fn quads(&self, triangle: &RasterTriangle, x: u32, y: u32, clip: [u32; 4]) -> CoveredQuads {
+    fn covered(&self, triangle: &RasterTriangle, x: u32, y: u32, clip: [u32; 4]) -> CoveredQuads {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
             return unsafe {
                 match self {
-                    Self::SingleSample(samples) => samples.covered_avx2(triangle, x, y, clip),
-                    Self::FourSamples(samples) => samples.covered_avx2(triangle, x, y, clip),
+                    Self::Single(quad) => quad.covered_avx2(triangle, x, y, clip),
+                    Self::Four(quad) => quad.covered_avx2(triangle, x, y, clip),
                 }
             };
         }
         match self {
-            Self::SingleSample(samples) => samples.covered(triangle, x, y, clip),
-            Self::FourSamples(samples) => samples.covered(triangle, x, y, clip),
+            Self::Single(quad) => quad.covered(triangle, x, y, clip),
+            Self::Four(quad) => quad.covered(triangle, x, y, clip),
         }
     }
 }
@@ -333,7 +337,8 @@ mod tests {
         ((*seed >> 33) % n) as i64
     }
 
-    /// Compares each sample of each pixel with the edge functions, for triangles of all sizes that span several tiles or are cut by a scissor.
+    /// Compares each sample of each pixel with the edge functions, for triangles of all sizes that span several tiles or are cut by a scissor. About half
+    /// of the triangles run the other way round and cover nothing.
     #[test]
     fn quads_are_covered_where_their_samples_lie_inside() {
         let (mut seed, mut partly_covered_count) = (1, 0);
@@ -348,6 +353,7 @@ mod tests {
                 let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
                 super::super::setup::EdgeFunction { a: -dy, b: dx, c: dy * a[0] - dx * a[1] }
             };
+            // In every third round, a scissor one pixel high.
             let bounds_px = if round % 3 == 0 { [97, 89, 131, 90] } else { [0, 0, 191, 200] };
             let triangle = RasterTriangle { edges: [edge(p[0], p[1]), edge(p[1], p[2]), edge(p[2], p[0])], bounds_px, source_triangle: 0 };
             for samples in [1, 4] {

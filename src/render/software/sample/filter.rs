@@ -14,10 +14,10 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::filter_avx2;
-use super::footprint::{FilterRequest, Footprints, ceil, floor, taps};
+use super::footprint::{FilterRequest, Footprints, ceil, floor, tap_of_each_lane};
 pub(crate) use super::lane_order::{BATCH, Channels, MAX_TAPS};
 use super::lane_order::{CHUNK, LaneOrder, LazyArray, MAX_LEVELS, PADDED};
-use super::texels::{BoundLevel, Decode, TexelLevel, read_pair};
+use super::texels::{BoundLevel, Decode, LoadedLevel, read_pair};
 use crate::render::plan::{AddressMode, SamplerState};
 use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
@@ -72,7 +72,7 @@ fn texel_pair<R: Real>(coordinate: &[R; CHUNK], size: u32, mode: AddressMode) ->
 /// # Safety
 /// Columns and rows lie inside the level.
 #[inline(always)]
-unsafe fn fetch<D: Decode>(decode: D, level: &TexelLevel<'_>, column: &[u32; CHUNK], row: &[u32; CHUNK]) -> [D::Texel; CHUNK] {
+unsafe fn fetch<D: Decode>(decode: D, level: &LoadedLevel<'_>, column: &[u32; CHUNK], row: &[u32; CHUNK]) -> [D::Texel; CHUNK] {
     let mut index = [0; CHUNK];
     for i in 0..CHUNK {
         index[i] = row[i].wrapping_mul(level.width).wrapping_add(column[i]);
@@ -85,7 +85,7 @@ unsafe fn fetch<D: Decode>(decode: D, level: &TexelLevel<'_>, column: &[u32; CHU
 #[inline(always)]
 fn bilinear<R: Real, D: Decode>(
     decode: D,
-    level: &TexelLevel<'_>,
+    level: &LoadedLevel<'_>,
     u: &[R; CHUNK],
     v: &[R; CHUNK],
     state: &SamplerState,
@@ -102,7 +102,7 @@ fn bilinear<R: Real, D: Decode>(
 #[inline(always)]
 unsafe fn bilinear_between<R: Real, D: Decode>(
     decode: D,
-    level: &TexelLevel<'_>,
+    level: &LoadedLevel<'_>,
     x: &TexelPair<R>,
     y: &TexelPair<R>,
     needed: ChannelMask,
@@ -165,7 +165,13 @@ fn nearest_texel<R: Real>(coordinate: R, size: u32, mode: AddressMode) -> u32 {
 
 /// All four channels of the texels nearest to a chunk of texture coordinates, whichever the caller needs.
 #[inline(always)]
-fn nearest<R: Real, D: Decode>(decode: D, level: &TexelLevel<'_>, u: &[R; CHUNK], v: &[R; CHUNK], state: &SamplerState) -> [[R; CHUNK]; 4] {
+fn nearest<R: Real, D: Decode>(
+    decode: D,
+    level: &LoadedLevel<'_>,
+    u: &[R; CHUNK],
+    v: &[R; CHUNK],
+    state: &SamplerState,
+) -> [[R; CHUNK]; 4] {
     let mut index = [0; CHUNK];
     for i in 0..CHUNK {
         let row = nearest_texel(v[i], level.height, state.address_v);
@@ -234,7 +240,7 @@ fn any_positive<R: Real>(values: &[R; CHUNK]) -> bool {
 #[inline(always)]
 fn trilinear<R: Real, D: Decode>(
     decode: D,
-    (level, coarser): (TexelLevel<'_>, Option<TexelLevel<'_>>),
+    (level, coarser): (LoadedLevel<'_>, Option<LoadedLevel<'_>>),
     u: &[R; CHUNK],
     v: &[R; CHUNK],
     fraction: &[R; CHUNK],
@@ -356,7 +362,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
                     let (mut tap_u, mut tap_v) = (*chunk(u, start), *chunk(v, start));
                     let (step_u, step_v) = (chunk(step_u, start), chunk(step_v, start));
                     // `along`: from the middle of the footprint, in steps.
-                    let (along, weight) = taps(tap, chunk(length, start));
+                    let (along, weight) = tap_of_each_lane(tap, chunk(length, start));
                     for i in 0..CHUNK {
                         tap_u[i] = tap_u[i] + along[i] * step_u[i];
                         tap_v[i] = tap_v[i] + along[i] * step_v[i];

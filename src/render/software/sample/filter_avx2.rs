@@ -5,9 +5,9 @@
 //! each lane, so that the bits are the same. Integers wrap and indices are clamped as there. Not here: levels and footprints (`footprint`).
 
 use super::corners::{Corners, TexelsBeside};
-use super::footprint::{FilterRequest, taps};
+use super::footprint::{FilterRequest, tap_of_each_lane};
 use super::lane_order::{BATCH, Channels, MAX_TAPS};
-use super::texels::{BoundLevel, Decode, TexelLevel};
+use super::texels::{BoundLevel, Decode, LoadedLevel};
 use crate::render::plan::{AddressMode, SamplerState};
 use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
@@ -92,7 +92,7 @@ impl AxisSize {
 /// A level, and its width and height in registers.
 #[derive(Clone, Copy)]
 pub(super) struct SizedLevel<'a> {
-    pub texels: TexelLevel<'a>,
+    pub texels: LoadedLevel<'a>,
     pub axes: [AxisSize; 2],
     /// The number of texels in a row.
     pub width: __m256i,
@@ -102,7 +102,7 @@ impl<'a> SizedLevel<'a> {
     /// # Safety
     /// The machine has AVX2.
     #[inline(always)]
-    pub(super) unsafe fn new(texels: TexelLevel<'a>, address_modes: [AddressMode; 2]) -> Self {
+    pub(super) unsafe fn new(texels: LoadedLevel<'a>, address_modes: [AddressMode; 2]) -> Self {
         let repeats = address_modes.map(|mode| mode == AddressMode::Repeat);
         // SAFETY: the caller guarantees AVX2.
         unsafe {
@@ -235,14 +235,14 @@ struct Lanes<'a> {
     group: usize,
 }
 
-/// [`taps`] of eight lanes: tap number `index` of each. `length`: of the footprints, in taps.
+/// [`tap_of_each_lane`] for eight lanes. `length`: of the footprints, in taps.
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
-unsafe fn taps_of_eight(index: usize, length: __m256) -> (__m256, __m256) {
+unsafe fn tap_of_eight_lanes(index: usize, length: __m256) -> (__m256, __m256) {
     // SAFETY: registers and arrays have eight floats each.
     unsafe {
-        let (along, weight) = taps(index, &transmute::<__m256, [f32; GROUP_LANES]>(length));
+        let (along, weight) = tap_of_each_lane(index, &transmute::<__m256, [f32; GROUP_LANES]>(length));
         (transmute::<[f32; GROUP_LANES], __m256>(along), transmute::<[f32; GROUP_LANES], __m256>(weight))
     }
 }
@@ -268,7 +268,7 @@ unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'
             if _mm256_movemask_ps(has_tap) == 0 {
                 break;
             }
-            let (along, weight) = taps_of_eight(index, length);
+            let (along, weight) = tap_of_eight_lanes(index, length);
             let uv = [_mm256_add_ps(u, _mm256_mul_ps(along, step_u)), _mm256_add_ps(v, _mm256_mul_ps(along, step_v))];
             let value = trilinear(decode, levels, uv, fraction, needed);
             total_weight = _mm256_add_ps(total_weight, _mm256_and_ps(weight, has_tap));

@@ -1,13 +1,13 @@
 //! Computes, from the gradients of a lane's texture coordinates, the mip level and the taps that the lane reads.
 //!
-//! In: gradients, the texture's size, the maximum number of taps. Out: a `FilterRequest` with a level and a footprint for each lane.
+//! In: gradients, the texture's size, the maximum number of taps. Out: a `FilterRequest` with a level and a footprint for each lane, as far as they are needed.
 //!
 //! A pixel's footprint is the ellipse, in texels, onto which the gradients map a circle of diameter 1 pixel. The lengths of its axes are the
 //! singular values of the gradient matrix. As in shaders/lib/filtered_map.wesl, up to `max_taps` trilinear taps cover the major axis; the outermost two end
 //! where the axis ends. The mip level is log2 of the minor axis, or of the major axis / `max_taps` if that is greater. Where the major axis is not a whole
 //! number of taps long, the taps in the middle overlap, and the overlap is taken from their weight, so that the filtered value is continuous in the gradients.
-//! The level of isotropic filtering is log2 of the longer gradient. No level is finer than level 0. Gradients are limited, so that no footprint exceeds the
-//! range of f32. Loops over lanes are branch-free, so that they are vectorised. Gradients that are NaN give an unspecified valid level and length.
+//! The level of isotropic filtering is log2 of the longer gradient. No level is finer than level 0. Gradients are limited, so that their fourth powers stay
+//! within the range of f32. Loops over lanes are branch-free, so that they are vectorised. Gradients that are NaN give an unspecified valid level and length.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -18,30 +18,30 @@ use crate::render::software::math::Real;
 /// Longer gradients, in texels, count as this long along each axis of the map: `LONGEST_GRADIENT` of shaders/lib/filtered_map.wesl.
 const LONGEST_GRADIENT: f64 = 1e9;
 
-/// The taps of one lane.
+/// The footprint of one lane: which taps cover it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Footprint<R> {
     /// Mip level, at least 0; it may be coarser than the coarsest level.
     pub level: R,
     /// Length of the major axis in taps, at least 1. The number of taps is this length, rounded up.
     pub length: R,
-    /// The vector along the major axis from one tap to the next, if they do not overlap, in texture coordinates.
+    /// The width of a tap as a vector along the major axis, in texture coordinates: from one tap to the next where they do not overlap.
     pub step: [R; 2],
 }
 
-/// The weight of a tap that overlaps no other one, relative to the other taps of the footprint: `tap_weight` of shaders/lib/filtered_map.wesl. `along`: the
-/// tap's place on the major axis, from the middle; `length`: length of the axis, which ends at plus and minus half of it; both in taps. It is 1, as there, so
-/// that the filtered value is the mean over the footprint (a box filter).
+/// The weight of a tap that overlaps no other one, relative to the other taps of the footprint: always 1, as in `tap_weight` of shaders/lib/filtered_map.wesl,
+/// so that the filtered value is the mean over the footprint (a box filter). For other filters the arguments are `along`, the tap's place on the major axis,
+/// from the middle, and `length`, the length of the axis; both in taps.
 #[inline(always)]
 fn tap_weight<R: Real>(_along: R, _length: R) -> R {
     R::ONE
 }
 
-/// Tap number `index` of each lane: its place on the major axis, from the middle, and its weight. Places and `length` are in taps. The value of a footprint is
-/// the weighted sum of its taps, divided by the sum of their weights. Both kernels, `filter` and `filter_avx2`, call this
-/// function, so that the bits are equal.
+/// One tap of each of N lanes: its place on the major axis, from the middle, and its weight. `index`: number of the tap, from 0; the result is meaningless for
+/// lanes with fewer taps. Places and `length` are in taps. The value of a footprint is the weighted sum of its taps, divided by the sum of their weights. Both
+/// kernels, `filter` and `filter_avx2`, call this function, so that the bits are equal.
 #[inline(always)]
-pub(super) fn taps<R: Real, const N: usize>(index: usize, length: &[R; N]) -> ([R; N], [R; N]) {
+pub(super) fn tap_of_each_lane<R: Real, const N: usize>(index: usize, length: &[R; N]) -> ([R; N], [R; N]) {
     let half = R::from_f64(0.5);
     let (mut along, mut weight) = ([R::ZERO; N], [R::ZERO; N]);
     for i in 0..N {
@@ -49,8 +49,9 @@ pub(super) fn taps<R: Real, const N: usize>(index: usize, length: &[R; N]) -> ([
         let excess = count - length[i];
         let offset = R::from_u32(index as u32) - half * (count - R::ONE);
         let distance = offset.abs();
-        // Side by side, the taps would be longer than the axis by `excess`, so each moves towards the middle by half of it. The taps in the middle then overlap
-        // by `excess` in all. This is taken from their weights: of two taps half of it from each, of a single one in the middle all of it.
+        // Side by side (places `offset`), the taps would be longer than the axis by `excess`, so each moves by half the excess towards the middle, but not past
+        // it. The taps in the middle then overlap by `excess` in all. This is taken from their weights: half the excess from each of two taps, all of it from a
+        // single one.
         let to_middle = half * excess;
         let moved = if distance < to_middle { R::ZERO } else { distance - to_middle };
         let share_of_excess = if distance < R::ONE { R::ONE - distance } else { R::ZERO };
@@ -78,9 +79,10 @@ impl<R: Real> Footprint<R> {
     pub(crate) fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
         let half = R::from_f64(0.5);
         let [ux, vx, uy, vy] = texel_gradients(size, dx, dy);
-        // For the gradient matrix J, J Jᵀ has the diagonal elements a and c and the other element b; its eigenvalues are the squares of the axes.
+        // J Jᵀ = [a b; b c], where J is the matrix of the gradients. Its eigenvalues are the squares of the axes.
         let (a, c, b) = (ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy);
         let (mean, half_difference) = (half * (a + c), half * (a - c));
+        // With one tap the filter is isotropic: the longer gradient counts.
         let major_sq =
             if max_taps > R::ONE { mean + (half_difference * half_difference + b * b).sqrt() } else { longest_sq([ux, vx, uy, vy]) };
         let det = ux * vy - uy * vx;
@@ -93,19 +95,19 @@ impl<R: Real> Footprint<R> {
         let length = (major_sq / width_sq).sqrt() - R::from_f64(0.01);
         let length = if length < max_taps { length } else { max_taps };
         let length = if length > R::ONE { length } else { R::ONE };
-        // The eigenvector of the major axis, computed from the better conditioned row of the matrix.
+        // The eigenvector (x, y) of the major axis, computed from the better conditioned row of the matrix.
         let is_longer_in_u = half_difference > R::ZERO;
         let x = if is_longer_in_u { major_sq - c } else { b };
         let y = if is_longer_in_u { b } else { major_sq - a };
         let axis_sq = x * x + y * y;
-        // The width of a tap divided by the eigenvector's length, whose square counts as at least 1e-30: a round footprint has no direction; its eigenvector is
-        // 0.
-        let scale = width_sq.sqrt() / if axis_sq > R::from_f64(1e-30) { axis_sq } else { R::from_f64(1e-30) }.sqrt();
+        // The limit avoids a division by 0: a round footprint has no direction, and its eigenvector is 0.
+        let nonzero_axis_sq = if axis_sq > R::from_f64(1e-30) { axis_sq } else { R::from_f64(1e-30) };
+        let scale = width_sq.sqrt() / nonzero_axis_sq.sqrt();
         Self { level: level_of(width_sq), length, step: [x * scale / size[0], y * scale / size[1]] }
     }
 }
 
-/// A gradient in texels, limited to [`LONGEST_GRADIENT`]. Written so that it is vectorised.
+/// A gradient in texels, limited to plus and minus [`LONGEST_GRADIENT`]; NaN becomes minus this limit. The two comparisons are vectorised.
 #[inline(always)]
 fn limited<R: Real>(gradient: R) -> R {
     let longest = R::from_f64(LONGEST_GRADIENT);
@@ -156,7 +158,7 @@ pub(crate) struct FilterRequest<'a, R> {
     pub footprints: Option<Footprints<R>>,
 }
 
-/// The footprints of the lanes of a batch, as in [`Footprint`].
+/// The footprints of the lanes of a batch, as in [`Footprint`], without their levels ([`FilterRequest::level`]).
 pub(crate) struct Footprints<R> {
     pub length: [R; BATCH],
     pub step_u: [R; BATCH],
@@ -168,8 +170,8 @@ impl<'a, R: Real> FilterRequest<'a, R> {
         Self { u, v, level: None, footprints: None }
     }
 
-    /// Fills levels and footprints from the gradients `g`: du/dx, dv/dx, du/dy, dv/dy, per pixel. `size`: width and height of level 0 in texels. `max_taps`: at
-    /// least 1; `None` for isotropic filtering.
+    /// Sets levels and footprints, if they are needed, from the gradients `g` of the texture coordinates: du/dx, dv/dx, du/dy, dv/dy, per pixel. `size`: width
+    /// and height of level 0 in texels. `max_taps`: at least 1; `None` for isotropic filtering, which has no footprints.
     #[inline(always)]
     pub(crate) fn set_footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];
@@ -184,7 +186,7 @@ impl<'a, R: Real> FilterRequest<'a, R> {
             return;
         };
         // The sum of the squares of both axes is at least the square of the major axis. Where the sum is at most 1, `anisotropic` gives level 0 and one tap,
-        // in spite of rounding, because it shortens the footprint by 0.01.
+        // in spite of rounding, because it shortens the footprint by 0.01. Gradients need no limit here: an infinite sum is above 1.
         let mut sums_sq = [R::ZERO; BATCH];
         for i in 0..BATCH {
             let (ux, vx, uy, vy) = (g[0][i] * size[0], g[1][i] * size[1], g[2][i] * size[0], g[3][i] * size[1]);
@@ -221,7 +223,7 @@ mod tests {
         request.level.is_some()
     }
 
-    /// tests/software/filtered_map.rs relies on this to test the code for magnified batches.
+    /// tests/software/filtered_map.rs chooses its batches by this rule, to test the code for magnified ones, too.
     #[test]
     fn a_batch_has_no_levels_only_if_all_lanes_are_magnified() {
         for is_anisotropic in [false, true] {

@@ -9,7 +9,7 @@
 
 use super::filter::{BATCH, Channels};
 use super::full_batch;
-use super::texels::{BoundLevel, Decode, TexelLevel};
+use super::texels::{BoundLevel, Decode, LoadedLevel};
 use crate::render::software::exec::{LANE_BITS, LaneMask};
 use crate::render::software::math::Real;
 
@@ -76,7 +76,7 @@ pub(super) fn load<R: Real, D: Decode>(
 /// mask is cleared and its index is 0. Returns whether all lanes have a texel.
 #[inline(always)]
 fn find_texels<R: Real>(
-    level: &TexelLevel<'_>,
+    level: &LoadedLevel<'_>,
     x: &[R; BATCH],
     row: impl Fn(usize) -> u32,
     index: &mut [u32; BATCH],
@@ -100,7 +100,7 @@ fn find_texels<R: Real>(
 #[inline(always)]
 fn read_texels<R: Real, D: Decode, const MASKED: bool>(
     decode: D,
-    level: &TexelLevel<'_>,
+    level: &LoadedLevel<'_>,
     index: &[u32; BATCH],
     mask: &[u32; BATCH],
     out: Channels<'_, R>,
@@ -155,7 +155,7 @@ fn read_texels<R: Real, D: Decode, const MASKED: bool>(
 #[inline(always)]
 fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
     decode: D,
-    level: &TexelLevel<'_>,
+    level: &LoadedLevel<'_>,
     index: &[u32; BATCH],
     mask: &[u32; BATCH],
     out: Option<&mut [R; BATCH]>,

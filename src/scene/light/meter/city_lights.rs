@@ -26,8 +26,8 @@ fn weight(height_km: f64, sky_fraction: f64) -> f64 {
 
 impl MeteredFrame<'_, '_> {
     /// Weight of a body's city lights relative to its other ground.
-    pub(super) fn night_light_weight(&self, p: &PlacedBody<'_>) -> f64 {
-        let weight_from_afar = self.meter.night_light_weight;
+    pub(super) fn city_light_weight(&self, p: &PlacedBody<'_>) -> f64 {
+        let weight_from_afar = self.meter.city_light_weight;
         let surrounds_camera = self.meter.air.is_some_and(|a| a.body.id == p.body.id);
         if weight_from_afar <= 0.0 || !surrounds_camera {
             return weight_from_afar;

@@ -101,7 +101,7 @@ pub(crate) struct Ground<'g> {
     /// City lights; `None` if the body has none, or if their weight is 0.
     pub night_lights: Option<&'g NightLights>,
     /// Factor on the radiance of the city lights.
-    pub night_light_weight: f64,
+    pub city_light_weight: f64,
     pub albedo: Albedo,
     /// See [`relief_weight`].
     pub relief_weight: f64,
@@ -144,7 +144,7 @@ impl Ground<'_> {
             _ => 1.0,
         };
         let secondary: f64 = self.secondary_lights.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
-        let night_weight = night_lights::lit_fraction(normal.dot(self.sun)) * self.night_light_weight;
+        let night_weight = night_lights::lit_fraction(normal.dot(self.sun)) * self.city_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if night_weight > 0.0 { night_weight * l.radiance_at(point) } else { 0.0 });
         let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
         self.albedo.of_lights * (reflected(self.sun, self.sun_irradiance * sunlight_fraction * ring_transmittance) + secondary)

@@ -115,7 +115,7 @@ pub(crate) struct Meter<'m, 'a> {
     /// The air around the camera, if it is dense enough for a daylight sky.
     pub air: Option<&'m air::SurroundingAir<'m>>,
     /// Weight of city lights relative to other ground; 0 if an exposure chosen without them does not overexpose them.
-    pub night_light_weight: f64,
+    pub city_light_weight: f64,
 }
 
 /// How far away a body is: 0 up to the smaller of [`FAR_RADII`] or if its outline is open, 1 from the larger on.
@@ -300,12 +300,12 @@ impl<'a> MeteredFrame<'_, 'a> {
         }
         let secondary_lights = self.planet_shine_on(p);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
-        let night_light_weight = self.night_light_weight(p);
-        let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| night_light_weight > 0.0);
+        let city_light_weight = self.city_light_weight(p);
+        let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| city_light_weight > 0.0);
         let ground = Ground {
             body: p.body,
             night_lights: night_lights.map(AsRef::as_ref),
-            night_light_weight,
+            city_light_weight,
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),

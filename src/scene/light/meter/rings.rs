@@ -1,6 +1,7 @@
 //! Meters the light of rings: the light that they scatter towards the camera, and ring-shine on the night side of the globe.
 //!
-//! In: a placed body with rings. Out: the mean of the rings' radiance, as the rays of a grid over them sample it; and ring-shine with its weight.
+//! In: a placed body with rings. Out: the weighted logarithmic mean of the rings' radiance, sampled by a grid of rays over them; and the table of ring-shine,
+//! with the ground's radiance per unit of it.
 
 use super::geometry::{frame_position_weight, ray_and_limb};
 use super::{LogMean, MeteredFrame};
@@ -22,17 +23,19 @@ const RING_RAYS: u32 = 28;
 /// Width over which the edge of the globe's shadow on the rings is softened, globe radii: wider than the penumbra, so that the meter's reading changes
 /// gradually.
 const SHADOW_EDGE_RADII: f64 = 0.02;
-/// Sizes of the rings' rectangle, with its margins, between which their weight rises from 0 to 1. Smaller rings are part of the body's point.
+/// Lengths of the longer side of the rings' rectangle, margins included, between which the weight of the rings rises from 0 to 1. The light of smaller rings is
+/// part of the body's point.
 const FADE_IN_SIZES_PX: (f64, f64) = (4.0, 8.0);
 
 impl MeteredFrame<'_, '_> {
-    /// Ring-shine on the globe, if its night side is visible, and the ground's radiance per unit of ring-shine. On the day side ring-shine is a
-    /// hundredth of the light and is left out.
+    /// The table of ring-shine on the globe relative to the Sun's irradiance, and the ground's radiance where this ratio is 1, times a weight; `None` where
+    /// ring-shine does not count. The weight falls to 0 towards small phase angles ([`SHINE_FADE_IN_RAD`]): on the day side ring-shine is a hundredth of the
+    /// light. `diameter_px`: of the globe.
     pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
         let weight = smooth_rise(SHINE_FADE_IN_RAD, p.phase_angle_rad);
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
-        // The light of a point includes ring-shine.
+        // Only for the part of the light that is drawn as a disc: the light of a point already includes ring-shine.
         let weight = weight * self.disc_fraction(p, diameter_px);
         if weight <= 0.0 || rings.is_empty() || user_choice == Some(false) {
             return None;
@@ -41,6 +44,7 @@ impl MeteredFrame<'_, '_> {
         let (_, shine) = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true));
         let shine = shine?;
         let albedo_scale = photometry::albedo_normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
+        // Sunlight is the same in all channels.
         Some((shine, weight * albedo_scale * lights::sunlight(p.body_to_sun_km).irradiance.x))
     }
 
@@ -68,12 +72,15 @@ impl MeteredFrame<'_, '_> {
         if has_no_rings || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
             return mean;
         }
+        // Unit of the lengths below: the equatorial radius.
         let unit_km = p.body.radii_km.x;
         let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
         let Some(outer) = intervals.last().map(|i| i.outer) else { return mean };
         let sun = (p.body_from_icrf * p.body_to_sun_km).normalize();
         let view = self.ring_view(p);
+        // `None`: no part of the rings is in the frame.
         let Some(rect) = view.rect(outer * unit_km) else { return mean };
+        // In clip units: the frame is 2 by 2.
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         // The flux of a body that is drawn as a point includes its rings.
         let size_weight = smooth_rise(FADE_IN_SIZES_PX, (size * camera.half_size_px()).max_element());
@@ -82,14 +89,16 @@ impl MeteredFrame<'_, '_> {
         }
         let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_distance_km;
         let irradiance = lights::sunlight(p.body_to_sun_km).irradiance.x;
+        // Angle between diagonally adjacent rays, as a tangent.
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RING_RAYS);
+        // Fraction of the frame's area for which a ray stands, times the weight.
         let share = size_weight * size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let polar_radius = p.body.radii_km.z / unit_km;
-        // First the part of the Sun's disc on the camera's side of the ring plane, then the part on the other side.
+        // Parts of the Sun's disc that the ring plane divides: `sunlight` has first the part on the camera's side.
         let [centre_side, other_side] = ring_shine::sun_disc_parts(sun.z.abs(), sun_tangent);
         let sunlight = if sun.z * origin.z < 0.0 { [other_side, centre_side] } else { [centre_side, other_side] };
-        let nearer = self.nearer_bodies(p, spacing);
+        let nearer_bodies = self.nearer_bodies(p, spacing);
         let mut sums = RadialSums::new(&intervals, sunlight);
         for k in 0..RING_RAYS * RING_RAYS {
             let position = (DVec2::new(f64::from(k % RING_RAYS), f64::from(k / RING_RAYS)) + 0.5) / f64::from(RING_RAYS);
@@ -103,6 +112,8 @@ impl MeteredFrame<'_, '_> {
             let ring_point = origin + ray * distance;
             let radius = ring_point.truncate().length();
             let cos_emission = ray.z.abs().max(phase::MIN_COSINE);
+            // A narrow cone around the ray meets the ring plane in an ellipse, elongated along the ray's projection onto it.
+            // Estimated radial part of this elongation, in widths of the cone:
             let radial_stretch = (ray.truncate().dot(ring_point.truncate()) / radius.max(1e-9)).abs() / cos_emission;
             // Half the range of radii that the ray represents.
             let half_width = 0.5 * (distance * spacing * (1.0 + radial_stretch)).max(1e-6);
@@ -119,13 +130,14 @@ impl MeteredFrame<'_, '_> {
             let (point, to_sun) = (ring_point * unit_sphere_scale, (sun * unit_sphere_scale).normalize());
             let sunlit_fraction =
                 if point.dot(to_sun) < 0.0 { smoothstep((point.cross(to_sun).length() - 1.0) / SHADOW_EDGE_RADII + 0.5) } else { 1.0 };
-            let globe = ray_and_limb(&p.placement, direction);
-            let is_behind_globe = distance > (origin - globe.point * DVec3::new(1.0, 1.0, polar_radius)).length();
-            let visible_fraction = if is_behind_globe { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
-            // The factor 1/4 of single scattering, which `rings::single_scatter` leaves out.
+            // `inside_rad` is positive where the ray meets the globe.
+            let limb = ray_and_limb(&p.placement, direction);
+            let is_behind_globe = distance > (origin - limb.point * DVec3::new(1.0, 1.0, polar_radius)).length();
+            let visible_fraction = if is_behind_globe { 1.0 - smoothstep(0.5 + limb.inside_rad / spacing) } else { 1.0 };
+            // The factor 1/4 of single scattering, which `light` lacks (`rings::single_scatter`).
             let radiance = 0.25 * light * irradiance * sunlit_fraction;
             let weight = frame_position_weight(clip.abs().max_element());
-            let visible_share = share * weight * visible_fraction * Self::ray_visibility(&nearer, direction, spacing);
+            let visible_share = share * weight * visible_fraction * Self::ray_visibility(&nearer_bodies, direction, spacing);
             mean.add(visible_share, radiance, self.foreground_radiance(direction, p.body.id));
         }
         mean

@@ -1,11 +1,11 @@
 //! Meters the sky of the body whose air surrounds the camera.
 //!
-//! In: the metered frame. Out: the sky as a subject; its exposure radiance, for which images of it are exposed; that of the ground below it, which is the same
-//! near the ground; and how much darker surroundings are shown in dusk. The exposure radiance of the sky weighs it and reduces the contrast of what is behind
-//! it; that of the ground lights the ground. Both are greater than the radiance that is drawn, the more so the darker the sky is
-//! (`SurroundingAir::exposure_radiance`), so the level at which the sky is shown falls with its light. High in the air the sky counts only where the frame
-//! shows it. The subject states the radiance that is drawn there, and this level. Always: continuous in time (tests/atmosphere/dusk.rs) and in height
-//! (tests/atmosphere/top_of_air.rs); no sky is shown at a higher level because its light is less (dusk.rs, at eye level).
+//! In: the metered frame. Out: the sky as a subject; the *exposure radiances* of the sky and of the ground below it, for which images of them are exposed, and
+//! which are equal near the ground; and how much darker surroundings are shown in dusk. From the sky's exposure radiance follow its weight and the contrast of
+//! what is behind it; from the ground's, the light on the ground. Both are greater than the radiance that is drawn, the more so the darker the sky is
+//! (`SurroundingAir::exposure_radiance`), so a darker sky is shown at a lower level. The subject states the radiance that is drawn in the frame's part of the
+//! sky, and this level. Always: continuous in time (tests/atmosphere/dusk.rs) and in height (tests/atmosphere/top_of_air.rs); no sky is shown at a higher level
+//! because its light is less (dusk.rs, with the camera at eye level).
 
 use super::geometry::{ray_and_limb, visible_fraction_behind_body};
 use super::{FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject};
@@ -18,21 +18,22 @@ use crate::scene::numeric::smoothstep;
 use crate::scene::request::effects::Effect;
 use glam::DVec3;
 
-/// Luminance of the sky around sunset, cd/m2. Below it, images of sky and ground are made darker, in stops per factor of ten in luminance, but not by more than
-/// the maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
+/// Luminance of the sky around sunset, cd/m2. Below it, images of sky and ground are made darker by so many stops per factor of ten in luminance, up to a
+/// maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
 const SUNSET_SKY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
-/// Least radiance of a sky: far below that of any night. With a radiance of 0 the level would be 0, too, and the subject's white, radiance / level, undefined.
+/// Least radiance of a sky, far below that of any night. With 0, the subject's white (radiance / level) would be 0 / 0.
 const MIN_SKY_RADIANCE: f64 = 1e-30;
-/// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
-/// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
-/// sunlight (Sharp, Silverman and Lloyd 1971, ibid. 1207).
+/// Fraction of daylight that the sky as this program draws it keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024
+/// (tests/eclipse/totality.rs). Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky
+/// dims in proportion to sunlight (Sharp, Silverman and Lloyd 1971, ibid. 1207).
 const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
 
-/// Factor by which the target level of surroundings of a given radiance is reduced: a photograph of dusk that is as bright as one of noon looks like day. The
+/// Factor by which the target level of surroundings is reduced, by their `radiance`: a photograph of dusk that is as bright as one of noon looks like day. The
 /// factor is 1 above [`SUNSET_SKY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in luminance, by at most [`MAX_DUSK_STOPS`].
 pub(super) fn dusk_factor(radiance: f64) -> f64 {
+    // The limit of 1e-30 cd/m2 avoids a division by 0.
     let decades = (SUNSET_SKY_CD_M2 / (radiance * CD_M2_PER_RADIANCE).max(1e-30)).log10().max(0.0);
     (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
@@ -49,18 +50,21 @@ impl MeteredFrame<'_, '_> {
     }
 
     /// A sum over the lights of the sky around the camera: sunlight, dimmed in an eclipse, and the light of the body that gives the most light besides the Sun.
-    /// Images show the light of one other body in the air. `by_light`: a function of the air, the vector from the body to the light, and its irradiance.
+    /// Images show the light of one other body in the air. `by_light`: a function of the air, a vector of any length from the body to the light, and its
+    /// irradiance.
     fn sum_over_lights_of_sky(&self, by_light: impl Fn(&SurroundingAir<'_>, DVec3, f64) -> f64) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
         let eclipses_are_on = self.meter.context.request.effects.override_of_body(air.body, Effect::Eclipse) != Some(false);
+        // `None`, so that nothing dims sunlight, if the user has switched eclipses off.
         let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on);
         let visible_sun_fraction = sun.map_or(1.0, |s| {
-            let towards = s.placement.centre_km / s.distance_km;
+            let sun_direction = s.placement.centre_km / s.distance_km;
             let radius_rad = s.angular_radius_rad();
-            let nearer =
+            let in_front =
                 self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
-            nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius_rad)).product::<f64>()
+            // Where several bodies cover the Sun, as if independently.
+            in_front.map(|o| visible_fraction_behind_body(&o.placement, sun_direction, radius_rad)).product::<f64>()
         });
         let sunlight_fraction = visible_sun_fraction + (1.0 - visible_sun_fraction) * TOTALITY_SKY_FRACTION;
         // Sunlight is the same in all channels; of planet-shine the green channel counts.
@@ -73,8 +77,10 @@ impl MeteredFrame<'_, '_> {
     /// limb.
     pub(super) fn rays_above_limb(&self) -> Vec<(DVec3, f64)> {
         let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return Vec::new() };
-        let spacing = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
-        let part_above = |ray: DVec3| 1.0 - smoothstep(0.5 + ray_and_limb(&p.placement, ray).inside_rad / spacing);
+        // Angle between neighbouring rays along the frame's diagonal, in its middle.
+        let spacing_rad = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
+        // `inside_rad` is negative above the limb. Around it, a ray's part above falls from 1 to 0 over one spacing.
+        let part_above = |ray: DVec3| 1.0 - smoothstep(0.5 + ray_and_limb(&p.placement, ray).inside_rad / spacing_rad);
         let rays = self.sample_frame(|ray| (ray.normalize(), part_above(ray)));
         rays.into_iter().filter(|(_, part)| *part > 0.0).collect()
     }
@@ -84,14 +90,14 @@ impl MeteredFrame<'_, '_> {
         self.sky_rays.iter().map(|(_, part)| part).sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 
-    /// Meters the sky around the camera, without the part of the frame that bodies in it cover (`share_of_bodies`). The subject's weight and the white that it
-    /// requires follow from the exposure radiance; its `radiance` is that which is drawn, the mean over the frame's sky.
-    pub(super) fn sky(&self, share_of_bodies: f64) -> Option<MeteredSubject> {
+    /// Meters the sky around the camera, without the share of the frame that bodies in the sky cover. The subject's weight and white follow from the exposure
+    /// radiance; its `radiance` is the drawn one, the mean over the frame's sky.
+    pub(super) fn sky(&self, share_of_bodies_in_sky: f64) -> Option<MeteredSubject> {
         let air = self.meter.air?;
         let mut mean = LogMean::default();
         let no_foreground = 0.0;
-        mean.add((self.sky_fraction() - share_of_bodies).max(0.0), self.sky_exposure_radiance, no_foreground);
-        // Darker in dusk, less so near the top of the air.
+        mean.add((self.sky_fraction() - share_of_bodies_in_sky).max(0.0), self.sky_exposure_radiance, no_foreground);
+        // Darker in dusk; near the top of the air, where `sky_weight` is almost 0, not.
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_exposure_radiance).powf(air.sky_weight());
         let exposed = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
         let scattered = self.sum_over_lights_of_sky(|air, towards, irradiance| air.scattered_radiance(towards, irradiance, &self.sky_rays));

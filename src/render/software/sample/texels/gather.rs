@@ -5,7 +5,7 @@
 //! In: a level and indices of its texels, or the corners of eight points in it. Out: linear channels of the texels, or interpolated at the points; the same
 //! bits as from reading texel by texel.
 
-use super::{Corners, Decode, Float, Srgb, TexelLevel, Unorm, unorm};
+use super::{Corners, Decode, Float, LoadedLevel, Srgb, Unorm, unorm};
 use crate::render::software::sample::corners::bilinear;
 use std::arch::x86_64::{
     __m128, __m256, __m256i, _mm256_add_epi32, _mm256_and_ps, _mm256_and_si256, _mm256_castps128_ps256, _mm256_cmpeq_epi32,
@@ -105,7 +105,7 @@ impl<D: FourBytes> Decode for GatherDecoder<D> {
     type Avx2 = Self;
     const FILTERS_WITH_AVX2: bool = true;
     #[inline(always)]
-    unsafe fn interpolate_eight(self, level: &TexelLevel<'_>, corners: &Corners, needed: [bool; 4]) -> [__m256; 4] {
+    unsafe fn interpolate_eight(self, level: &LoadedLevel<'_>, corners: &Corners, needed: [bool; 4]) -> [__m256; 4] {
         // SAFETY: the corners lie inside the level, which has at most 2^30 texels; a `GatherDecoder` exists only with AVX2.
         unsafe {
             let base = level.bytes.as_ptr().cast::<i32>();
@@ -138,7 +138,7 @@ impl<D: FourBytes> Decode for GatherDecoder<D> {
         self
     }
     #[inline(always)]
-    unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> u32 {
+    unsafe fn texel(self, level: &LoadedLevel<'_>, index: u32) -> u32 {
         // SAFETY: the caller guarantees it.
         unsafe { self.0.texel(level, index) }
     }
@@ -170,7 +170,7 @@ impl<D: FourBytes> Decode for GatherDecoder<D> {
         out
     }
     #[inline(always)]
-    unsafe fn fetch<const N: usize>(self, level: &TexelLevel<'_>, index: &[u32; N]) -> [u32; N] {
+    unsafe fn fetch<const N: usize>(self, level: &LoadedLevel<'_>, index: &[u32; N]) -> [u32; N] {
         // SAFETY: a level has at most 2^30 texels ([`Texels::new`]), and the caller's indices lie inside it; a `GatherDecoder` exists only with AVX2.
         unsafe { gather(level.bytes.as_ptr(), index) }
     }
@@ -213,7 +213,7 @@ impl Decode for TransposeDecoder {
     type Avx2 = Self;
     const FILTERS_WITH_AVX2: bool = true;
     #[inline(always)]
-    unsafe fn interpolate_eight(self, level: &TexelLevel<'_>, corners: &Corners, _needed: [bool; 4]) -> [__m256; 4] {
+    unsafe fn interpolate_eight(self, level: &LoadedLevel<'_>, corners: &Corners, _needed: [bool; 4]) -> [__m256; 4] {
         // SAFETY: the corners lie inside the level; a `TransposeDecoder` exists only with AVX2; vectors and arrays have eight words each.
         unsafe {
             let [a, b, c, d] = corners.index;
@@ -247,7 +247,7 @@ impl Decode for TransposeDecoder {
         self
     }
     #[inline(always)]
-    unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
+    unsafe fn texel(self, level: &LoadedLevel<'_>, index: u32) -> [f32; 4] {
         // SAFETY: the caller guarantees it.
         unsafe { self.0.texel(level, index) }
     }
@@ -258,7 +258,7 @@ impl Decode for TransposeDecoder {
     // Up to two gathers take fewer instructions than eight loads and a transposition; three are slower.
     const MAX_SEPARATE_CHANNELS: usize = 2;
     #[inline(always)]
-    unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
+    unsafe fn channel_of_eight<const K: usize>(self, level: &LoadedLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
         // A gather scales its indices by at most eight bytes, half a texel. Twice an index is below 2^31, since a level has at most 2^30 texels.
         let half_texel_indices = index.map(|i| i.wrapping_mul(2));
         // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes; a `TransposeDecoder` exists only with AVX2.
@@ -269,7 +269,7 @@ impl Decode for TransposeDecoder {
         }
     }
     #[inline(always)]
-    unsafe fn channels_of_eight<const MASKED: bool>(self, level: &TexelLevel<'_>, index: &[u32; 8], mask: &[u32; 8]) -> [[f32; 8]; 4] {
+    unsafe fn channels_of_eight<const MASKED: bool>(self, level: &LoadedLevel<'_>, index: &[u32; 8], mask: &[u32; 8]) -> [[f32; 8]; 4] {
         // SAFETY: the caller guarantees it; vectors and arrays have eight words each.
         unsafe {
             let [r, g, b, a] = self.transposed(level, transmute::<[u32; 8], __m256i>(*index));
@@ -310,7 +310,7 @@ impl TransposeDecoder {
     /// # Safety
     /// As [`Decode::texel`], for every lane.
     #[inline(always)]
-    unsafe fn texel_per_quad(self, level: &TexelLevel<'_>, index: __m256i) -> __m256 {
+    unsafe fn texel_per_quad(self, level: &LoadedLevel<'_>, index: __m256i) -> __m256 {
         let base = level.bytes.as_ptr().cast::<u64>();
         // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes. Twice an index is below 2^31, since a level has at most 2^30
         // texels. A `TransposeDecoder` exists only with AVX2.
@@ -321,7 +321,7 @@ impl TransposeDecoder {
     /// # Safety
     /// As [`Decode::texel`], for every lane.
     #[inline(always)]
-    unsafe fn transposed(self, level: &TexelLevel<'_>, index: __m256i) -> [__m256; 4] {
+    unsafe fn transposed(self, level: &LoadedLevel<'_>, index: __m256i) -> [__m256; 4] {
         let base = level.bytes.as_ptr().cast::<u64>();
         // SAFETY: as in `texel_per_quad`.
         unsafe {

@@ -1,4 +1,4 @@
-//! The texels that a binding reads: borrowed bytes of every mip level, which are decoded when read.
+//! The texels that a binding reads: the undecoded bytes of every mip level, borrowed from a texture or from the image of a pass.
 //!
 //! In: a texture or the image of a pass. Out: decoders of its format, which give linear f32 channels.
 //!
@@ -25,47 +25,51 @@ const MAX_TEXELS: u64 = 1 << 30;
 /// Maximum number of texels along a side, the limit of [`crate::render::software::math::Real::round_small`].
 const MAX_SIDE: u32 = 1 << 22;
 
-/// One mip level whose texels can be read.
+/// One mip level, its bytes in memory.
 #[derive(Clone, Copy, Debug)]
-pub struct TexelLevel<'a> {
+pub struct LoadedLevel<'a> {
     pub width: u32,
     pub height: u32,
     bytes: &'a [u8],
 }
 
-/// Where the bytes of a level are.
+/// What a level's bytes are read from.
 #[derive(Clone, Copy, Debug)]
-enum LevelTexels<'a> {
-    /// In memory: the output of a pass.
-    Bytes(&'a [u8]),
-    /// In a texture, whose level may still be on disk.
+enum LevelBytes<'a> {
+    /// The output of a pass, in memory.
+    Memory(&'a [u8]),
+    /// A level of a texture; it may still be on disk.
     Texture(&'a Level),
 }
 
-/// One mip level of a binding.
+/// One mip level of a binding; its bytes may still be on disk.
 #[derive(Clone, Copy, Debug)]
 pub struct BoundLevel<'a> {
     pub width: u32,
     pub height: u32,
-    texels: LevelTexels<'a>,
+    bytes: LevelBytes<'a>,
 }
 
 impl<'a> BoundLevel<'a> {
-    /// The level's texels. The first call for a level of a stored map reads them from disk.
+    /// The level with its bytes in memory. The first call for a level of a map on disk reads them.
     #[inline]
-    pub(crate) fn read(&self) -> TexelLevel<'a> {
-        let bytes = match self.texels {
-            LevelTexels::Bytes(bytes) => bytes,
-            LevelTexels::Texture(level) => level.bytes(),
+    pub(crate) fn read(&self) -> LoadedLevel<'a> {
+        let bytes = match self.bytes {
+            LevelBytes::Memory(bytes) => bytes,
+            LevelBytes::Texture(level) => level.bytes(),
         };
-        TexelLevel { width: self.width, height: self.height, bytes }
+        LoadedLevel { width: self.width, height: self.height, bytes }
     }
 }
 
-/// The level with index `level` and, if some lane needs it, the next coarser one. `fraction`: for each lane, the weight of the coarser level.
+/// The level with index `level` (0: the finest), and the next coarser one; `None` if the latter does not exist or has weight 0 in all lanes.
 #[inline(always)]
-pub(super) fn read_pair<'a, R: Real>(levels: &[BoundLevel<'a>], level: usize, fraction: &[R]) -> (TexelLevel<'a>, Option<TexelLevel<'a>>) {
-    let coarser = levels.get(level + 1).filter(|_| fraction.iter().fold(false, |any, f| any | (*f > R::ZERO)));
+pub(super) fn read_pair<'a, R: Real>(
+    levels: &[BoundLevel<'a>],
+    level: usize,
+    coarser_weight: &[R],
+) -> (LoadedLevel<'a>, Option<LoadedLevel<'a>>) {
+    let coarser = levels.get(level + 1).filter(|_| coarser_weight.iter().fold(false, |any, w| any | (*w > R::ZERO)));
     (levels[level].read(), coarser.map(BoundLevel::read))
 }
 
@@ -84,7 +88,7 @@ impl<'a> Texels<'a> {
     pub(crate) fn new(format: TexelFormat, levels: impl Iterator<Item = (u32, u32, &'a [u8])>) -> Result<Self, String> {
         Self::checked(
             format,
-            levels.map(|(width, height, bytes)| (BoundLevel { width, height, texels: LevelTexels::Bytes(bytes) }, bytes.len())),
+            levels.map(|(width, height, bytes)| (BoundLevel { width, height, bytes: LevelBytes::Memory(bytes) }, bytes.len())),
         )
     }
 
@@ -111,7 +115,7 @@ impl<'a> Texels<'a> {
     /// # Errors
     /// As [`Texels::new`].
     pub fn of_texture(texture: &'a Texture) -> Result<Self, String> {
-        let bound = |level: &'a Level| BoundLevel { width: level.width, height: level.height, texels: LevelTexels::Texture(level) };
+        let bound = |level: &'a Level| BoundLevel { width: level.width, height: level.height, bytes: LevelBytes::Texture(level) };
         Self::checked(texture.format, texture.levels.iter().map(|level| (bound(level), level.byte_count())))
     }
 }
@@ -129,7 +133,7 @@ pub(crate) trait Decode: Copy {
     /// The texel at an index, counted row by row.
     /// # Safety
     /// `index` is less than the level's width times its height.
-    unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> Self::Texel;
+    unsafe fn texel(self, level: &LoadedLevel<'_>, index: u32) -> Self::Texel;
     /// Channel `K` of a texel.
     fn channel<const K: usize>(self, texel: Self::Texel) -> f32;
     #[inline(always)]
@@ -147,16 +151,17 @@ pub(crate) trait Decode: Copy {
         out
     }
 
-    /// Whether [`super::filter_avx2`] filters with this decoder; true only for decoders that exist only on machines with AVX2.
+    /// Whether this decoder has [`Decode::interpolate_eight`], with which [`super::filter_avx2`] filters. Such a decoder exists only on machines with AVX2.
     #[cfg(target_arch = "x86_64")]
     const FILTERS_WITH_AVX2: bool = false;
 
-    /// The channels at eight points between texels, by bilinear interpolation; a channel that is not `needed` is unspecified.
+    /// The channels at eight points between texels, by bilinear interpolation; a channel that is not `needed` is unspecified. This default is never called:
+    /// it is for decoders without `FILTERS_WITH_AVX2`.
     /// # Safety
     /// `FILTERS_WITH_AVX2`; the corners lie inside the level.
     #[cfg(target_arch = "x86_64")]
     #[inline(always)]
-    unsafe fn interpolate_eight(self, level: &TexelLevel<'_>, corners: &Corners, needed: [bool; 4]) -> [__m256; 4] {
+    unsafe fn interpolate_eight(self, level: &LoadedLevel<'_>, corners: &Corners, needed: [bool; 4]) -> [__m256; 4] {
         let _ = (level, corners, needed);
         // SAFETY: any bits are valid floats.
         unsafe { std::mem::zeroed() }
@@ -166,7 +171,7 @@ pub(crate) trait Decode: Copy {
     /// # Safety
     /// As [`Decode::texel`], for every lane.
     #[inline(always)]
-    unsafe fn fetch<const N: usize>(self, level: &TexelLevel<'_>, index: &[u32; N]) -> [Self::Texel; N] {
+    unsafe fn fetch<const N: usize>(self, level: &LoadedLevel<'_>, index: &[u32; N]) -> [Self::Texel; N] {
         let mut out = [Self::Texel::default(); N];
         for (o, i) in out.iter_mut().zip(index) {
             // SAFETY: the caller guarantees it.
@@ -175,14 +180,14 @@ pub(crate) trait Decode: Copy {
         out
     }
 
-    /// Up to this many channels of single texels are read separately; if more are needed, all four are read together.
+    /// Unfiltered reads of up to this many channels read each channel separately; reads of more channels read all four together.
     const MAX_SEPARATE_CHANNELS: usize = 1;
 
     /// Channel `K` of eight lanes' texels.
     /// # Safety
     /// As [`Decode::texel`], for every lane.
     #[inline(always)]
-    unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
+    unsafe fn channel_of_eight<const K: usize>(self, level: &LoadedLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
         // SAFETY: the caller guarantees it.
         self.channel_of_each::<K, 8>(&unsafe { self.fetch(level, index) })
     }
@@ -191,7 +196,7 @@ pub(crate) trait Decode: Copy {
     /// # Safety
     /// As [`Decode::texel`], for every lane.
     #[inline(always)]
-    unsafe fn channels_of_eight<const MASKED: bool>(self, level: &TexelLevel<'_>, index: &[u32; 8], mask: &[u32; 8]) -> [[f32; 8]; 4] {
+    unsafe fn channels_of_eight<const MASKED: bool>(self, level: &LoadedLevel<'_>, index: &[u32; 8], mask: &[u32; 8]) -> [[f32; 8]; 4] {
         // SAFETY: the caller guarantees it.
         let t = unsafe { self.fetch(level, index) };
         let mut out = [
@@ -211,7 +216,7 @@ pub(crate) trait Decode: Copy {
     }
 }
 
-/// Decodes bytes whose colour is sRGB, with [`SRGB_LINEAR`].
+/// Decodes bytes: sRGB colour by the table [`SRGB_LINEAR`], linear alpha.
 #[derive(Clone, Copy)]
 pub(crate) struct Srgb(&'static [f32; 256]);
 /// Decodes bytes of linear values.
@@ -233,7 +238,7 @@ impl Default for Srgb {
     }
 }
 
-/// Four bytes at any alignment. Debug builds check reads through pointers, but not reads of a packed value.
+/// Four bytes at any alignment. Unlike `read_unaligned`, the read of a packed value is not checked in debug builds, and so is faster there.
 #[derive(Clone, Copy)]
 #[repr(C, packed)]
 struct UnalignedWord(u32);
@@ -242,7 +247,7 @@ struct UnalignedWord(u32);
 /// # Safety
 /// As [`Decode::texel`]; texels have four bytes.
 #[inline(always)]
-unsafe fn read_u32(level: &TexelLevel<'_>, index: u32) -> u32 {
+unsafe fn read_u32(level: &LoadedLevel<'_>, index: u32) -> u32 {
     // SAFETY: a level contains the bytes of all its texels ([`Texels::new`]).
     u32::from_le(unsafe { level.bytes.as_ptr().cast::<u32>().wrapping_add(index as usize).read_unaligned() })
 }
@@ -272,7 +277,7 @@ macro_rules! decode_four_byte_texels {
                 self
             }
             #[inline(always)]
-            unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> u32 {
+            unsafe fn texel(self, level: &LoadedLevel<'_>, index: u32) -> u32 {
                 // SAFETY: the caller guarantees it.
                 unsafe { read_u32(level, index) }
             }
@@ -304,19 +309,20 @@ impl Decode for Float {
         self
     }
     #[inline(always)]
-    unsafe fn texel(self, level: &TexelLevel<'_>, index: u32) -> [f32; 4] {
+    unsafe fn texel(self, level: &LoadedLevel<'_>, index: u32) -> [f32; 4] {
         // SAFETY: as in `read_u32`; a texel has sixteen bytes.
         let bits = unsafe { level.bytes.as_ptr().cast::<[u32; 4]>().wrapping_add(index as usize).read_unaligned() };
         bits.map(|word| f32::from_bits(u32::from_le(word)))
     }
     #[inline(always)]
     fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
+        // `& 3` here and below: inside the texel whatever `K` is.
         texel[K & 3]
     }
     // Each channel of each lane takes one load and one store, whether channels are read separately or together, so reading complete texels has no advantage.
     const MAX_SEPARATE_CHANNELS: usize = 4;
     #[inline(always)]
-    unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
+    unsafe fn channel_of_eight<const K: usize>(self, level: &LoadedLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
         let words = level.bytes.as_ptr().cast::<UnalignedWord>();
         // SAFETY: as in `texel`.
         index.map(|i| f32::from_bits(u32::from_le(unsafe { (*words.wrapping_add(i as usize * 4 + (K & 3))).0 })))
