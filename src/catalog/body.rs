@@ -26,7 +26,7 @@ impl NaifId {
     pub const MOON: Self = Self(301);
 }
 
-/// Procedural relief near a body's ground, finer than its maps; shaders/lib/detail.wesl defines it.
+/// Procedural relief of a body's ground, finer than its maps; shaders/lib/detail.wesl defines it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InventedRelief {
     /// No invented relief: the ground is smooth, or nothing is known about it.
@@ -83,8 +83,8 @@ pub enum Photometry {
 /// The kind of latitude in which the rows of a map are evenly spaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapLatitude {
-    /// Planetographic: angle of the ellipsoid's normal to the equator. For three different axes a and b (equatorial) and c, maps are read as if both equatorial
-    /// axes were the square root of ab; the sine of the error is at most |a - b| / (a + b).
+    /// Planetographic: angle of the ellipsoid's normal to the equator. If the equatorial semi-axes a and b differ, maps are read as if both were the square
+    /// root of ab; the sine of the error is at most |a - b| / (a + b).
     Planetographic,
     /// Planetocentric: angle of the line from the centre to the equator.
     Planetocentric,

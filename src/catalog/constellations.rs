@@ -59,6 +59,7 @@ struct Collection {
 
 #[derive(Deserialize)]
 struct Feature {
+    /// Of a figure: the IAU abbreviation of its constellation.
     id: Option<String>,
     geometry: Geometry,
 }

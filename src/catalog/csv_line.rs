@@ -28,15 +28,15 @@ pub(super) fn values(line: &str) -> Result<Vec<String>, String> {
     Ok(all)
 }
 
-/// The same values; those of a line without quotes are borrowed.
-pub(super) fn cells(line: &str) -> Result<Vec<Cow<'_, str>>, String> {
+/// As [`values`]; those of a line without quotes are borrowed.
+pub(super) fn borrowed_values(line: &str) -> Result<Vec<Cow<'_, str>>, String> {
     if line.contains('"') {
         return Ok(values(line)?.into_iter().map(Cow::Owned).collect());
     }
     // The exact capacity, because a table of stars has thousands of lines.
-    let mut cells = Vec::with_capacity(line.bytes().filter(|byte| *byte == b',').count() + 1);
-    cells.extend(line.split(',').map(|cell| Cow::Borrowed(cell.trim())));
-    Ok(cells)
+    let mut all = Vec::with_capacity(line.bytes().filter(|byte| *byte == b',').count() + 1);
+    all.extend(line.split(',').map(|value| Cow::Borrowed(value.trim())));
+    Ok(all)
 }
 
 /// A column's name in the form in which names are compared: only letters and digits, in lower case.
@@ -44,18 +44,18 @@ pub(super) fn comparable_name(name: &str) -> String {
     name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
 }
 
-/// The column of each field: the one with the first of the field's accepted names that the table has; of several columns of this name, the first. `names`:
-/// the names of all columns, by [`comparable_name`], as are the accepted ones.
+/// The index of each field's column; `None` if the table has none of its names. `accepted`: the names of each field, preferred ones first. The first of them
+/// that the table has counts; of several columns of this name, the first. `names`: those of all columns. All names are in the form of [`comparable_name`].
 pub(super) fn columns_of_fields<const N: usize>(names: &[String], accepted: [&[&str]; N]) -> [Option<usize>; N] {
     accepted.map(|accepted| accepted.iter().find_map(|wanted| names.iter().position(|name| name == wanted)))
 }
 
-/// The first of the columns of fields whose name a later column of the table has too.
+/// The first of `columns` (those of the fields) whose name a later column of the table has, too. `names`: those of all columns.
 pub(super) fn first_repeated(names: &[String], columns: &[Option<usize>]) -> Option<usize> {
     columns.iter().flatten().copied().find(|column| names[column + 1..].contains(&names[*column]))
 }
 
-/// [`columns_of_fields`]; an error if several columns have a name that counts, because it is unknown which of them is meant.
+/// [`columns_of_fields`]; an error if several columns have the name that counts for a field, because it is unknown which of them is meant.
 pub(super) fn unique_columns_of_fields<const N: usize>(names: &[String], accepted: [&[&str]; N]) -> Result<[Option<usize>; N], String> {
     let columns = columns_of_fields(names, accepted);
     first_repeated(names, &columns).map_or(Ok(columns), |column| Err(repeated_column(&names[column])))

@@ -90,10 +90,10 @@ pub(super) fn instrument(mut table: TableReader) -> Option<Instrument> {
         }
         (None, _) => None,
     };
-    let angle = table.optional("position_angle_deg", "degrees from -360 to 360", |x: &f64| x.abs() <= 360.0);
+    let position_angle = table.optional("position_angle_deg", "degrees from -360 to 360", |x: &f64| x.abs() <= 360.0);
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
-    Some(Instrument { name: name?.value, field_of_view: field_of_view?, position_angle_deg: angle.map_or(0.0, |a| a.value) })
+    Some(Instrument { name: name?.value, field_of_view: field_of_view?, position_angle_deg: position_angle.map_or(0.0, |a| a.value) })
 }
 
 #[cfg(test)]

@@ -135,7 +135,7 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     if !is_complete {
         let source_line = table.source_line.clone();
         let allowed = "`from` and `fov_deg`; `side` or `away_from`, and `radii`; or `over`, `latitude_deg`, `longitude_deg`, `height_km` and `fov_deg`";
-        table.problem(&source_line, "vantage", "incomplete or ambiguous", allowed);
+        table.report_invalid(&source_line, "vantage", "incomplete or ambiguous", allowed);
     }
     table.finish();
     Some(UnresolvedMoment {

@@ -14,12 +14,12 @@ use std::sync::LazyLock;
 pub struct SurfaceFeature {
     /// The name in the table.
     pub name: &'static str,
-    /// Unit vector from the body's centre, in body-fixed axes.
+    /// Unit vector from the body's centre, in body-fixed axes: z to the north pole, x to longitude 0 on the equator.
     pub direction: DVec3,
     /// Diameter; 0 if the table gives none, and for landing sites.
     pub diameter_km: f64,
-    /// Size by which an image decides whether to show the name: the diameter. For elongated features such as valleys, ridges and rilles, whose diameter in the
-    /// gazetteer is their length, it is the width, assumed to be a quarter of the length.
+    /// Size by which an image decides whether to show the name: the diameter, or the width of elongated features such as valleys, ridges and rilles. Their
+    /// diameter in the gazetteer is their length, and the width is assumed to be a quarter of that.
     pub effective_size_km: f64,
     /// Whether it is a landing site.
     pub is_landing_site: bool,
@@ -31,8 +31,8 @@ const ELONGATED_TYPES: [&str; 11] = ["CA", "CM", "DO", "FO", "LI", "FM", "RI", "
 const ELONGATED_WIDTH_TO_LENGTH: f64 = 0.25;
 
 impl SurfaceFeature {
-    /// Parses the fields of a table's line. `feature_type`: the gazetteer's code, empty for a landing site. `diameter_km`: empty for a feature without a
-    /// diameter, `None` for a landing site.
+    /// Parses the fields of a table's line; `None` if one is not a number where it should be. `latitude`, `longitude`: degrees. `feature_type`: the gazetteer's
+    /// code, empty for a landing site. `diameter_km`: empty for a feature without a diameter; `None` for a landing site, whose table has no diameters.
     fn parse(name: &'static str, feature_type: &str, latitude: &str, longitude: &str, diameter_km: Option<&str>) -> Option<Self> {
         let (lat, lon): (f64, f64) = (latitude.parse().ok()?, longitude.parse().ok()?);
         let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (lat.to_radians().sin_cos(), lon.to_radians().sin_cos());
@@ -50,7 +50,7 @@ impl SurfaceFeature {
         })
     }
 
-    /// The body and the feature of a line: seven fields in the gazetteer, four in the table of landing sites.
+    /// The body and the feature of a line: seven fields in the gazetteer, four in the table of landing sites. `None` if the line cannot be read.
     fn from_line(line: &'static str) -> Option<(&'static str, Self)> {
         match line.split(',').collect::<Vec<_>>()[..] {
             [body, _usgs_id, name, feature_type, lat, lon, diameter] => {
@@ -80,7 +80,7 @@ static BY_BODY: LazyLock<BTreeMap<String, Vec<SurfaceFeature>>> = LazyLock::new(
     all
 });
 
-/// The features of the body with this name: landing sites first, then the others from large to small.
+/// The features of the body with this name, landing sites first, then the others from large to small; none for a body without named features.
 pub fn surface_features(body: &str) -> &'static [SurfaceFeature] {
     BY_BODY.get(&body.to_lowercase()).map_or(&[], Vec::as_slice)
 }
@@ -101,7 +101,8 @@ mod tests {
         (direction.z.asin().to_degrees(), direction.y.atan2(direction.x).to_degrees().rem_euclid(360.0), feature.diameter_km)
     }
 
-    /// Each line is read, and well-known features are within 1.5 degrees and 5 % of the gazetteer's own pages (planetarynames.wr.usgs.gov).
+    /// Each line is read, and well-known features are within 1.5 degrees and 5 % of the gazetteer's own pages (planetarynames.wr.usgs.gov). The place of Apollo
+    /// 11 is that of the table.
     #[test]
     fn the_tables_are_read_and_coordinates_agree_with_the_gazetteer() {
         let unread: Vec<_> = lines().filter(|l| SurfaceFeature::from_line(l).is_none()).collect();

@@ -21,7 +21,7 @@ use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::OnceLock;
 
-/// Reads a `[[atmosphere.species]]`.
+/// Reads a `[[atmosphere.species]]`; `None` if a required field is missing or invalid, which is reported.
 fn species(mut table: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
     let name = table.required("name", ALLOWED_NAME, is_name);
@@ -70,7 +70,7 @@ fn is_forward_light(rows: &[[f64; 4]]) -> bool {
     rows.len() <= 100 && rows.iter().all(is_row) && rows.windows(2).all(|pair| pair[0][0] < pair[1][0])
 }
 
-/// Reads an `[[atmosphere]]`: the body's name and the atmosphere.
+/// Reads an `[[atmosphere]]`: the body's name and the atmosphere; `None` if a problem was reported.
 fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let top_km = required_number(&mut table, "top_km", "kilometres above 0", |x| x > 0.0);
@@ -80,7 +80,7 @@ fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> 
     let forward_light = table.optional("forward_light", ALLOWED_FORWARD_LIGHT, |rows: &Vec<[f64; 4]>| is_forward_light(rows));
     let sections = table.sections("species");
     if let Some(section) = sections.get(MAX_SPECIES) {
-        table.problem(&section.source_line, "species", &sections.len().to_string(), &format!("at most {MAX_SPECIES} species"));
+        table.report_invalid(&section.source_line, "species", &sections.len().to_string(), &format!("at most {MAX_SPECIES} species"));
         return None;
     }
     let species: Vec<WithLine<Species>> = sections.into_iter().filter_map(|section| with_line(section, species)).collect();
@@ -103,7 +103,7 @@ fn report_second_of_a_kind(table: &TableReader, species: &[WithLine<Species>]) {
     for (kind, is_of_kind) in kinds {
         if let Some(second) = species.iter().filter(|s| is_of_kind(&s.value)).nth(1) {
             let name = format!("\"{}\"", echo_within(&second.value.name, 60));
-            table.problem(&second.source_line, "species", &name, &format!("at most one {kind}"));
+            table.report_invalid(&second.source_line, "species", &name, &format!("at most one {kind}"));
         }
     }
 }
@@ -216,8 +216,8 @@ fn report_parent_cycles(bodies: &[Body], parent_lines: &BTreeMap<i32, SourceLine
     }
 }
 
-/// The body or barycentre other than body `id` whose NAIF code is this normalized name: a look-up by the code would find body `id`, because names come first.
-/// Normalized names have no minus sign.
+/// The body or barycentre, other than body `id`, whose NAIF code is this normalized name of body `id`. A look-up by the code would find body `id`, because
+/// names are looked up first. Normalized names have no minus sign, so the name may also stand for the negative code.
 fn owner_of_code(normalized: &str, id: i32, drafts: &BTreeMap<i32, BodyDraft>) -> Option<String> {
     let code: i32 = normalized.parse().ok()?;
     if (0..=9).contains(&code) {
@@ -412,7 +412,7 @@ mod tests {
         }
     }
 
-    /// Beside the asymmetry, a field with a single number whose limits are allowed.
+    /// The field `red` is made up: a single number, which may be equal to its limits, allowed only beside the asymmetry.
     #[test]
     fn a_field_with_one_number_is_read_beside_the_first() {
         let red = AerosolField {

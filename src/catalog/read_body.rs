@@ -1,7 +1,8 @@
 //! Reading `[[body]]`: merges the fields that one file gives for a body into those of earlier files.
 //!
 //! In: the TOML table, and the drafts of the bodies read so far. Out: the changed draft, and problems in the shared list. A field of a later file replaces the
-//! same field. Photometry, motion, rotation, clouds and mesh are replaced as a whole; maps, sources and estimates one by one.
+//! same field. Photometry, motion, rotation, clouds and mesh are replaced as a whole; maps, sources and estimates one by one. A value that is missing or
+//! refused is `None`.
 
 use super::fields::{
     ALLOWED_NAME, each_component, finite, invented, is_file_name, is_name, optional_percent, optional_word, optional_word_with_line,

@@ -1,8 +1,8 @@
 //! Reading `[[ring]]`, and the rings of each body.
 //!
-//! In: TOML tables, and the bodies of all files. Out: the rings of each body, and problems in the shared list. The rings of a file replace those of earlier
-//! files. Always: a ring begins outside its body's equator. The renderers rely on this: after the ground they draw the half of the rings in front of the body's
-//! centre, without a comparison of depths. From no viewpoint does the ground hide any of this half, however close to the ground a ring begins.
+//! In: TOML tables, and the bodies of all files. Out: the rings of each body, and problems, added to those of the catalog. The rings that a file gives a body
+//! replace those of earlier files. Always: a ring begins outside its body's equator. The renderers rely on this: they draw the half of the rings in front of
+//! the body's centre over the ground, without a comparison of depths, because from no viewpoint does the ground hide a part of this half.
 
 use super::fields::{ALLOWED_NAME, each_component, is_name, required_number};
 use super::table::{Problems, SourceLine, TableReader, WithLine};
@@ -15,9 +15,11 @@ use std::rc::Rc;
 const DEFAULT_RING_ALBEDO: [f64; 3] = [0.5; 3];
 /// Maximum number of rings of a body: each has two edges, and the table of edges (`scene::rings`) has room for 4,096.
 const MAX_RINGS: usize = 2000;
-/// Rings end below this radius, in equatorial radii of the body, as in the query `ring-transmission`. In f32 the squares of much larger radii overflow. The
-/// largest known ring, Phoebe's, has 270.
+/// Rings end below this radius, in equatorial radii of the body; the query `ring-transmission` has the same limit. In f32 the squares of much larger radii
+/// overflow. The largest known ring, Phoebe's, ends at 270.
 const MAX_RADII: f64 = 1e6;
+/// Maximum number of characters that messages quote of a body's name.
+const NAME_ECHO_CHARS: usize = 60;
 
 /// A ring as it was read.
 struct RingDraft {
@@ -26,13 +28,13 @@ struct RingDraft {
     outer_line: SourceLine,
 }
 
-/// The rings that a file gives under one name of a body.
+/// The rings of a file whose field `body` is the same name.
 pub(super) struct RingsOfFile {
     body_name: WithLine<String>,
     rings: Vec<RingDraft>,
 }
 
-/// Reads a `[[ring]]`: the body's name and the ring.
+/// Reads a `[[ring]]`: the body's name and the ring; `None` if a required field is missing or invalid, which is reported.
 fn ring(mut table: TableReader) -> Option<(WithLine<String>, RingDraft)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let name = table.required("name", ALLOWED_NAME, is_name);
@@ -42,6 +44,7 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, RingDraft)> {
     });
     let tau_normal = required_number(&mut table, "tau_normal", "an optical depth from 0 to 100", |x| (0.0..=100.0).contains(&x));
     let albedo = table.optional("albedo", "three numbers from 0 to 1 (red, green, blue)", each_component(|x| (0.0..=1.0).contains(&x)));
+    // The fraction of the scattered light.
     let dust = table.optional("dust", "a fraction from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
     table.finish();
     let (body_name, inner_km, outer_km) = (body_name?, inner_km?, outer_km?);
@@ -50,8 +53,8 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, RingDraft)> {
         inner_km: inner_km.value,
         outer_km: outer_km.value,
         tau_normal: tau_normal?,
-        albedo: albedo.map_or(DEFAULT_RING_ALBEDO, |l| l.value),
-        dust_fraction: dust.map_or(0.0, |l| l.value),
+        albedo: albedo.map_or(DEFAULT_RING_ALBEDO, |a| a.value),
+        dust_fraction: dust.map_or(0.0, |d| d.value),
     };
     Some((body_name, RingDraft { ring, inner_line: inner_km.source_line, outer_line: outer_km.source_line }))
 }
@@ -77,8 +80,8 @@ pub(super) fn add_to_bodies(
     radii_lines: &BTreeMap<i32, SourceLine>,
     problems: &Problems,
 ) {
-    // The rings of each body with the file that gives them. By the body's id and not by its name, because a file may name a body in several ways: as `Saturn`,
-    // `saturn` or an alias.
+    // For each body the last file that gives rings, and these rings. By the body's id and not by its name, because a file may name a body in several ways: as
+    // `Saturn`, `saturn` or an alias.
     let mut rings_by_body: BTreeMap<i32, (Rc<str>, Vec<RingDraft>)> = BTreeMap::new();
     for RingsOfFile { body_name, rings } in rings {
         let Some(id) = find_id(&body_name) else { continue };
@@ -90,7 +93,7 @@ pub(super) fn add_to_bodies(
         }
         kept.extend(rings);
         if kept.len() > MAX_RINGS {
-            let (body, count) = (echo_within(&body_name.value, 60), kept.len());
+            let (body, count) = (echo_within(&body_name.value, NAME_ECHO_CHARS), kept.len());
             problems.add(&body_name.source_line, format!("{body} has {count} rings: expected at most {MAX_RINGS}"));
         }
     }
@@ -106,24 +109,25 @@ pub(super) fn add_to_bodies(
 fn report_impossible_radii(rings: &[RingDraft], body: &Body, radii_line: Option<&SourceLine>, problems: &Problems) {
     let equator_km = body.radii_km.x.max(body.radii_km.y);
     let limit_km = MAX_RADII * equator_km;
-    let first_km = rings.iter().map(|r| r.ring.inner_km).fold(f64::INFINITY, f64::min);
-    let last_km = rings.iter().map(|r| r.ring.outer_km).fold(0.0, f64::max);
-    let name = echo_within(&body.name, 60);
-    let report = |ring_line: &SourceLine, field_of_ring: String, radius: String| {
+    let innermost_km = rings.iter().map(|r| r.ring.inner_km).fold(f64::INFINITY, f64::min);
+    let outermost_km = rings.iter().map(|r| r.ring.outer_km).fold(0.0, f64::max);
+    let name = echo_within(&body.name, NAME_ECHO_CHARS);
+    // `ring_problem` and `expected_radius` end the two messages.
+    let report = |ring_line: &SourceLine, ring_problem: String, expected_radius: String| {
         match radii_line.filter(|radii| ring_line.is_embedded() && !radii.is_embedded()) {
-            // The same for each ring, and therefore shown once.
-            Some(radii_line) => problems.add(radii_line, format!("{name}.radii_km: expected an equatorial radius {radius}")),
-            None => problems.add(ring_line, format!("ring.{field_of_ring}, the equatorial radius of {name}")),
+            // For each ring the same message; it is shown once.
+            Some(radii_line) => problems.add(radii_line, format!("{name}.radii_km: expected an equatorial radius {expected_radius}")),
+            None => problems.add(ring_line, format!("ring.{ring_problem}, the equatorial radius of {name}")),
         }
     };
     for RingDraft { ring: Ring { inner_km, outer_km, .. }, inner_line, outer_line } in rings {
         if *inner_km <= equator_km {
             let field = format!("inner_km = {inner_km:?}: expected kilometres above {equator_km:?}");
-            report(inner_line, field, format!("below {first_km:?} km, where its rings begin"));
+            report(inner_line, field, format!("below {innermost_km:?} km, where its rings begin"));
         }
         if *outer_km >= limit_km {
             let field = format!("outer_km = {outer_km:?}: expected kilometres below {limit_km:?}, a million times {equator_km:?}");
-            report(outer_line, field, format!("above {:?} km, a millionth of that of its rings", last_km / MAX_RADII));
+            report(outer_line, field, format!("above {:?} km, a millionth of that of its rings", outermost_km / MAX_RADII));
         }
     }
 }

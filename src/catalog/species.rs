@@ -3,8 +3,8 @@
 //! Plain values: `catalog::read` fills them from catalog files and checks their ranges. Not here: densities and phase functions (`scene::atmosphere`).
 //! docs/phase-function.md lists the edits for another phase function of aerosols.
 
-/// A gas or aerosol, whose density is exponential in height, or an absorption layer, whose density is triangular: `tent_centre_km` is set. An
-/// atmosphere has at most one of each.
+/// A gas or an aerosol, whose density is exponential in height, or an absorption layer, whose density is triangular (`tent_centre_km` is set). An
+/// atmosphere has at most one gas, one aerosol and one absorption layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Species {
     /// The species' name, shown with its estimated error.
@@ -14,7 +14,7 @@ pub struct Species {
     /// Height of the peak of a triangular (tent-shaped) profile; `None` for an exponential one.
     pub tent_centre_km: Option<f64>,
     /// Scattering coefficient per kilometre, averaged over each linear sRGB channel. It applies at height 0, on the ellipsoid; for a triangular profile, at
-    /// the peak. In draws, a triangular profile only removes light: the light that it scatters is not added to view rays.
+    /// the peak. Draws treat light that a triangular profile scatters as absorbed.
     pub scattering_per_km: [f64; 3],
     /// Absorption coefficient, in the same unit and at the same height.
     pub absorption_per_km: [f64; 3],
@@ -41,8 +41,8 @@ pub(crate) enum PerChannel {
     Rgb([f64; 3]),
 }
 
-/// A phase function of aerosols, whose values `scene::atmosphere::phase` computes. A new function gets a variant beside the others, so that the words of the
-/// query `scatter` keep their meaning, and match arms where the compiler reports that they are missing.
+/// A phase function of aerosols, whose values `scene::atmosphere::phase` computes. For a new function, add a variant, and the match arms that the compiler
+/// then reports as missing. The words of the existing variants in `probe`'s query `scatter` must keep their meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AerosolFunction {
     /// Henyey and Greenstein 1941, Astrophysical Journal 93, 70.
@@ -63,8 +63,8 @@ impl AerosolFunction {
     }
 }
 
-/// The phase function of an aerosol, with its parameters. Shaders evaluate it only once per view ray, so choosing the function by a parameter costs little, and
-/// it needs no variant of each shader module.
+/// The phase function of an aerosol, with its parameters. Shaders evaluate it only once per view ray, so choosing the function by a parameter costs little; no
+/// shader module needs a variant for each function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
     /// The function that has these parameters.
@@ -73,8 +73,7 @@ pub struct AerosolPhase {
     pub asymmetry: [f64; 3],
 }
 
-/// A field of [`AerosolPhase`] with numbers, as catalogs and the query `scatter` give it. A field that they leave out has the value
-/// of [`AerosolPhase::of`].
+/// A numeric field of [`AerosolPhase`], as catalogs and the query `scatter` give it. If they leave it out, it has its default, that of [`AerosolPhase::of`].
 #[derive(Clone, Copy)]
 pub struct AerosolField {
     /// Its key in catalogs.
@@ -118,8 +117,8 @@ impl AerosolField {
 }
 
 impl AerosolPhase {
-    /// All fields with numbers, in the order of [`AerosolPhase::parameters`]. Catalogs, the query `scatter` and tests loop over this list. The presence of the
-    /// first makes a species of a catalog an aerosol.
+    /// All numeric fields, in the order of [`AerosolPhase::parameters`]. Catalogs, the query `scatter` and tests loop over this list. A species of a
+    /// catalog has an aerosol's phase function if it has the catalog key of the first field.
     pub const FIELDS: &[AerosolField] = &[AerosolField {
         catalog_key: "asymmetry",
         query_key: "g",
@@ -128,7 +127,7 @@ impl AerosolPhase {
         numbers: |aerosol| &mut aerosol.asymmetry,
     }];
 
-    /// A function with the numbers that it has where catalogs and queries give none: 0.
+    /// A function with the default of all numeric fields: 0.
     pub const fn of(function: AerosolFunction) -> Self {
         Self { function, asymmetry: [0.0; 3] }
     }
@@ -163,7 +162,7 @@ impl Species {
         self.phase == PhaseFunction::Rayleigh && self.tent_centre_km.is_none()
     }
 
-    /// The parameters of the phase function, if it is an aerosol with an exponential profile.
+    /// The phase function of an aerosol; `None` for a gas, and for an absorption layer even if the catalog gives it an asymmetry.
     pub fn aerosol_phase(&self) -> Option<AerosolPhase> {
         match self.phase {
             PhaseFunction::Aerosol(phase) if self.tent_centre_km.is_none() => Some(phase),
@@ -171,7 +170,7 @@ impl Species {
         }
     }
 
-    /// All numbers on which the light of air depends that has this species, for keys of caches and names of stored tables.
+    /// All numbers of this species that influence the light of the air, for keys of caches and names of stored tables.
     pub(crate) fn optical_numbers(&self) -> impl Iterator<Item = f64> {
         // A pattern without `..`, so that the compiler demands a decision about each new field.
         let Self { name: _, scale_height_km, tent_centre_km, scattering_per_km, absorption_per_km, phase, estimate_percent: _ } = *self;
@@ -190,17 +189,17 @@ impl Species {
 mod tests {
     use super::*;
 
-    /// The numbers of the listed fields are those of the uniform, which the compiler keeps complete; the number after them identifies the
-    /// function. So no field is missing in the list.
+    /// [`AerosolPhase::parameters`] contains every field, because the compiler demands it. Its first numbers must be those of the listed fields, and the rest
+    /// must not depend on any field but the function. So no numeric field is missing in the list.
     #[test]
     fn every_field_is_listed() {
         assert!(AerosolFunction::ALL.contains(&AerosolFunction::OF_CATALOGS));
         for mut aerosol in AerosolPhase::samples() {
-            let (uniform, of_function) = (aerosol.parameters(), AerosolPhase::of(aerosol.function).parameters());
+            let (uniform, default_uniform) = (aerosol.parameters(), AerosolPhase::of(aerosol.function).parameters());
             let listed: Vec<f64> = AerosolPhase::FIELDS.iter().flat_map(|field| (field.numbers)(&mut aerosol).to_vec()).collect();
-            let (used, others) = uniform.split_at(listed.len());
-            assert_eq!(listed, used, "{aerosol:?}");
-            assert_eq!(others, &of_function[listed.len()..], "{uniform:?} has numbers that are in no field of the list");
+            let (numbers, rest) = uniform.split_at(listed.len());
+            assert_eq!(listed, numbers, "{aerosol:?}");
+            assert_eq!(rest, &default_uniform[listed.len()..], "{uniform:?} has numbers that are in no field of the list");
         }
     }
 

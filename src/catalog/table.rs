@@ -142,7 +142,7 @@ impl<'a> TableReader<'a> {
     }
 
     /// Reports an invalid value of a field. `allowed` describes the values that the field may have.
-    pub fn problem(&self, source_line: &SourceLine, field: &str, value: &str, allowed: &str) {
+    pub fn report_invalid(&self, source_line: &SourceLine, field: &str, value: &str, allowed: &str) {
         self.toml_file.problems.add(source_line, format!("{}{field} = {value}: expected {allowed}", self.prefix));
     }
 
@@ -166,7 +166,7 @@ impl<'a> TableReader<'a> {
             Ok(v) if ok(&v) => Some(WithLine { value: v, source_line }),
             _ => {
                 let shown: String = self.toml_file.text.get(span).unwrap_or("?").split_whitespace().collect::<Vec<_>>().join(" ");
-                self.problem(&source_line, field, &echo_within(&shown, 80), allowed);
+                self.report_invalid(&source_line, field, &echo_within(&shown, 80), allowed);
                 None
             }
         }
@@ -195,7 +195,7 @@ impl<'a> TableReader<'a> {
                 requested: Vec::new(),
             }),
             other => {
-                self.problem(&source_line, field, other.type_str(), "a table");
+                self.report_invalid(&source_line, field, other.type_str(), "a table");
                 None
             }
         }
@@ -206,7 +206,7 @@ impl<'a> TableReader<'a> {
         let Some(value) = self.value(field) else { return Vec::new() };
         let source_line = self.toml_file.source_line(value.span().start);
         let DeValue::Array(array) = value.into_inner() else {
-            self.problem(&source_line, field, "one value", &format!("tables, each under [[{field}]]"));
+            self.report_invalid(&source_line, field, "one value", &format!("tables, each under [[{field}]]"));
             return Vec::new();
         };
         let mut found = Vec::new();
@@ -222,7 +222,7 @@ impl<'a> TableReader<'a> {
                         requested: Vec::new(),
                     });
                 }
-                other => self.problem(&source_line, field, other.type_str(), "a table"),
+                other => self.report_invalid(&source_line, field, other.type_str(), "a table"),
             }
         }
         found

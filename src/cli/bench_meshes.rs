@@ -81,13 +81,13 @@ fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands:
     }))
 }
 
-pub(crate) fn run(common: &Common, size: (u32, u32), rounds: usize) -> Result<(), CliError> {
+pub(crate) fn run(common: &Common, (width, height): (u32, u32), rounds: usize) -> Result<(), CliError> {
     let bar = progress(BANDS.len() as u64);
     let mut models = Vec::new();
     for bands in BANDS {
-        models.push(model_row(common, size, rounds, bands)?);
+        models.push(model_row(common, (width, height), rounds, bands)?);
         bar.inc(1);
     }
     bar.finish_and_clear();
-    print_result(&format!("{:#}\n", json!({ "width": size.0, "height": size.1, "rounds": rounds, "meshes": models })))
+    print_result(&format!("{:#}\n", json!({ "width": width, "height": height, "rounds": rounds, "meshes": models })))
 }

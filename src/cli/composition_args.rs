@@ -53,7 +53,7 @@ impl CompositionArgs {
         });
         let composition = Composition {
             projection: self.projection,
-            zenith_centred: self.dome_zenith,
+            is_zenith_centred: self.dome_zenith,
             tilt_deg: self.dome_tilt,
             stereo: self.stereo.map(|layout| Stereo { layout, eye_separation_km: self.eye_separation_km }),
             warp: warp.transpose()?,

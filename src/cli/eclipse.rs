@@ -370,7 +370,8 @@ fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
         json!({ "time": time, "altitude_deg": c.altitude_deg, "azimuth_deg": c.azimuth_deg, "up": c.is_up() })
     };
     let contacts: Map<String, Value> = seen.contacts.iter().map(|c| (c.name.to_owned(), contact(c))).collect();
-    // Those of a transit keep the times of the Earth's centre; those of a lunar eclipse are the same everywhere.
+    // Only local contacts of a solar eclipse have names with C. The row of a transit keeps the times of the Earth's centre, and the contacts of a lunar eclipse
+    // are the same everywhere.
     for c in seen.contacts.iter().filter(|c| c.name.starts_with('C')) {
         row["contacts"][c.name] = json!(c.time.to_utc_iso());
     }

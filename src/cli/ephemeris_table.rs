@@ -329,7 +329,8 @@ mod tests {
         assert_eq!(Cell::Number(359.999_9, 3).in_csv(), "360.000", "a distance is not an angle");
     }
 
-    /// Such values are the latitude below the Sun at an equinox, the altitude of a body that rises, and the hour angle of one that culminates.
+    /// Values near zero are, for example, the latitude below the Sun at an equinox, the altitude of a body that rises, and the hour angle of one that
+    /// culminates.
     #[test]
     fn a_value_that_rounds_to_zero_has_no_sign() {
         for degrees in [-0.000_004, -0.0] {

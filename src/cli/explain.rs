@@ -88,8 +88,8 @@ fn as_json(body: &BodyReport, estimate_notes: &[Message]) -> Value {
     value
 }
 
-/// Distance, size, phase and magnitude of a body, and its sub-observer and sub-solar points: two lines of text after an empty one, fewer where these are not
-/// defined.
+/// Distance, size, phase and magnitude of a body, and its sub-observer and sub-solar points: two lines of text after an empty one; without the second line if
+/// the points are not defined.
 fn seen_by_the_camera(body: &BodyReport) -> String {
     let heading = if body.has_direction() {
         let magnitude = body.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));

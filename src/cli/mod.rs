@@ -1,13 +1,13 @@
-//! The command line: arguments in, results on standard output, messages on standard error. A *verb* is one of its commands, such as `render`.
+//! The command line: arguments in, results on standard output, messages on standard error. In code a command, such as `render`, is a `Verb`.
 //!
 //! Exit status:
 //! - 0: success, even if the reader of standard output closes it early;
-//! - 1: failure, or a verb rejects the value of an option. A line on standard error states the reason and what to do; invalid catalog files get a line per
+//! - 1: failure, or a command rejects the value of an option. A line on standard error states the reason and what to do; invalid catalog files get a line per
 //!   invalid field;
 //! - 2: clap rejects the arguments.
 //!
-//! Each verb's arguments and function are in a file of its name (`documents` for `completions` and `man`). The verbs parse, call other modules and format:
-//! the results themselves are computed by the modules below the command line.
+//! Each command's arguments and function are in a file of its name (`documents` for `completions` and `man`). The commands parse, call other modules and
+//! format: the results themselves are computed by the modules below the command line.
 
 use crate::catalog::{CatalogError, EclipseRadii};
 use crate::files::WriteError;
@@ -167,7 +167,7 @@ pub(crate) struct Common {
     pub verbose: u8,
 }
 
-/// Why a verb failed.
+/// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CliError {
     /// A failure without a variant of its own: one line that states the reason and what to do.
@@ -185,12 +185,12 @@ pub(crate) enum CliError {
 }
 
 impl Common {
-    /// The user's sources for verbs that draw frames: the GPU is opened while the catalogs are read.
+    /// The user's sources for commands that draw frames: the GPU is opened while the catalogs are read.
     pub(crate) fn sources_for_drawing(&self) -> Sources {
         Sources { will_draw: true, ..self.sources() }
     }
 
-    /// The user's sources for verbs that draw no frames.
+    /// The user's sources for commands that draw no frames.
     pub(crate) fn sources(&self) -> Sources {
         Sources {
             catalogs: self.catalogs.clone(),
@@ -241,7 +241,7 @@ fn thread_count(text: &str) -> Result<usize, String> {
 /// Longest quotation of an argument in a message, characters.
 const MAX_ARGUMENT_CHARS: usize = 60;
 
-/// Parses the arguments; arguments without a verb are those of `view`.
+/// Parses the arguments; arguments without a command are those of `view`.
 fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
     let e = match Cli::try_parse_from(args) {
         Err(e) if matches!(e.kind(), ErrorKind::UnknownArgument | ErrorKind::InvalidSubcommand) => e,
@@ -250,11 +250,11 @@ fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
     let command = Cli::command();
     let is_verb = |word: &OsString| command.get_subcommands().any(|v| word == v.get_name());
     let may_be_view_argument = match e.get(ContextKind::InvalidSubcommand) {
-        // In the place of a verb, `view` takes a link or a file. Any other word is a misspelt verb, which must not open the window.
+        // In the place of a command, `view` takes a link or a file. Any other word is a misspelt command, which must not open the window.
         Some(ContextValue::String(word)) => word.contains("://") || word.ends_with(".json") || std::path::Path::new(word).is_file(),
         _ => true,
     };
-    // If a verb is given, the unknown argument belongs to that verb, and `view` must not be inserted.
+    // If a command is given, the unknown argument belongs to that command, and `view` must not be inserted.
     if !may_be_view_argument || args.iter().skip(1).any(is_verb) {
         return Err(e);
     }
@@ -327,7 +327,7 @@ pub fn run() -> ExitCode {
     exit_code(result)
 }
 
-/// Reports the error of a verb, if any, and returns the exit status.
+/// Reports the error of a command, if any, and returns the exit status.
 fn exit_code(result: Result<(), CliError>) -> ExitCode {
     match result {
         Ok(()) | Err(CliError::OutputClosed) => ExitCode::SUCCESS,

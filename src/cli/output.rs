@@ -1,4 +1,4 @@
-//! Writes to standard output and standard error, for all verbs.
+//! Writes to standard output and standard error, for all commands.
 //!
 //! In: results and messages. Out: text on the two streams. Always: a closed stream never causes a panic; a result then gives the error
 //! [`CliError::OutputClosed`], and a message is dropped.
@@ -16,7 +16,7 @@ pub(crate) fn print_result(text: &str) -> Result<(), CliError> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
 }
 
-/// The error of a verb that could not write to standard output.
+/// The error of a command that could not write to standard output.
 pub(crate) fn stdout_error(e: &Error) -> CliError {
     match e.kind() {
         ErrorKind::BrokenPipe => CliError::OutputClosed,

@@ -1,7 +1,7 @@
 //! `orrery shader`: lists, emits, compares, measures, verifies and exports generated shaders.
 //!
 //! In: shader keys or names of simple shaders, and the fragments (built in, or replaced by `--shaders`). Out: text or JSON on standard output, and files.
-//! Not here: the verbs `atlas` and `corpus` (`shader_export`), and `verify --report` (`shader_report`).
+//! Not here: the commands `atlas` and `corpus` (`shader_export`), and `verify --report` (`shader_report`).
 
 use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{print_message, print_result, print_to_stderr, progress};

@@ -1,6 +1,6 @@
 //! `orrery stability`: runs sweeps, each a series of extreme views, and checks that the largest error of each is within its bound.
 //!
-//! In: names of sweeps, number and seed of the random views. Out: a report per sweep, as text or JSON; the verb fails if an error exceeds its bound.
+//! In: names of sweeps, number and seed of the random views. Out: a report per sweep, as text or JSON; the command fails if an error exceeds its bound.
 
 use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};

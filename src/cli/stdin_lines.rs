@@ -1,6 +1,6 @@
-//! Queries as lines of standard input, for the verbs with `--stdin`.
+//! Queries as lines of standard input, for the commands with `--stdin`.
 //!
-//! In: lines. Out: for each of them a line on standard output, `{"ok": …}` or `{"error": …}`. Always: an invalid line does not end the others.
+//! In: lines. Out: for each of them a line on standard output, `{"ok": …}` or `{"error": …}`. Always: after an invalid line the other lines are answered.
 
 use super::CliError;
 use super::output::print_result;

@@ -1,4 +1,4 @@
-//! `orrery view`, the default verb: opens the window.
+//! `orrery view`, the default command: opens the window.
 //!
 //! In: the first view (a link, a file or options), settings and language. Out: the window, until the user closes it. Not here: the window itself
 //! (`crate::view`).
@@ -169,7 +169,7 @@ mod windowed {
     }
 
     /// Fault injection for `.ci/soak`: the time from one simulated device loss to the next. The environment variable `ORRERY_LOSE_DEVICE_S` gives it in
-    /// seconds.
+    /// seconds; `None` without it.
     fn device_loss_period() -> Option<Duration> {
         let seconds: f64 = std::env::var("ORRERY_LOSE_DEVICE_S").ok()?.parse().ok()?;
         Duration::try_from_secs_f64(seconds).ok().filter(|period| !period.is_zero())

@@ -1,4 +1,4 @@
-//! The options that describe a view, shared by the verbs that render or explain a view.
+//! The options that describe a view, shared by the commands that render or explain a view.
 //!
 //! In: arguments. Out: a [`ViewRequest`]. The clock is read here to resolve `now`: the modules below the command line take instants and read no clock.
 

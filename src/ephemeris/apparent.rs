@@ -12,11 +12,11 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 
-/// SOFA's `dlim`: the deflection is reduced where half the square of the angle from the Sun's centre (radians) is below this. At the Sun's limb,
-/// half the square is 1.1e-5.
+/// SOFA's `dlim`: the deflection is reduced where half the square of the angle from the Sun's centre (radians) is below this, to avoid a division by 0. At the
+/// Sun's limb, half the square is 1.1e-5, so this concerns only directions behind the Sun's disc.
 const DEFLECTION_LIMIT: f64 = 1e-6;
 
-/// Right ascension 0 to 360 and declination, degrees.
+/// Right ascension and declination, in the frame that its user names.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct RaDec {
     /// Right ascension, 0 to 360.
@@ -50,6 +50,8 @@ impl RaDec {
 
 /// Tenths of a second in an hour or a degree.
 const TENTHS_PER_UNIT: u64 = 36_000;
+/// Tenths of a second in a minute.
+const TENTHS_PER_MINUTE: u64 = 600;
 
 /// Hours or degrees as tenths of a second of time or of arc.
 fn tenths_of_seconds(hours_or_degrees: f64) -> u64 {
@@ -58,7 +60,7 @@ fn tenths_of_seconds(hours_or_degrees: f64) -> u64 {
 
 /// Splits tenths of a second, of time or of arc, into hours or degrees, minutes, and seconds.
 fn sexagesimal(tenths: u64) -> (u64, u64, f64) {
-    (tenths / TENTHS_PER_UNIT, tenths / 600 % 60, (tenths % 600) as f64 / 10.0)
+    (tenths / TENTHS_PER_UNIT, tenths / TENTHS_PER_MINUTE % 60, (tenths % TENTHS_PER_MINUTE) as f64 / 10.0)
 }
 
 /// A body's apparent place, as seen from the Earth's centre.
@@ -82,7 +84,7 @@ pub struct ApparentPlace {
 pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<ApparentPlace, EphemerisError> {
     let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state;
     let sun_pos_km = ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
-    let (body_pos_km, _) = ephemeris.light_time_position(body, earth.pos_km, t)?;
+    let (body_pos_km, _emission_time) = ephemeris.light_time_position(body, earth.pos_km, t)?;
     let to_body = body_pos_km - earth.pos_km;
     let distance_km = to_body.length();
     // The direction with light time, but without deflection and aberration.
@@ -91,7 +93,8 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
     let sun_to_earth_km = earth.pos_km - sun_pos_km;
     let sun_distance_au = sun_to_earth_km.length() / KM_PER_AU;
     // Arguments of `ld`: the Sun's mass in solar masses; the directions from the Earth to the body, from the Sun to the body, from the Sun to the Earth; the
-    // Earth's distance from the Sun; the limit.
+    // Earth's distance from the Sun; the limit. The Sun's position is that at `t`: it moves by a few kilometres while light travels from it to
+    // the Earth. The Sun does not deflect its own light.
     let deflected = match (body_pos_km - sun_pos_km).try_normalize() {
         Some(sun_to_body) if body != NaifId::SUN => DVec3::from_array(sofars::astro::ld(
             1.0,
@@ -107,6 +110,7 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
     let inverse_gamma = (1.0 - beta.length_squared()).sqrt();
     // Arguments of `ab`: the direction without aberration; the Earth's velocity, units of c; its distance from the Sun, au; one over the Lorentz factor.
     let apparent = DVec3::from_array(sofars::astro::ab(&deflected.to_array(), &beta.to_array(), sun_distance_au, inverse_gamma));
+    // Source and error of the body's position are taken from its geometric state at `t`.
     let geometric_state = ephemeris.state(body, NaifId::EARTH, t, BEST_SOURCE)?;
     Ok(ApparentPlace {
         gcrs: RaDec::of(apparent),
@@ -121,7 +125,8 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
 /// Unit vector to where a moving viewer sees a light that a viewer at rest sees in the direction `u` (unit vector). `velocity_km_s`: of the moving viewer,
 /// relative to the one at rest.
 ///
-/// The relativistic formula (Urban and Seidelmann 2013, Explanatory Supplement, eq. 7.40), exact for uniform motion.
+/// The relativistic formula (Urban and Seidelmann 2013, Explanatory Supplement, eq. 7.40), exact for uniform motion. SOFA's `ab`, used by [`apparent_place`],
+/// adds the effect of the Sun's gravity, below a microarcsecond.
 pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
     let beta = velocity_km_s / SPEED_OF_LIGHT_KM_S;
     let inverse_gamma = (1.0 - beta.length_squared()).sqrt();
@@ -154,7 +159,7 @@ pub struct SubPoints {
     pub phase_angle_deg: Option<f64>,
     /// Direction of the north pole, ICRF.
     pub pole: RaDec,
-    /// Angle of the prime meridian, WGCCRE's W.
+    /// Angle of the prime meridian, WGCCRE's W, 0 to 360.
     pub w_deg: f64,
     /// Distance from the observer to the body's centre.
     pub distance_km: f64,
@@ -166,15 +171,16 @@ pub struct SubPoints {
 /// out, as is usual for these points.
 pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Instant) -> Result<SubPoints, EphemerisError> {
     let observer_pos_km = ephemeris.state(observer, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
-    let (body_pos_km, emitted) = ephemeris.light_time_position(body.id, observer_pos_km, t)?;
-    let (sun_pos_km, _) = ephemeris.light_time_position(NaifId::SUN, body_pos_km, emitted)?;
-    let body_from_icrf = ephemeris.body_from_icrf(body.id, emitted)?;
-    let one_minute_later = ephemeris.body_from_icrf(body.id, emitted.plus_seconds(60.0))?;
+    let (body_pos_km, emission_time) = ephemeris.light_time_position(body.id, observer_pos_km, t)?;
+    let (sun_pos_km, _) = ephemeris.light_time_position(NaifId::SUN, body_pos_km, emission_time)?;
+    let body_from_icrf = ephemeris.body_from_icrf(body.id, emission_time)?;
+    let one_minute_later = ephemeris.body_from_icrf(body.id, emission_time.plus_seconds(60.0))?;
     let east_is_positive =
         matches!(body.id, NaifId::SUN | NaifId::EARTH | NaifId::MOON) || is_retrograde(&body_from_icrf, &one_minute_later);
     let point = |direction: DVec3| surface_point(body_from_icrf * direction, body.radii_km, east_is_positive);
 
     let to_observer = observer_pos_km - body_pos_km;
+    // A millimetre, in km.
     if to_observer.length() < 1e-6 {
         return Err(EphemerisError::other(format!("{} cannot be seen from its own centre", body.name)));
     }
@@ -202,9 +208,9 @@ fn is_retrograde(now: &DMat3, later: &DMat3) -> bool {
 /// eastward.
 fn surface_point(direction_in_body: DVec3, radii_km: DVec3, east_is_positive: bool) -> SurfacePoint {
     let (lon_east_deg, lat_centric_deg) = lon_lat_deg(direction_in_body);
-    // Normal to the ellipsoid at the surface point, which is a multiple of the direction.
+    // Normal to the ellipsoid at the surface point; that point is a multiple of the direction.
     let normal = direction_in_body / (radii_km * radii_km);
-    let [lat_graphic_deg, _] = place_of_normal_deg(radii_km, normal);
+    let [lat_graphic_deg, _lon_east_deg] = place_of_normal_deg(radii_km, normal);
     SurfacePoint {
         lon_east_deg,
         lat_centric_deg,
@@ -245,7 +251,8 @@ mod tests {
         assert!(surface_point(DVec3::Z, radii_km, !east_is_positive).lat_graphic_deg > 89.999);
     }
 
-    /// The sub-Earth point of Phobos on 2024-06-01. A spheroid with the mean equatorial radius, once used, would give -34 degrees.
+    /// Planetocentric latitude -20.55 and longitude -12.93 degrees: the sub-Earth point of Phobos on 2024-06-01, by this program. A spheroid with the mean
+    /// equatorial radius, used here before, gives a planetographic latitude of -34 degrees instead of -36.95, which the gradient below confirms.
     #[test]
     fn the_graphic_latitude_on_phobos_is_that_of_the_ellipsoids_normal() {
         let radii_km = DVec3::new(13.0, 11.4, 9.1);
@@ -261,7 +268,7 @@ mod tests {
 
     #[test]
     fn the_earths_speed_shifts_a_star_abeam_by_the_constant_of_aberration() {
-        // kappa = 20.49552 arcsec (IAU 1976) at the Earth's mean speed of 29.789 km/s.
+        // kappa = 20.49552 arcsec (IAU 1976), at the Earth's mean speed of kappa (in radians) times the speed of light, near 29.789 km/s.
         let seen = aberrated(DVec3::Y, DVec3::X * 29.7892);
         let shift_arcsec = seen.x.atan2(seen.y) / RAD_PER_ARCSEC;
         assert!((shift_arcsec - 20.4955).abs() < 0.01, "{shift_arcsec}");

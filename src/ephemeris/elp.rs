@@ -1,9 +1,10 @@
-//! The Moon by ELP2000-82B, truncated. In: an instant. Out: the geocentric state, ICRF.
+//! The Moon by ELP2000-82B, truncated. In: an instant, and the amplitude of the smallest terms to sum. Out: the geocentric state, ICRF.
 //!
 //! The theory: Chapront-Touzé and Chapront, Astron. Astrophys. 190 (1988), 342; the terms are in catalogs/elp2000_truncated.csv. ELP's value of the tidal
-//! acceleration is older than DE440's, so three coefficients were fitted to DE440's longitude over 1560 to 2640 (1500 dates). The greatest error against DE440
+//! acceleration is older than DE440's, so `FITTED_TO_DE440` was fitted to DE440's longitude over 1560 to 2640 (1500 dates). The greatest error against DE440
 //! (`examples/measure_ephemeris.rs`) is 6.6 km or 3.8 arcsec (1.4 km rms) over 1552 to 2646, and 4.7 km or 2.7 arcsec over 1600 to 2500. Outside these years
-//! the fitted quadratic term is an extrapolation: an error of 1 arcsec per century squared in the tidal acceleration moves the Moon by 20 arcmin in 3000 BC.
+//! the fitted quadratic term is an extrapolation: an error of 1 arcsec per century squared in the tidal acceleration moves the Moon by 50² / 2 arcsec, 21
+//! arcmin, in 3000 BC.
 
 use super::{EphemerisError, State, frames};
 use crate::units::RAD_PER_ARCSEC;
@@ -11,8 +12,8 @@ use glam::DVec3;
 
 const CENTURY_S: f64 = crate::units::DAYS_PER_JULIAN_CENTURY * crate::units::SECONDS_PER_DAY;
 
-/// The Moon's mean longitude W1, counted along the mean ecliptic of date from the departure point. This point and the equinox of J2000 have the same angular
-/// distance from the node in which the mean ecliptics of date and of J2000 intersect. Coefficients of powers of Julian centuries, radians.
+/// The Moon's mean longitude W1, counted along the mean ecliptic of date from the departure point. From the node where the mean ecliptics of date and of J2000
+/// intersect, this point is as far as the equinox of J2000. Coefficients of powers of Julian centuries, radians.
 const MEAN_LONGITUDE: [f64; 5] = [
     3.810_344_430_588_308,
     1_732_559_343.736_04 * RAD_PER_ARCSEC,
@@ -23,14 +24,20 @@ const MEAN_LONGITUDE: [f64; 5] = [
 /// Correction of the mean longitude, fitted to DE440 (see the module's comment). Coefficients of powers of Julian centuries, radians.
 const FITTED_TO_DE440: [f64; 3] = [-0.076_889 * RAD_PER_ARCSEC, -0.317_650 * RAD_PER_ARCSEC, -0.946_281 * RAD_PER_ARCSEC];
 
-/// Arguments of the terms: Delaunay's D, l', l, F; zeta; the mean longitudes of Mercury to Neptune. Coefficients of powers of Julian
-/// centuries, radians.
+/// Arguments of the terms. Zeta is the mean longitude counted from the moving equinox: W1 plus the precession, both to first order in time. Coefficients of
+/// powers of Julian centuries, radians.
 const ARGUMENTS: [[f64; 5]; 13] = [
+    // D, the elongation from the Sun.
     [5.198_466_741_027_443, 7_771.377_146_811_758, -2.844_935_162_1e-5, 3.197_346_2e-8, -1.543_65e-10],
+    // l', the Sun's mean anomaly.
     [-0.043_125_180_208_125, 628.301_955_168_488, -2.680_534_843e-6, 7.126_76e-10, 7.27e-13],
+    // l, the Moon's mean anomaly.
     [2.355_555_898_265_799, 8_328.691_426_955_555, 1.570_277_576_16e-4, 2.504_111_14e-7, -1.186_339e-9],
+    // F, the argument of latitude.
     [1.627_905_233_371_468, 8_433.466_158_130_539, -5.939_210_000_4e-5, -4.949_948e-9, 2.021_7e-11],
+    // Zeta.
     [3.810_344_430_588_308, 8_399.709_113_522_269, 0.0, 0.0, 0.0],
+    // Mean longitudes of Mercury to Neptune.
     [4.402_608_842_402_962, 2_608.790_314_157_411, 0.0, 0.0, 0.0],
     [3.176_146_696_907_594, 1_021.328_554_621_109, 0.0, 0.0, 0.0],
     [1.753_470_343_150_658, 628.307_584_962_155, 0.0, 0.0, 0.0],
@@ -40,28 +47,33 @@ const ARGUMENTS: [[f64; 5]; 13] = [
     [5.481_293_871_604_991, 7.478_159_856_714, 0.0, 0.0, 0.0],
     [5.311_886_286_783_467, 3.813_303_563_758, 0.0, 0.0, 0.0],
 ];
-/// Indices of D, l and F in [`ARGUMENTS`]: they contain the Moon's longitude and get the same correction. Zeta contains the Moon's longitude, too, but
-/// is not corrected: its terms, of 8 arcsec at most, would change by only 0.1 arcsec in 3000 BC.
+/// Indices of D, l and F in [`ARGUMENTS`]: they are W1 minus the longitude of the Sun, of the perigee or of the node, and get the same correction as W1. Zeta
+/// contains W1, too, but is not corrected: in 3000 BC the correction is 0.65 degrees, which would change zeta's terms, of 8 arcsec at most, by only 0.1 arcsec.
 const WITH_LUNAR_LONGITUDE: [usize; 3] = [0, 2, 3];
 
-/// Factor on the distances of the series, a0 / ath in the authors' program (ELP82B.F, "constants fitted to JPL's ephemerides DE200/LE200"; CDS
-/// VI/79). The note on ELP/MPP02 (Chapront and Francou 2002, section 5.1) has the same factor with the fit to DE405: a0(DE405) / a0(ELP), where a0 is
-/// the Moon's Keplerian semi-major axis in km and a0(ELP) is `ath`. So `ath` is the axis that the series were computed with, and a0, by that analogy,
-/// the one of the constants fitted to DE200. The factor moves the Moon by 3 cm.
+/// Factor on the distances of the series, a0 / ath in the authors' program (ELP82B.F, "constants fitted to JPL's ephemerides DE200/LE200"; CDS VI/79). `ath` is
+/// the Moon's Keplerian semi-major axis in km with which the series were computed; a0 is presumably the one fitted to DE200, because the note on ELP/MPP02
+/// (Chapront and Francou 2002, section 5.1) has the same factor for DE405: a0(DE405) / a0(ELP), where a0(ELP) is `ath`. The factor moves the Moon by 3 cm.
 const DISTANCE_RATIO: f64 = 384_747.980_644_895_4 / 384_747.980_674_316_5;
 
-/// Length of an arcsecond at the Moon's mean distance, the semi-major axis of its orbit.
+/// Length of an arcsecond at the Moon's mean distance, 384 748 km.
 const KM_PER_ARCSEC: f64 = 1.865;
 
-/// Laskar (1986): sin(π_A/2) sin Π_A and sin(π_A/2) cos Π_A, where the mean ecliptic of date is inclined by π_A to that of J2000 and Π_A is the
+/// P = sin(π_A/2) sin Π_A (Laskar 1986, Astron. Astrophys. 157, 59), where the mean ecliptic of date is inclined by π_A to that of J2000 and Π_A is the
 /// longitude of its node. Coefficients of T to T⁵, T in Julian centuries from J2000.
 const ECLIPTIC_P: [f64; 5] = [0.101_803_91e-4, 0.470_204_39e-6, -0.541_736_7e-9, -0.250_794_8e-11, 0.463_486e-14];
+/// Q = sin(π_A/2) cos Π_A, as [`ECLIPTIC_P`].
 const ECLIPTIC_Q: [f64; 5] = [-0.113_469_002e-3, 0.123_726_74e-6, 0.126_541_7e-8, -0.137_180_8e-11, -0.320_334e-14];
+
+/// The quantities of [`Term::quantity`].
+const LONGITUDE: usize = 0;
+const LATITUDE: usize = 1;
+const DISTANCE: usize = 2;
 
 /// A periodic term: amplitude times time^power times the sine of its angle.
 #[derive(Clone, Copy, Debug)]
 struct Term {
-    /// 0 longitude, 1 latitude, 2 distance.
+    /// [`LONGITUDE`], [`LATITUDE`] or [`DISTANCE`].
     quantity: usize,
     /// Exponent of the time in Julian centuries past J2000, a factor of the term.
     power: i32,
@@ -102,7 +114,7 @@ impl LunarSeries {
         // Value and rate per century of the sum for each quantity.
         let mut sums = [(0.0, 0.0); 3];
         for term in &self.terms {
-            let units_per_arcsec = if term.quantity == 2 { KM_PER_ARCSEC } else { 1.0 };
+            let units_per_arcsec = if term.quantity == DISTANCE { KM_PER_ARCSEC } else { 1.0 };
             if term.amplitude.abs() < min_arcsec * units_per_arcsec {
                 continue;
             }
@@ -113,17 +125,17 @@ impl LunarSeries {
                 rate += m * a_rate;
             }
             let (sin, cos) = angle.sin_cos();
-            let scale = term.amplitude * t.powi(term.power);
-            let scale_rate = if term.power == 0 { 0.0 } else { f64::from(term.power) * term.amplitude * t.powi(term.power - 1) };
-            sums[term.quantity].0 += scale * sin;
-            sums[term.quantity].1 += scale * rate * cos + scale_rate * sin;
+            let amplitude = term.amplitude * t.powi(term.power);
+            let amplitude_rate = if term.power == 0 { 0.0 } else { f64::from(term.power) * term.amplitude * t.powi(term.power - 1) };
+            sums[term.quantity].0 += amplitude * sin;
+            sums[term.quantity].1 += amplitude * rate * cos + amplitude_rate * sin;
         }
         // ELP's V, U and r: longitude, latitude and distance, referred to the mean ecliptic of date.
         let (mean_longitude, mean_longitude_rate) = polynomial(&MEAN_LONGITUDE, t);
-        let v = mean_longitude + correction + sums[0].0 * RAD_PER_ARCSEC;
-        let v_rate = mean_longitude_rate + correction_rate + sums[0].1 * RAD_PER_ARCSEC;
-        let (u, u_rate) = (sums[1].0 * RAD_PER_ARCSEC, sums[1].1 * RAD_PER_ARCSEC);
-        let (r, r_rate) = (sums[2].0 * DISTANCE_RATIO, sums[2].1 * DISTANCE_RATIO);
+        let v = mean_longitude + correction + sums[LONGITUDE].0 * RAD_PER_ARCSEC;
+        let v_rate = mean_longitude_rate + correction_rate + sums[LONGITUDE].1 * RAD_PER_ARCSEC;
+        let (u, u_rate) = (sums[LATITUDE].0 * RAD_PER_ARCSEC, sums[LATITUDE].1 * RAD_PER_ARCSEC);
+        let (r, r_rate) = (sums[DISTANCE].0 * DISTANCE_RATIO, sums[DISTANCE].1 * DISTANCE_RATIO);
         let ((sin_v, cos_v), (sin_u, cos_u)) = (v.sin_cos(), u.sin_cos());
         let outward = DVec3::new(cos_u * cos_v, cos_u * sin_v, sin_u);
         let outward_rate =
@@ -154,8 +166,8 @@ fn polynomial(c: &[f64], t: f64) -> (f64, f64) {
 /// A line of the table: V, U or R for longitude, latitude or distance; then the fields of [`Term`], with the phase in degrees.
 fn parse_term(line: &str) -> Option<Term> {
     let mut fields = line.split(',');
-    let quantity = ["V", "U", "R"].iter().position(|q| Some(*q) == fields.clone().next())?;
-    fields.next();
+    let letter = fields.next()?;
+    let quantity = ["V", "U", "R"].iter().position(|q| *q == letter)?;
     let power = fields.next()?.parse().ok()?;
     let amplitude = fields.next()?.parse().ok()?;
     let phase = fields.next()?.parse::<f64>().ok()?.to_radians();
@@ -183,9 +195,11 @@ mod tests {
         let series = LunarSeries::embedded().expect("the table");
         let all_terms_arcsec = 0.0;
         let state = |tdb_s: f64| series.state(tdb_s, all_terms_arcsec);
+        // The years 732, 2000 and 2412.
         for tdb_s in [-4e10, 0.0, 1.3e10] {
             let slope = (state(tdb_s + 60.0).pos_km - state(tdb_s - 60.0).pos_km) / 120.0;
             let velocity = state(tdb_s).vel_km_s;
+            // 2 mm/s: the velocity leaves out 0.03 mm/s, and the angles of a date in 732 are rounded. The velocity changes by 10 m/s in an hour.
             assert!((slope - velocity).length() < 2e-6, "{slope} {velocity}");
             assert!((slope - state(tdb_s + 3600.0).vel_km_s).length() > 1e-4, "the velocity of an hour later must not pass");
         }

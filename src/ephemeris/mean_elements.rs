@@ -1,4 +1,4 @@
-//! The planets on mean ellipses for 3000 BC to AD 3000: the elements and rates of E. M. Standish, "Keplerian elements for approximate
+//! The planets on slowly changing ellipses for 3000 BC to AD 3000: the elements and rates of E. M. Standish, "Keplerian elements for approximate
 //! positions of the major planets" (JPL), tables 2a and 2b.
 //!
 //! In: a planet's barycentre and an instant. Out: a heliocentric state, ICRF. [`error_km`] bounds the position's error.
@@ -8,66 +8,79 @@ use crate::units::{DAYS_PER_JULIAN_CENTURY, DAYS_PER_JULIAN_YEAR, KM_PER_AU, SEC
 
 const CENTURY_S: f64 = DAYS_PER_JULIAN_CENTURY * SECONDS_PER_DAY;
 
-/// Elements at J2000 and their rates per Julian century: a (au), e, then degrees: I, mean longitude, longitude of perihelion, node.
-/// The last four are b, c, s and f of b T² + c cos(f T) + s sin(f T), in degrees with T in centuries, which is added to the mean anomaly.
+/// The ellipse of one planet, relative to the ecliptic and equinox of J2000.
+struct MeanElements {
+    /// a (au), e, then degrees: inclination, mean longitude, longitude of perihelion, longitude of the ascending node.
+    at_j2000: [f64; 6],
+    /// Their rates per Julian century.
+    rates: [f64; 6],
+    /// b, c, s and f of b T² + c cos(f T) + s sin(f T), in degrees with T in Julian centuries from J2000, which is added to the mean anomaly.
+    anomaly_terms: [f64; 4],
+}
+
+/// By the NAIF codes of the barycentres, 1 to 9.
 #[rustfmt::skip]
-const PLANETS: [([f64; 6], [f64; 6], [f64; 4]); 9] = [
+const PLANETS: [MeanElements; 9] = [
     // Mercury.
-    ([0.38709843, 0.20563661, 7.00559432, 252.25166724, 77.45771895, 48.33961819],
-     [0.0, 0.00002123, -0.00590158, 149472.67486623, 0.15940013, -0.12214182],
-     [0.0; 4]),
+    MeanElements { at_j2000: [0.38709843, 0.20563661, 7.00559432, 252.25166724, 77.45771895, 48.33961819],
+                   rates: [0.0, 0.00002123, -0.00590158, 149472.67486623, 0.15940013, -0.12214182],
+                   anomaly_terms: [0.0; 4] },
     // Venus.
-    ([0.72332102, 0.00676399, 3.39777545, 181.97970850, 131.76755713, 76.67261496],
-     [-0.00000026, -0.00005107, 0.00043494, 58517.81560260, 0.05679648, -0.27274174],
-     [0.0; 4]),
+    MeanElements { at_j2000: [0.72332102, 0.00676399, 3.39777545, 181.97970850, 131.76755713, 76.67261496],
+                   rates: [-0.00000026, -0.00005107, 0.00043494, 58517.81560260, 0.05679648, -0.27274174],
+                   anomaly_terms: [0.0; 4] },
     // Earth-Moon barycentre.
-    ([1.00000018, 0.01673163, -0.00054346, 100.46691572, 102.93005885, -5.11260389],
-     [-0.00000003, -0.00003661, -0.01337178, 35999.37306329, 0.31795260, -0.24123856],
-     [0.0; 4]),
+    MeanElements { at_j2000: [1.00000018, 0.01673163, -0.00054346, 100.46691572, 102.93005885, -5.11260389],
+                   rates: [-0.00000003, -0.00003661, -0.01337178, 35999.37306329, 0.31795260, -0.24123856],
+                   anomaly_terms: [0.0; 4] },
     // Mars.
-    ([1.52371243, 0.09336511, 1.85181869, -4.56813164, -23.91744784, 49.71320984],
-     [0.00000097, 0.00009149, -0.00724757, 19140.29934243, 0.45223625, -0.26852431],
-     [0.0; 4]),
+    MeanElements { at_j2000: [1.52371243, 0.09336511, 1.85181869, -4.56813164, -23.91744784, 49.71320984],
+                   rates: [0.00000097, 0.00009149, -0.00724757, 19140.29934243, 0.45223625, -0.26852431],
+                   anomaly_terms: [0.0; 4] },
     // Jupiter.
-    ([5.20248019, 0.04853590, 1.29861416, 34.33479152, 14.27495244, 100.29282654],
-     [-0.00002864, 0.00018026, -0.00322699, 3034.90371757, 0.18199196, 0.13024619],
-     [-0.00012452, 0.06064060, -0.35635438, 38.35125000]),
+    MeanElements { at_j2000: [5.20248019, 0.04853590, 1.29861416, 34.33479152, 14.27495244, 100.29282654],
+                   rates: [-0.00002864, 0.00018026, -0.00322699, 3034.90371757, 0.18199196, 0.13024619],
+                   anomaly_terms: [-0.00012452, 0.06064060, -0.35635438, 38.35125000] },
     // Saturn.
-    ([9.54149883, 0.05550825, 2.49424102, 50.07571329, 92.86136063, 113.63998702],
-     [-0.00003065, -0.00032044, 0.00451969, 1222.11494724, 0.54179478, -0.25015002],
-     [0.00025899, -0.13434469, 0.87320147, 38.35125000]),
+    MeanElements { at_j2000: [9.54149883, 0.05550825, 2.49424102, 50.07571329, 92.86136063, 113.63998702],
+                   rates: [-0.00003065, -0.00032044, 0.00451969, 1222.11494724, 0.54179478, -0.25015002],
+                   anomaly_terms: [0.00025899, -0.13434469, 0.87320147, 38.35125000] },
     // Uranus.
-    ([19.18797948, 0.04685740, 0.77298127, 314.20276625, 172.43404441, 73.96250215],
-     [-0.00020455, -0.00001550, -0.00180155, 428.49512595, 0.09266985, 0.05739699],
-     [0.00058331, -0.97731848, 0.17689245, 7.67025000]),
+    MeanElements { at_j2000: [19.18797948, 0.04685740, 0.77298127, 314.20276625, 172.43404441, 73.96250215],
+                   rates: [-0.00020455, -0.00001550, -0.00180155, 428.49512595, 0.09266985, 0.05739699],
+                   anomaly_terms: [0.00058331, -0.97731848, 0.17689245, 7.67025000] },
     // Neptune.
-    ([30.06952752, 0.00895439, 1.77005520, 304.22289287, 46.68158724, 131.78635853],
-     [0.00006447, 0.00000818, 0.00022400, 218.46515314, 0.01009938, -0.00606302],
-     [-0.00041348, 0.68346318, -0.10162547, 7.67025000]),
+    MeanElements { at_j2000: [30.06952752, 0.00895439, 1.77005520, 304.22289287, 46.68158724, 131.78635853],
+                   rates: [0.00006447, 0.00000818, 0.00022400, 218.46515314, 0.01009938, -0.00606302],
+                   anomaly_terms: [-0.00041348, 0.68346318, -0.10162547, 7.67025000] },
     // Pluto.
-    ([39.48686035, 0.24885238, 17.14104260, 238.96535011, 224.09702598, 110.30167986],
-     [0.00449751, 0.00006016, 0.00000501, 145.18042903, -0.00968827, -0.00809981],
-     [-0.01262724, 0.0, 0.0, 0.0]),
+    MeanElements { at_j2000: [39.48686035, 0.24885238, 17.14104260, 238.96535011, 224.09702598, 110.30167986],
+                   rates: [0.00449751, 0.00006016, 0.00000501, 145.18042903, -0.00968827, -0.00809981],
+                   anomaly_terms: [-0.01262724, 0.0, 0.0, 0.0] },
 ];
 
 /// NAIF codes of the systems of Jupiter, Saturn, Uranus and Neptune, with the ratio of the Sun's mass to theirs (DE440).
 const SUN_MASS_OVER_GIANTS: [(i32, f64); 4] = [(5, 1_047.348_6), (6, 3497.898), (7, 22_902.98), (8, 19_412.24)];
 
-/// NAIF code of the origin of `target` in the theories of the planets, the Sun and the Moon; `None` for other targets.
+/// NAIF code of the body or barycentre relative to which mean elements, and the series of `series` except Pluto's, give the position of `target`; `None` for
+/// another target.
 pub fn origin_of(target: i32) -> Option<i32> {
     match target {
+        // The planets' barycentres: relative to the Sun. The Sun: to the barycentre of the solar system.
         1..=9 => Some(10),
         10 => Some(0),
+        // The Moon: relative to the Earth. The Earth: to the Earth-Moon barycentre.
         301 => Some(399),
         399 => Some(3),
+        // Mercury and Venus: to their own barycentres.
         199 | 299 => Some(target / 100),
         _ => None,
     }
 }
 
-/// Heliocentric state of the barycentre `1..=9`, ICRF; `None` for another target.
-pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
-    let (at_j2000, rates, anomaly_terms) = PLANETS.get(usize::try_from(barycenter).ok()?.checked_sub(1)?)?;
+/// Heliocentric state of the barycentre with the NAIF code `1..=9`, ICRF; `None` for another code. `tdb_s`: TDB seconds past J2000, here and below.
+pub fn planet(barycentre: i32, tdb_s: f64) -> Option<State> {
+    let MeanElements { at_j2000, rates, anomaly_terms } = PLANETS.get(usize::try_from(barycentre).ok()?.checked_sub(1)?)?;
     let t = tdb_s / CENTURY_S;
     let [a_au, e, inclination_deg, longitude_deg, perihelion_deg, node_deg] = std::array::from_fn(|i| at_j2000[i] + rates[i] * t);
     let [b, c, s, f] = *anomaly_terms;
@@ -80,8 +93,8 @@ pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
         node_deg.to_radians(),
         (perihelion_deg - node_deg).to_radians(),
         (mean_anomaly_deg % 360.0).to_radians(),
-        // The rate of the mean anomaly. Left out are the rates of the periodic terms and the motion of the ellipse itself, together up to 1e-3 of the velocity
-        // (Saturn).
+        // The rate of the mean anomaly, radians per second. Left out are the rates of the periodic terms and the motion of the ellipse itself, together up to
+        // 1e-3 of the velocity (Saturn).
         ((rates[3] - rates[4] + 2.0 * b * t) / CENTURY_S).to_radians(),
     );
     let icrf_from_ecliptic = frames::icrf_from_ecliptic();
@@ -102,12 +115,13 @@ pub fn sun(tdb_s: f64) -> State {
     barycentric
 }
 
-/// Years from J2000 within which the error bounds of mean elements and series are constant: nearly as far as the measured dates reach after J2000.
+/// Up to this many years before and after J2000 the error bounds of mean elements and of series (`series`) are constant. They were measured from 448 years
+/// before J2000 to 646 years after.
 pub const CONSTANT_ERROR_YEARS: f64 = 640.0;
 
-/// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,
-/// rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 the limit grows linearly with time; a test verifies this growth for the planets against VSOP87
-/// from 3000 BC to AD 3000.
+/// Upper limit of the error, in km, of a position relative to [`origin_of`] the target: the largest difference from DE440 at 4000 dates over 1552-2646, as
+/// `examples/measure_ephemeris.rs` prints it, rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 the limit grows linearly with time;
+/// tests/ephemeris/positions.rs verifies this growth for the planets against VSOP87 from 3000 BC to AD 3000.
 pub fn error_km(target: i32, tdb_s: f64) -> f64 {
     // Keyed by NAIF code: barycentres 1 to 9, the Sun 10, the Moon 301, the Earth 399.
     let worst_km = match target {
@@ -123,7 +137,7 @@ pub fn error_km(target: i32, tdb_s: f64) -> f64 {
         10 => 4_300.0,
         301 => 3_000.0,
         399 => 36.0,
-        // Mercury and Venus coincide with their barycentres: a nominal bound.
+        // Mercury (199) and Venus (299) coincide with their barycentres: a nominal bound.
         _ => 0.001,
     };
     worst_km * (tdb_s / (CONSTANT_ERROR_YEARS * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0)

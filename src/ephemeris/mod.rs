@@ -268,9 +268,9 @@ impl Ephemeris {
     }
 
     /// The position of `body` whose light reaches `observer_pos_km` (barycentric ICRF) at `t`: the barycentric position at the time of emission, and that
-    /// time. An error about an earlier time than `t` says that the light left then.
+    /// time. An error whose time is earlier than `t` says that the light left at that time.
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
-        let mut emitted = self.emission_from_system(body, observer_pos_km, t).unwrap_or(t);
+        let mut emitted = self.emission_time_of_system(body, observer_pos_km, t).unwrap_or(t);
         // Each round multiplies the error by v/c, which is under 1e-3 for any body here, so that six rounds always suffice. The last correction, of less than a
         // second, is made along the velocity, which leaves 6 metres at most (Metis, whose path curves most; tests/ephemeris/positions.rs).
         for round in 0.. {
@@ -293,7 +293,8 @@ impl Ephemeris {
     }
 
     /// When light that reaches the observer at `t` left the barycentre of a planet's or moon's system, whose position takes less work than a moon's.
-    fn emission_from_system(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Option<Instant> {
+    fn emission_time_of_system(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Option<Instant> {
+        // The NAIF code of a planet or moon is 100 times that of its system's barycentre, plus a number below 100.
         let system = (101..1000).contains(&body.0).then_some(NaifId(body.0 / 100))?;
         let State { pos_km, vel_km_s } = self.state(system, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE).ok()?.state;
         let light_s_from = |pos_km: DVec3| (pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;

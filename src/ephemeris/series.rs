@@ -1,9 +1,10 @@
-//! The planets by VSOP87 (crate vsop87, full theory), the Sun's position from VSOP87E, the Moon by ELP ([`super::elp`]), and Pluto from an SPK kernel of
-//! Chebyshev polynomials that were fitted to DE440 for 1551-2646.
+//! The barycentres of the planets' systems by VSOP87A and the Sun by VSOP87E (crate vsop87, all terms), the Moon by ELP ([`super::elp`]), and Pluto's system
+//! from an SPK kernel of Chebyshev polynomials that were fitted to DE440 for 1551-2646.
 //!
-//! In: a target and an instant. Out: a state relative to the theory's origin, ICRF. The planets' series have thousands of terms, so they are evaluated only
-//! at the nodes of Chebyshev polynomials (src/ephemeris/chebyshev_cache.rs). The polynomials agree with the series to 4e-3 km, limited by the resolution of a
-//! Julian date in a double, and to 2e-6 km/s (tests/ephemeris/positions.rs). [`error_km`] bounds the errors against DE440.
+//! In: a target (NAIF code: the barycentres 1 to 9, the Sun 10, the Moon 301, the Earth 399, Mercury 199, Venus 299) and an instant in TDB seconds past J2000.
+//! Out: a state relative to the series' origin, ICRF, and the bound of its error against DE440 ([`error_km`]). The series of VSOP87 have thousands of terms, so
+//! they are evaluated only at the nodes of Chebyshev polynomials (src/ephemeris/chebyshev_cache.rs). The polynomials agree with the series to 4e-3 km, limited
+//! by the resolution of a Julian date in a double (4e-5 s), and to 2e-6 km/s (tests/ephemeris/positions.rs).
 
 use super::chebyshev_cache::ChebyshevCache;
 use super::mean_elements::CONSTANT_ERROR_YEARS;
@@ -19,12 +20,12 @@ pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
 const MERCURY_INTERVAL_DAYS: f64 = 16.0;
 /// Days that one polynomial of any other body covers.
 const INTERVAL_DAYS: f64 = 32.0;
-/// Smallest amplitude of the terms of the Moon's series that are summed: all terms.
+/// Terms of the Moon's series with at least this amplitude are summed: all terms of the table.
 const ALL_TERMS_ARCSEC: f64 = 0.0;
-/// Smallest amplitude of the terms that are summed for a position near the mean orbit: equation of the centre, evection, variation and the like.
+/// As [`ALL_TERMS_ARCSEC`], for [`Series::moon_by_largest_terms`]: equation of the centre, evection, variation and the like.
 const LARGEST_TERMS_ARCSEC: f64 = 500.0;
 
-/// The series of the Moon and of Pluto, and the cached polynomials that approximate the series of the crate vsop87.
+/// The Moon's series, Pluto's kernel, and the cached polynomials that approximate the series of the crate vsop87. Pluto's kernel counts as a series below.
 #[derive(Debug)]
 pub struct Series {
     moon: LunarSeries,
@@ -42,7 +43,7 @@ impl Series {
         })
     }
 
-    /// NAIF code of the origin of the series of `target`; `None` without a series.
+    /// NAIF code of the origin of the series of `target`; `None` without a series, and for Pluto outside the kernel's span.
     pub fn origin_of(&self, target: i32, tdb_s: f64) -> Option<i32> {
         match target {
             9 => self.pluto.segment(9, tdb_s).map(|segment| segment.center),
@@ -50,7 +51,7 @@ impl Series {
         }
     }
 
-    /// The span in which the series are valid for `target`, TDB seconds past J2000; infinite if they have no limit of their own. `None` without a series.
+    /// The span in which the series of `target` is valid, TDB seconds past J2000; infinite except for Pluto. `None` without a series.
     pub fn coverage(&self, target: i32) -> Option<(f64, f64)> {
         match target {
             9 => self.pluto.coverage(9),
@@ -58,13 +59,13 @@ impl Series {
         }
     }
 
-    /// State of `target` relative to its origin ([`Self::origin_of`]), ICRF; `None` without a series.
+    /// State of `target` relative to its origin ([`Self::origin_of`]), ICRF; `None` as there.
     pub fn state(&self, target: i32, tdb_s: f64) -> Option<State> {
         match target {
             9 => self.pluto.state_and_center(9, tdb_s).map(|(_, state)| state),
             301 => Some(self.moon.state(tdb_s, ALL_TERMS_ARCSEC)),
             399 => Some(earth_from_moon(self.moon.state(tdb_s, ALL_TERMS_ARCSEC))),
-            // Mercury and Venus coincide with their barycentres.
+            // Mercury and Venus coincide with their barycentres, which are their origins.
             199 | 299 => Some(State::REST),
             _ => {
                 let series = vsop_series_of(target)?;
@@ -74,7 +75,7 @@ impl Series {
         }
     }
 
-    /// The position of a planet or of the Sun directly from its series, km; `None` for other targets.
+    /// The position that the polynomials approximate, directly from the series of VSOP87, km, ICRF; `None` for targets without one.
     pub fn position_by_series_km(target: i32, tdb_s: f64) -> Option<DVec3> {
         vsop_series_of(target).map(|series| vsop_position_km(series, tdb_s))
     }
@@ -91,10 +92,10 @@ pub fn earth_from_moon(moon: State) -> State {
     State { pos_km: moon.pos_km * fraction, vel_km_s: moon.vel_km_s * fraction }
 }
 
-/// A series of the crate vsop87: position in astronomical units, ecliptic of J2000, as a function of the Julian date.
+/// A series of the crate vsop87: position in astronomical units, ecliptic of J2000, as a function of the Julian date in TDB.
 type VsopSeries = fn(f64) -> RectangularCoordinates;
 
-/// The series of a planet (heliocentric) or of the Sun (barycentric).
+/// The series of the barycentre of a planet's system (heliocentric) or of the Sun (from the barycentre of the solar system); `None` for other NAIF codes.
 fn vsop_series_of(target: i32) -> Option<VsopSeries> {
     Some(match target {
         1 => vsop87a::mercury,
@@ -110,16 +111,16 @@ fn vsop_series_of(target: i32) -> Option<VsopSeries> {
     })
 }
 
+/// ICRF, relative to the series' origin.
 fn vsop_position_km(series: VsopSeries, tdb_s: f64) -> DVec3 {
     let position_au = series(tdb_s / SECONDS_PER_DAY + JD_J2000);
     frames::icrf_from_ecliptic() * (DVec3::new(position_au.x, position_au.y, position_au.z) * KM_PER_AU)
 }
 
-/// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,
-/// rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 the limit grows with the square of time. That growth is an
-/// assumption and was not measured.
+/// Upper limit of the error of the position relative to its origin, km: the largest difference from DE440 at 4000 dates over 1552-2646, as
+/// `examples/measure_ephemeris.rs` prints it, rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 the limit grows with the square of time. That growth is
+/// an assumption and was not measured.
 pub fn error_km(target: i32, tdb_s: f64) -> f64 {
-    // Keyed by NAIF code: barycentres 1 to 9, the Sun 10, the Moon 301, the Earth 399.
     let worst_km = match target {
         1 => 125.0,
         2 => 70.0,

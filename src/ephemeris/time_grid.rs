@@ -1,13 +1,13 @@
 //! Caches of slow, smooth functions of time.
 //!
-//! [`GridCache`] stores values by the index of a node or of an interval of a fixed grid. [`TimeGrid`] gives values at nodes, from which the caller interpolates
-//! or extrapolates.
+//! [`GridCache`] stores values by an index, that of a node or of an interval of the caller's grid. [`TimeGrid`] gives values at the nodes of its own grid, from
+//! which the caller interpolates or extrapolates.
 //!
 //! In: a key, an instant, the function. Out ([`TimeGrid`]): the values at the two nodes around the instant and the weight of the later one, or the value at the
 //! nearest node and the seconds from this node to the instant. Always: the nodes are multiples of one step from J2000, so that a result does not depend on
-//! earlier calls. A frame asks for a planet's moons at dozens of instants that differ by the light time between them. These instants share a few nodes, and
-//! later frames of the same instant reuse them. Not here: the check of instants. Callers exclude instants that are not finite, or so far away that the index of
-//! a node would overflow.
+//! earlier calls. A frame asks for a planet's moons at dozens of instants, which differ only by light times within the system. These instants share a few
+//! nodes, and later frames of the same instant reuse them. Not here: the check of instants. Callers exclude instants that are not finite, or so far away that
+//! the index of a node would overflow.
 
 use parking_lot::Mutex;
 use rustc_hash::FxHashMap;
@@ -24,7 +24,7 @@ pub(crate) struct GridCache<K, V> {
 }
 
 impl<K: Copy + Eq + Hash, V: Clone> GridCache<K, V> {
-    /// `capacity`: largest number of values; before another one is stored, all are dropped.
+    /// `capacity`: largest number of values; a full cache is emptied before the next value is stored.
     pub(crate) fn with_capacity(capacity: usize) -> Self {
         Self { values: Mutex::default(), capacity }
     }
@@ -66,19 +66,19 @@ pub(crate) struct TimeGrid<K, V> {
 }
 
 impl<K: Copy + Eq + Hash, V: Clone> TimeGrid<K, V> {
-    /// `step_s`: the spacing of the nodes.
+    /// `step_s`: the spacing of the nodes in seconds.
     pub(crate) fn new(step_s: f64) -> Self {
         Self { step_s, nodes: GridCache::with_capacity(MAX_VALUES) }
     }
 
-    /// The value at the nearest node, and the seconds from this node to the instant. `compute` gets TDB seconds past J2000.
+    /// The value at the nearest node, and the seconds from this node to the instant `tdb_s`. `tdb_s` and the argument of `compute`: TDB seconds past J2000.
     pub(crate) fn nearest(&self, key: K, tdb_s: f64, compute: impl FnOnce(f64) -> V) -> (V, f64) {
         let node_index = (tdb_s / self.step_s).round();
         let node_s = node_index * self.step_s;
         (self.nodes.get(key, node_index as i64, || compute(node_s)), tdb_s - node_s)
     }
 
-    /// The values at the nodes before and after an instant, and the weight of the second. `compute` gets TDB seconds past J2000.
+    /// The values at the nodes before and after the instant `tdb_s`, and the weight of the later one, 0 to 1. Arguments: as in [`Self::nearest`].
     pub(crate) fn values_around(&self, key: K, tdb_s: f64, compute: impl Fn(f64) -> V) -> ([V; 2], f64) {
         let steps = tdb_s / self.step_s;
         let first = steps.floor();
@@ -109,12 +109,13 @@ mod tests {
         let reversed: Vec<f64> = times.iter().rev().map(|s| interpolated(&backward, *s)).collect();
         assert!(values.iter().eq(reversed.iter().rev()));
         for (s, value) in times.iter().zip(&values) {
-            // A chord of a parabola is at most a quarter of the squared step above it.
+            // A chord of the parabola s² is at most a quarter of the squared step (8) above it. Of 1e18, rounding alone is greater than this.
             assert!((-1e-3..=16.0 + 1e-3).contains(&(value - s * s)) || s.abs() > 1e6, "{s}: {value}");
         }
         // Another key has its own values: two more evaluations, after six by each grid.
         forward.values_around(1, 0.0, square);
         assert_eq!(evaluations.load(Ordering::Relaxed), 14);
+        // Instants ten steps apart share no nodes, so the capacity is exceeded.
         for k in 0..=MAX_VALUES {
             forward.values_around(2, k as f64 * 80.0, square);
         }

@@ -89,8 +89,8 @@ pub struct DiscPassage {
 pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, height_km: f64) -> (DVec3, DVec3) {
     let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
     let squared = radii_km * radii_km;
-    // Unit vector of the normal's horizontal part: the position's, divided by the squared semi-axes. Scaled by the square of the first, so that on a spheroid
-    // it is exactly the direction of the longitude.
+    // Unit vector of the normal's equatorial part. It is parallel to the position's, divided by the squared semi-axes, and is computed from squares relative
+    // to the first one, so that on a spheroid it is exactly the direction of the longitude.
     let outward = (DVec2::from_angle(lon) * (squared.x / squared.truncate())).normalize();
     let normal = (outward * lat.cos()).extend(lat.sin());
     let surface = squared * normal / (squared * normal).dot(normal).sqrt();
@@ -132,9 +132,9 @@ impl ObserverSky<'_> {
         let (point, normal) = ground_point_km(ground.radii_km, self.place.lat_graphic_deg, self.place.lon_east_deg, self.place.height_km);
         let icrf_from_body = self.ephemeris.body_from_icrf(ground.id, t)?.transpose();
         let centre_km = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
-        let viewer_km = centre_km + icrf_from_body * point;
-        let (target_km, _) = self.ephemeris.light_time_position(target, viewer_km, t)?;
-        let to_target = target_km - viewer_km;
+        let observer_km = centre_km + icrf_from_body * point;
+        let (target_km, _) = self.ephemeris.light_time_position(target, observer_km, t)?;
+        let to_target = target_km - observer_km;
         let distance_km = to_target.length();
         let direction = to_target / distance_km;
         // The direction in the axes of the body that the place is on, like `normal`.
@@ -170,8 +170,8 @@ impl ObserverSky<'_> {
     /// # Errors
     /// As [`Self::topocentric`].
     pub fn rise_set_times(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
-        let altitude = |s: f64| self.rise_set_altitude_deg(target, start.plus_seconds(s));
-        let (rise_s, set_s) = first_crossings(length_s, altitude)?;
+        let rise_set_altitude = |s: f64| self.rise_set_altitude_deg(target, start.plus_seconds(s));
+        let (rise_s, set_s) = first_crossings(length_s, rise_set_altitude)?;
         let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));
         // Positive while the target is west of the meridian. The target passes the meridian twice; only the upper passage, at an hour angle of 0, is its
         // transit.
@@ -188,7 +188,7 @@ impl ObserverSky<'_> {
             rise: rise_s.map(|s| start.plus_seconds(s)),
             set: set_s.map(|s| start.plus_seconds(s)),
             transit,
-            is_up_at_start: altitude(0.0)? > 0.0,
+            is_up_at_start: rise_set_altitude(0.0)? > 0.0,
         })
     }
 

@@ -1,8 +1,8 @@
 //! The kernel of the user.
 //!
-//! In: an ephemeris and the bytes of an SPK. Out: the ephemeris with this kernel, which has precedence over the shipped one. Always: the centres of
-//! the first segment of each target and centre form no cycle, neither among themselves nor with the origins that other sources give; else no chain would end
-//! at the solar system's barycentre.
+//! In: an ephemeris and the bytes of an SPK. Out: the ephemeris with this kernel, which has precedence over the shipped one. Always: the first segments of
+//! all pairs of target and centre form no cycle, neither among themselves nor with the origins that other sources give; in a cycle, no chain of origins would
+//! end at the solar system's barycentre.
 
 use super::{BEST_SOURCE, Ephemeris, EphemerisError, spk};
 use crate::catalog::NaifId;
@@ -16,7 +16,8 @@ impl Ephemeris {
     /// The bytes are not an SPK that can be read, or its centres form a cycle.
     pub fn with_kernel(mut self, name: &str, bytes: Vec<u8>) -> Result<Self, EphemerisError> {
         let kernel = spk::Spk::parse(name, &bytes)?;
-        // The first span of each target and centre: a kernel may have 100,000 segments. A cycle that only later spans form is found when a state is asked for.
+        // The first span of each pair of target and centre, because a kernel may have 100,000 segments. A cycle that only later spans form is found when a
+        // state is asked for.
         let mut spans = BTreeMap::new();
         for segment in kernel.segments() {
             spans.entry((segment.target, segment.center)).or_insert((segment.start_s, segment.end_s));

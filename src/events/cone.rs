@@ -1,10 +1,11 @@
 //! The intersection of a shadow cone with the Earth's spheroid.
 //!
 //! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where the cone's axis meets the
-//! ground or is nearest to it. Consider the planes that touch the cone along a generator (one of its straight lines). The gap is the greatest distance by which
-//! the spheroid lies outside such a plane; it is negative if the spheroid lies outside none of them, that is, if cone and spheroid overlap. It is exact where
-//! they are apart or graze each other, hence at the contacts of an eclipse. Where the axis passes near the Earth's centre, the computed gap may be too small by
-//! up to 21 km, the difference of the spheroid's radii; its sign is still right.
+//! ground or is nearest to it. Consider the planes that touch the cone along a generator (one of its straight lines). Such a plane has the cone on one side.
+//! The gap is the greatest distance of the whole spheroid from a plane on its other side. It is negative if no plane separates the two, that is, if cone and
+//! spheroid overlap. It is exact where they are apart or graze each other, hence at the contacts of an eclipse. Only the planes on the side of the cone that
+//! faces the Earth's centre are searched. Where the axis passes near the centre, a plane on another side may give a gap that is greater by up to 21 km, the
+//! difference of the spheroid's radii; the sign of the computed gap is still right.
 
 use super::numeric::minimum;
 use crate::scene::eclipse::shadow_cone::nearest_point_and_half_chord_sq;
@@ -22,12 +23,12 @@ pub(super) struct Spheroid {
 }
 
 impl Spheroid {
-    /// The vector with its components perpendicular to the pole and along the pole multiplied by these factors.
+    /// `v` with its component perpendicular to the pole multiplied by `perpendicular_factor` and the one along the pole by `pole_factor`.
     fn scaled(&self, v: DVec3, perpendicular_factor: f64, pole_factor: f64) -> DVec3 {
         v * perpendicular_factor + self.pole * (v.dot(self.pole) * (pole_factor - perpendicular_factor))
     }
 
-    /// The support function: distance from the centre to the tangent plane whose normal is this unit vector.
+    /// The support function: for a unit vector, the distance from the centre to the tangent plane with this normal. It is proportional to the vector's length.
     fn support_km(&self, direction: DVec3) -> f64 {
         self.scaled(direction, self.equatorial_km, self.polar_km).length()
     }
@@ -49,8 +50,8 @@ impl Spheroid {
     /// `None` if the line misses.
     pub(crate) fn sunlit_intersection_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
         let (p, d) = self.in_unit_sphere_frame(point_km, direction);
-        let (foot, half_chord_sq) = nearest_point_and_half_chord_sq(p, d);
-        (half_chord_sq >= 0.0).then(|| self.scaled(foot + d * half_chord_sq.sqrt(), self.equatorial_km, self.polar_km))
+        let (nearest_point, half_chord_sq) = nearest_point_and_half_chord_sq(p, d);
+        (half_chord_sq >= 0.0).then(|| self.scaled(nearest_point + d * half_chord_sq.sqrt(), self.equatorial_km, self.polar_km))
     }
 
     /// A line, given by a point and a direction, in the frame in which the spheroid is the unit sphere. The returned direction is a unit vector.
@@ -71,7 +72,7 @@ pub(super) struct Cone {
 }
 
 impl Cone {
-    /// The cone of the penumbra, which encloses the umbra.
+    /// The cone of the penumbra, which encloses the umbra. Its generators touch Sun and Moon on opposite sides, so the apex lies between the two.
     pub(crate) fn penumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = moon_to_sun(sun_km, moon_km);
         let sin_half_angle = (sun_radius_km + moon_radius_km) / distance_km;
@@ -79,7 +80,7 @@ impl Cone {
     }
 
     /// The umbra if the apex lies behind the Earth's centre, as seen from the Sun; otherwise the antumbra. The umbra is the nappe that opens towards the Sun,
-    /// the antumbra the other one.
+    /// the antumbra the other one. The generators touch Sun and Moon on the same side, so the apex lies behind the Moon.
     pub(crate) fn umbra_or_antumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = moon_to_sun(sun_km, moon_km);
         let sin_half_angle = (sun_radius_km - moon_radius_km) / distance_km;
@@ -95,8 +96,8 @@ impl Cone {
 
     /// Gap between cone and spheroid, km, negative if they overlap; and the unit normal of the tangent plane at the nearest generator, towards the spheroid.
     pub(crate) fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
-        let to_centre = -self.apex_km;
-        let axis_to_centre = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
+        let apex_to_centre = -self.apex_km;
+        let axis_to_centre = apex_to_centre - self.axis_direction * apex_to_centre.dot(self.axis_direction);
         let towards_centre = axis_to_centre.try_normalize().unwrap_or_else(|| self.axis_direction.any_orthonormal_vector());
         let sideways = self.axis_direction.cross(towards_centre);
         let cos_half_angle = (1.0 - self.sin_half_angle * self.sin_half_angle).sqrt();
@@ -104,11 +105,10 @@ impl Cone {
         let normal = |angle: f64| {
             (towards_centre * angle.cos() + sideways * angle.sin()) * cos_half_angle - self.axis_direction * self.sin_half_angle
         };
-        let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
-        // The Earth's flattening rotates the nearest generator by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9 degrees (0.05
-        // radians).
-        let (max_angle, tolerance) = (0.05, 1e-7);
-        let nearest_normal = normal(minimum(-max_angle, max_angle, tolerance, |angle| -gap(normal(angle))));
+        let gap = |n: DVec3| apex_to_centre.dot(n) - earth.support_km(n);
+        // Where the cone grazes the Earth, the flattening (1/298) rotates the nearest generator by at most about 1/298 radian; the search allows 0.05.
+        let (max_angle_rad, tolerance_rad) = (0.05, 1e-7);
+        let nearest_normal = normal(minimum(-max_angle_rad, max_angle_rad, tolerance_rad, |angle| -gap(normal(angle))));
         (gap(nearest_normal), nearest_normal)
     }
 }
@@ -132,13 +132,15 @@ mod tests {
         for (perpendicular, support_km) in [(DVec3::Y, 6378.0), (DVec3::Z, 6357.0), (DVec3::NEG_Z, 6357.0)] {
             let moon = DVec3::X * 4e5 + perpendicular * 7000.0;
             let (to_sun, _) = moon_to_sun(sun, moon);
-            // The distance of the Earth's centre from the nearest side of the cone, by the triangle of apex, centre and side.
+            // The distance of the Earth's centre from the nearest generator: that from the apex, times the sine of the angle between the two directions.
             let cone = Cone::penumbra(sun, moon, 696_000.0, 1737.0);
             let angle_at_apex = crate::ephemeris::angle_rad(-cone.apex_km, cone.axis_direction);
             let expected = cone.apex_km.length() * (angle_at_apex - cone.sin_half_angle.asin()).sin() - support_km;
+            // The tangent plane is inclined to the axis by the half angle, 0.005 radian; this changes the support by less than 1 m.
             let (gap, normal) = cone.gap_km(&EARTH);
             assert!((gap - expected).abs() < 0.05, "{perpendicular}: {gap} for {expected}");
             assert!(normal.dot(-perpendicular) > 0.999);
+            // The axis itself, 7000 km from the centre, misses the Earth.
             let (gap, _) = Cone::axis(sun, moon).gap_km(&EARTH);
             assert!(gap > 0.0 && EARTH.half_chord_sq(moon, to_sun) < 0.0 && EARTH.sunlit_intersection_km(moon, to_sun).is_none());
         }

@@ -57,7 +57,7 @@ struct Silhouette<'a> {
 }
 
 impl<'a> Silhouette<'a> {
-    /// The silhouette at `s`, in the seconds of the station.
+    /// The silhouette at `s`, seconds from the middle of the span of the station's `EarthSky`.
     fn at(station: &'a Station<'a>, ephemeris: &Ephemeris, map: &HeightMap, s: f64) -> Result<Self, EphemerisError> {
         let (_, moon_km) = station.sun_and_moon_km(s);
         let emitted = station.instant(s).plus_seconds(-moon_km.length() / SPEED_OF_LIGHT_KM_S);

@@ -1,8 +1,8 @@
 //! Local circumstances of an eclipse: contacts, magnitude, altitudes, rising and setting.
 //!
-//! In: a place, and the positions of the bodies during the eclipse. Out: circumstances, or none if the discs never overlap. Contacts are those of the mean
-//! limbs (the Moon as a sphere); altitudes are without refraction; the Sun or the Moon rises and sets with its upper limb, with the conventional refraction of
-//! 34 arcmin.
+//! In: a place, and the positions of the bodies during the eclipse. Out: circumstances, or none if the discs never overlap. Times as numbers are seconds from
+//! the middle of the span of [`EarthSky`]. Contacts are those of the mean limbs (the Moon as a sphere); altitudes are without refraction; the Sun or the Moon
+//! rises and sets with its upper limb, with the conventional refraction of 34 arcmin.
 
 use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{BodyRadii, EarthSky};
@@ -13,14 +13,14 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 const HORIZON_REFRACTION_RAD: f64 = HORIZON_REFRACTION_DEG * PI / 180.0;
-/// The maximum is searched this far from the given instant, and contacts this far from the maximum: a solar eclipse lasts at most 3.6 hours at a place, a
-/// transit 8.
+/// The maximum is searched up to this far from the given instant, and contacts up to this far from the maximum. At a place, a solar eclipse lasts at most 3.6
+/// hours, a transit 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
 /// Step in the search for the maximum, and for rising and setting.
 const SEARCH_STEP_S: f64 = 120.0;
-/// Half of the span in which the least separation at a place beside the path is searched. In its middle the shadow's axis is at the closest place on the centre
-/// line. The separation has only one minimum in the span. At a place 20 degrees from the path of 1529-11-11, an extreme, the minimum is 52 minutes from the
-/// middle.
+/// At a place beside a path of totality or annularity, the least separation of the discs is searched up to this far from the instant at which the shadow's axis
+/// is at the closest place on the path's centre line. In this span the separation has only one minimum: in an extreme case, 20 degrees from the path of
+/// 1529-11-11, it is 52 minutes from that instant.
 const NEAR_PATH_SEARCH_S: f64 = 5400.0;
 
 /// A place on the Earth, in geodetic coordinates.
@@ -42,12 +42,12 @@ impl GeodeticPosition {
     }
 }
 
-/// An instant of an eclipse, with the position in the sky of the eclipsed body: the Sun, or the Moon in a lunar eclipse.
+/// A contact or the maximum of an eclipse, with the position in the sky of the eclipsed body: the Sun, or the Moon in a lunar eclipse.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalContact {
     /// As in [`LocalCircumstances::contacts`], or `maximum`.
     pub name: &'static str,
-    /// When it is seen from the place.
+    /// When an observer at the place sees it, after the light time.
     pub time: Instant,
     /// Altitude of the eclipsed body's centre, without refraction.
     pub altitude_deg: f64,
@@ -58,23 +58,22 @@ pub struct LocalContact {
 }
 
 impl LocalContact {
-    /// Whether the disc's upper limb is at or above the horizon, with refraction. A maximum that coincides with rising or setting counts as up.
+    /// Whether the disc's upper limb is at or above the horizon, with refraction. The instant of rising or setting, which may be the maximum, counts as up.
     pub fn is_up(&self) -> bool {
         (self.altitude_deg + self.semidiameter_deg).to_radians() + HORIZON_REFRACTION_RAD > -HORIZON_TOLERANCE_RAD
     }
 }
 
-/// An altitude this far below the horizon, in radians, still counts as at the horizon: risings and settings are found to 1e-4 s, in which altitudes change by
-/// up to 1e-8.
+/// An altitude this far below the horizon still counts as at the horizon. Risings and settings are found to 1e-4 s, in which altitudes change by up to 1e-8
+/// radians.
 const HORIZON_TOLERANCE_RAD: f64 = 1e-7;
 
 /// Local circumstances of an eclipse.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LocalCircumstances {
-    /// Whether any part of the eclipse is above the horizon; if not, the other fields ignore the horizon.
+    /// Whether any part of the eclipse is above the horizon. If not, the fields `maximum` to `obscuration` are those without a horizon.
     pub is_visible: bool,
-    /// C1 to C4 of a solar eclipse; I to IV of a transit; P1, U1 to U4 and P4 of a lunar eclipse; by time; [`LocalContact::is_up`] marks those above the
-    /// horizon.
+    /// In order of time, also those below the horizon: C1 to C4 of a solar eclipse, I to IV of a transit, or P1, U1 to U4 and P4 of a lunar eclipse.
     pub contacts: Vec<LocalContact>,
     /// The maximum above the horizon; if the eclipse is not visible, the geometric maximum.
     pub maximum: LocalContact,
@@ -86,16 +85,17 @@ pub struct LocalCircumstances {
     pub penumbral_magnitude: Option<f64>,
     /// Part of the Sun's disc that is covered at maximum; `None` for a lunar eclipse.
     pub obscuration: Option<f64>,
-    /// First rising of the eclipsed body between first and last contact.
+    /// First rising of the eclipsed body between first and last contact; `None` if it does not rise then.
     pub rise: Option<Instant>,
-    /// First setting of the eclipsed body between first and last contact.
+    /// First setting of the eclipsed body between first and last contact; `None` if it does not set then.
     pub set: Option<Instant>,
     /// Seconds from second to third contact: the duration of totality or annularity, or of the time in which the planet is entirely on the
     /// Sun's disc; `None` if neither disc lies within the other, and for a lunar eclipse.
     pub central_duration_s: Option<f64>,
 }
 
-/// Angular radii and separation of the discs of the Sun and the Moon (in a transit: the planet) as seen from a place, radians.
+/// Angular radii and separation of the discs of the Sun and the Moon (in a transit: the planet) as seen from a place, radians. Almanacs use two radii of the
+/// Moon: a smaller one for totality and annularity (umbra), a larger one for the partial phase (penumbra).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Discs {
     /// The Sun's radius.
@@ -109,7 +109,7 @@ pub(super) struct Discs {
 }
 
 impl Discs {
-    /// Angle between the limbs, negative if the discs overlap.
+    /// Angle between the limbs, negative if the discs overlap: the separation of the centres less that at external tangency.
     fn limb_gap_rad(&self) -> f64 {
         self.separation_rad - self.sun_radius_rad - self.penumbral_moon_radius_rad
     }
@@ -119,8 +119,9 @@ impl Discs {
         self.separation_rad - (self.sun_radius_rad - self.moon_radius_rad).abs()
     }
 
-    /// The covered part of the Sun's diameter while neither disc lies within the other: (L1 - m) / (L1 + L2) in Besselian notation. It is 1 when the Moon just
-    /// covers the Sun, and exceeds 1 when the Moon covers more.
+    /// The covered part of the Sun's diameter while neither disc lies within the other: (L1 - m) / (L1 + L2) in Besselian notation, here as angles. L1 is the
+    /// Sun's radius plus the Moon's for the penumbra, L2 the Sun's less the Moon's for the umbra, m the separation. The result is 1 when the Moon just covers
+    /// the Sun, and exceeds 1 when the Moon covers more.
     pub(crate) fn covered_diameter(&self) -> f64 {
         -self.limb_gap_rad() / (2.0 * self.sun_radius_rad + self.penumbral_moon_radius_rad - self.moon_radius_rad)
     }
@@ -152,7 +153,7 @@ impl Discs {
     }
 }
 
-/// Instants at which the mean limbs touch, seconds.
+/// Instants at which the mean limbs touch, seconds as in [`EarthSky`].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MeanContacts {
     /// When the separation is least.
@@ -161,7 +162,7 @@ pub(super) struct MeanContacts {
     pub outer: (f64, f64),
     /// Second and third contact; `None` if neither disc comes to lie within the other.
     pub inner: Option<(f64, f64)>,
-    /// Whether the Moon's disc is smaller than the Sun's at the maximum.
+    /// Whether the Moon's disc is smaller than the Sun's at the maximum; of interest only with `inner` contacts.
     pub is_annular: bool,
 }
 
@@ -172,7 +173,7 @@ enum Eclipsed {
     Moon,
 }
 
-/// An observer's place on the Earth during an eclipse. Times are seconds, as in [`EarthSky`].
+/// An observer's place on the Earth during an eclipse.
 pub(super) struct Station<'a> {
     sky: &'a EarthSky,
     radii: BodyRadii,
@@ -217,10 +218,13 @@ impl<'a> Station<'a> {
     /// Altitude and azimuth, radians, of a body at `body_km` from the Earth's centre, GCRS.
     fn altitude_azimuth_rad(&self, body_km: DVec3, s: f64) -> (f64, f64) {
         let from_station_km = self.sky.itrs_from_gcrs(s) * body_km - self.point_km;
+        // At a pole, east and north are those of the meridian 0.
         let east = DVec3::Z.cross(self.normal).try_normalize().unwrap_or(DVec3::Y);
         let north = self.normal.cross(east);
         let (east_km, north_km) = (from_station_km.dot(east), from_station_km.dot(north));
-        (from_station_km.dot(self.normal).atan2(east_km.hypot(north_km)), east_km.atan2(north_km).rem_euclid(TAU))
+        let altitude_rad = from_station_km.dot(self.normal).atan2(east_km.hypot(north_km));
+        let azimuth_rad = east_km.atan2(north_km).rem_euclid(TAU);
+        (altitude_rad, azimuth_rad)
     }
 
     /// The contact at `s`, with altitude, azimuth and semidiameter of the eclipsed body.
@@ -271,6 +275,7 @@ impl<'a> Station<'a> {
     pub(crate) fn inner_contacts(&self, near_s: f64) -> Option<(f64, f64)> {
         let maximum_s = self.instant_of_maximum(near_s);
         let gap_rad = |s: f64| self.discs(s).angle_from_internal_tangency_rad();
+        // Each contact is between the maximum, where the gap is negative, and the end of the search.
         (gap_rad(maximum_s) < 0.0)
             .then(|| (zero_crossing(maximum_s, maximum_s - SEARCH_S, gap_rad), zero_crossing(maximum_s, maximum_s + SEARCH_S, gap_rad)))
     }
@@ -303,12 +308,13 @@ impl<'a> Station<'a> {
         let [first_name, second_name, third_name, fourth_name] = contact_names;
         let mut contacts = vec![self.contact(first_name, first, sun), self.contact(fourth_name, last, sun)];
         if let Some((second, third)) = inner {
-            contacts.splice(1..1, [self.contact(second_name, second, sun), self.contact(third_name, third, sun)]);
+            let between = 1..1;
+            contacts.splice(between, [self.contact(second_name, second, sun), self.contact(third_name, third, sun)]);
         }
-        let above_horizon = self.spans_above_horizon(first, last, sun);
+        let above_horizon = self.above_horizon(first, last, sun);
         let magnitude = |s: f64| self.discs(s).magnitude();
-        // The separation increases monotonically with the time from the maximum, both before and after it. So if the maximum is below the horizon, the largest
-        // visible magnitude is at a rising or a setting.
+        // The separation decreases until the maximum and increases after it. So if the maximum is below the horizon, the largest visible magnitude is at a
+        // rising or a setting.
         let visible_maximum_s = above_horizon.instant_of_largest_magnitude(maximum_s, magnitude);
         Some(LocalCircumstances {
             is_visible: visible_maximum_s.is_some(),
@@ -333,8 +339,8 @@ impl<'a> Station<'a> {
         penumbral_magnitude: impl Fn(f64) -> f64,
     ) -> LocalCircumstances {
         let moon = Eclipsed::Moon;
-        let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
-        let above_horizon = self.spans_above_horizon(first, last, moon);
+        let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(first, last), (_, s)| (first.min(*s), last.max(*s)));
+        let above_horizon = self.above_horizon(first, last, moon);
         let visible_maximum_s = above_horizon.instant_of_largest_magnitude(greatest_s, &magnitude);
         LocalCircumstances {
             is_visible: visible_maximum_s.is_some(),
@@ -349,25 +355,26 @@ impl<'a> Station<'a> {
         }
     }
 
-    /// When the upper limb of the eclipsed body is above the horizon between `first` and `last`, seconds.
-    fn spans_above_horizon(&self, first: f64, last: f64, eclipsed: Eclipsed) -> AboveHorizon {
-        let upper_limb_altitude_rad = |s: f64| {
+    /// When the upper limb of the eclipsed body is above the horizon between `first` and `last`.
+    fn above_horizon(&self, first: f64, last: f64, eclipsed: Eclipsed) -> AboveHorizon {
+        let refracted_upper_limb_rad = |s: f64| {
             let (altitude, _) = self.altitude_azimuth_rad(self.eclipsed_body_km(eclipsed, s), s);
             altitude + HORIZON_REFRACTION_RAD + self.semidiameter_rad(eclipsed, s)
         };
         let mut above_horizon = AboveHorizon { spans: Vec::new(), rise_s: None, set_s: None };
-        let mut up_since = (upper_limb_altitude_rad(first) > 0.0).then_some(first);
+        let mut up_since = (refracted_upper_limb_rad(first) > 0.0).then_some(first);
         let mut current = first;
         while current < last {
             let next = (current + SEARCH_STEP_S).min(last);
-            match (upper_limb_altitude_rad(current) > 0.0, upper_limb_altitude_rad(next) > 0.0) {
+            match (refracted_upper_limb_rad(current) > 0.0, refracted_upper_limb_rad(next) > 0.0) {
                 (false, true) => {
-                    let s = zero_crossing(current, next, upper_limb_altitude_rad);
+                    let s = zero_crossing(current, next, refracted_upper_limb_rad);
                     above_horizon.rise_s = above_horizon.rise_s.or(Some(s));
                     up_since = Some(s);
                 }
                 (true, false) => {
-                    let s = zero_crossing(current, next, |s| -upper_limb_altitude_rad(s));
+                    // `zero_crossing` expects a negative value at `current`.
+                    let s = zero_crossing(current, next, |s| -refracted_upper_limb_rad(s));
                     above_horizon.set_s = above_horizon.set_s.or(Some(s));
                     above_horizon.spans.extend(up_since.take().map(|from| (from, s)));
                 }
@@ -380,16 +387,17 @@ impl<'a> Station<'a> {
     }
 }
 
-/// The spans in which a body is above the horizon, and its first rising and setting, seconds.
+/// The spans in which a body is above the horizon, and its first rising and setting, if any, between two instants.
 struct AboveHorizon {
-    /// From rising (or the start) to setting (or the end).
+    /// Each from rising (or the first instant) to setting (or the last), in seconds.
     spans: Vec<(f64, f64)>,
     rise_s: Option<f64>,
     set_s: Option<f64>,
 }
 
 impl AboveHorizon {
-    /// The instant of the largest magnitude while the body is above the horizon. `maximum_s`: instant of the largest magnitude regardless of the horizon.
+    /// The instant of the largest magnitude while the body is above the horizon; `None` if it never is. `maximum_s`: the instant of the largest magnitude
+    /// regardless of the horizon.
     fn instant_of_largest_magnitude(&self, maximum_s: f64, magnitude: impl Fn(f64) -> f64) -> Option<f64> {
         let nearest = self.spans.iter().map(|(from, to)| maximum_s.clamp(*from, *to));
         nearest.max_by(|a, b| magnitude(*a).total_cmp(&magnitude(*b)))

@@ -1,8 +1,9 @@
 //! Eclipses of the Moon.
 //!
 //! In: a full moon, the ephemeris, the catalog's radii. Out: type, greatest eclipse, magnitudes and contacts with the Earth's shadow. Light time is
-//! included: the light received from the Moon left it 1.3 s earlier, and had passed the Earth another 1.3 s before. So the axis of the shadow is opposite
-//! to the Sun's apparent position 2.6 s earlier. Almanacs use the Sun's position at the instant itself; their instants are 0.2 s later.
+//! included: sunlight that reaches the Earth from the eclipsed Moon passed the Earth 2.6 s earlier, on its way to the Moon. So the axis of the shadow is
+//! opposite to the Sun's apparent position 2.6 s earlier. Almanacs use the Sun's position at the instant itself. Their instants are 0.2 s later: the time in
+//! which the Moon gains on the Sun what the Sun moves in 2.6 s.
 //!
 //! The shadow is that of a sphere with the Earth's equatorial radius. With the IAU's radii it is not enlarged; with those of almanacs it is enlarged by
 //! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172).
@@ -44,7 +45,7 @@ impl LunarType {
     }
 }
 
-/// Name of the rule by which the convention of these radii enlarges the Earth's shadow, to allow for the atmosphere.
+/// Name of the rule by which the convention of these radii enlarges the Earth's shadow, to allow for the atmosphere; "geometric": not at all.
 pub fn shadow_enlargement(radii: EclipseRadii) -> &'static str {
     match radii {
         EclipseRadii::Iau => "geometric",
@@ -61,17 +62,19 @@ pub struct LunarEclipse {
     pub greatest: Instant,
     /// Least distance of the Moon's centre from the axis of the shadow, in the Earth's equatorial radii; positive if the Moon passes north of the axis.
     pub gamma: f64,
-    /// Part of the Moon's diameter inside the umbra; negative outside.
+    /// Part of the Moon's diameter inside the umbra; negative outside, at least 1 if the Moon is entirely inside.
     pub umbral_magnitude: f64,
-    /// Part of the Moon's diameter inside the penumbra.
+    /// The same for the penumbra; always positive.
     pub penumbral_magnitude: f64,
     /// The place where the Moon is in the zenith at greatest eclipse.
     pub place: GeodeticPosition,
-    /// P1, U1, U2, U3, U4, P4 by time: the Moon enters the penumbra, enters the umbra, is entirely inside it, and the reverse.
+    /// P1, U1, U2, U3, U4, P4 by time: the Moon enters the penumbra, enters the umbra, is entirely inside it, and the reverse. Those that do
+    /// not occur are missing.
     pub contacts: Vec<Contact>,
     /// Number of the Saros series.
     pub saros: i64,
-    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the span of the ephemeris.
+    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the span of the ephemeris, or
+    /// if the search was not to find it.
     pub saros_member: Option<i64>,
     /// Used to compute the circumstances at a place.
     geometry: LunarEclipseGeometry,
@@ -88,7 +91,7 @@ struct LunarEclipseGeometry {
 
 /// Position of the Moon relative to the shadow, and the shadow's radii at the Moon, km.
 struct ShadowAtMoon {
-    /// Vector from the axis to the Moon's centre.
+    /// Vector from the axis to the Moon's centre, GCRS.
     offset_from_axis_km: DVec3,
     /// Radius of the umbra.
     umbra_radius_km: f64,
@@ -98,22 +101,24 @@ struct ShadowAtMoon {
 
 impl LunarEclipseGeometry {
     /// The Moon's radius in lunar eclipses: the one that solar eclipses use for the penumbra.
-    fn penumbral_moon_radius_km(&self) -> f64 {
+    fn moon_radius_km(&self) -> f64 {
         self.radii.penumbral_moon_radius_km
     }
 
     /// The Moon and the shadow at `s`.
-    fn relative_to_shadow(&self, s: f64) -> ShadowAtMoon {
+    fn shadow_at_moon(&self, s: f64) -> ShadowAtMoon {
         let moon_km = self.sky.near_body_km(s);
         // The Sun's apparent position 2.6 s earlier: see the module's comment.
         let sun_km = self.sky.sun_km(s - 2.0 * moon_km.length() / SPEED_OF_LIGHT_KM_S);
-        let distance_km = sun_km.length();
+        let sun_distance_km = sun_km.length();
         // Unit vector along the axis of the shadow, away from the Sun.
-        let antisolar = -sun_km / distance_km;
+        let antisolar = -sun_km / sun_distance_km;
+        // The Moon's distance behind the Earth's centre along the axis.
         let distance_behind_km = moon_km.dot(antisolar);
         let (earth_radius_km, sun_radius_km) = (self.radii.earth_radii_km.x, self.radii.sun_radius_km);
-        // Radius, at the Moon's distance, of a cone with this half angle. `sign`: whether the cone narrows or widens away from the Sun.
+        // `sign` of `radius_km`: whether the cone narrows or widens away from the Sun.
         let (narrowing, widening) = (-1.0, 1.0);
+        // Radius, at the Moon's distance, of the cone with this half angle that touches the Earth's sphere.
         let radius_km = |sin_half: f64, sign: f64| {
             let cos_half = (1.0 - sin_half * sin_half).sqrt();
             (earth_radius_km + sign * distance_behind_km * sin_half) / cos_half
@@ -121,19 +126,18 @@ impl LunarEclipseGeometry {
         let enlargement_km = if self.radii.convention == EclipseRadii::Almanac { DANJON_ENLARGEMENT * earth_radius_km } else { 0.0 };
         ShadowAtMoon {
             offset_from_axis_km: moon_km - antisolar * distance_behind_km,
-            umbra_radius_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, narrowing) + enlargement_km,
-            penumbra_radius_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, widening) + enlargement_km,
+            umbra_radius_km: radius_km((sun_radius_km - earth_radius_km) / sun_distance_km, narrowing) + enlargement_km,
+            penumbra_radius_km: radius_km((sun_radius_km + earth_radius_km) / sun_distance_km, widening) + enlargement_km,
         }
     }
 
-    /// Parts of the Moon's diameter inside the umbra and inside the penumbra.
+    /// Umbral and penumbral magnitude.
     fn magnitudes(&self, s: f64) -> (f64, f64) {
-        let position = self.relative_to_shadow(s);
+        let shadow = self.shadow_at_moon(s);
         let fraction_inside = |shadow_radius_km: f64| {
-            (shadow_radius_km + self.penumbral_moon_radius_km() - position.offset_from_axis_km.length())
-                / (2.0 * self.penumbral_moon_radius_km())
+            (shadow_radius_km + self.moon_radius_km() - shadow.offset_from_axis_km.length()) / (2.0 * self.moon_radius_km())
         };
-        (fraction_inside(position.umbra_radius_km), fraction_inside(position.penumbra_radius_km))
+        (fraction_inside(shadow.umbra_radius_km), fraction_inside(shadow.penumbra_radius_km))
     }
 }
 
@@ -145,7 +149,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_SEARCH_S + SHADOW_SEARCH_S)?;
     let mut geometry = LunarEclipseGeometry { sky, radii, greatest_s: 0.0 };
-    let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| geometry.relative_to_shadow(s).offset_from_axis_km.length());
+    let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| geometry.shadow_at_moon(s).offset_from_axis_km.length());
     geometry.greatest_s = greatest_s;
     let (umbral_magnitude, penumbral_magnitude) = geometry.magnitudes(greatest_s);
     if penumbral_magnitude <= 0.0 {
@@ -165,8 +169,8 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
     add_contacts("P1", "P4", &penumbral, 0.0);
     add_contacts("U1", "U4", &umbral, 0.0);
     add_contacts("U2", "U3", &umbral, 1.0);
-    contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let offset = geometry.relative_to_shadow(greatest_s).offset_from_axis_km;
+    contacts.sort_by(|(_, a), (_, b)| a.total_cmp(b));
+    let offset = geometry.shadow_at_moon(greatest_s).offset_from_axis_km;
     let moon_itrs_km = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_body_km(greatest_s);
     Ok(Some(LunarEclipse {
         class: match umbral_magnitude {
@@ -178,7 +182,8 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
         gamma: offset.length().copysign(offset.dot(geometry.sky.pole())) / radii.earth_radii_km.x,
         umbral_magnitude,
         penumbral_magnitude,
-        // The geodetic latitude of this place is the Moon's declination, within 0.004 degrees: the vertical does not pass exactly through the Earth's centre.
+        // At the place with the Moon in the zenith, the geodetic latitude is nearly the Moon's declination. The difference, below 0.004 degrees, arises because
+        // the vertical does not pass exactly through the Earth's centre.
         place: GeodeticPosition {
             latitude_deg: moon_itrs_km.z.atan2(moon_itrs_km.truncate().length()).to_degrees(),
             longitude_deg: moon_itrs_km.y.atan2(moon_itrs_km.x).to_degrees(),
@@ -186,6 +191,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
         },
         contacts: contacts.into_iter().map(|(name, s)| (name, geometry.sky.instant(s))).collect(),
         saros: full_moon.saros_series(),
+        // Set by the search for eclipses (`events::eclipses_at_phase`), which knows other eclipses of the series.
         saros_member: None,
         geometry,
     }))
@@ -202,10 +208,12 @@ impl LunarEclipse {
         let station = Station::new(&self.geometry.sky, self.geometry.radii, place);
         let seconds_of = |t: Instant| t.tdb_seconds_past_j2000() - self.geometry.sky.instant(0.0).tdb_seconds_past_j2000();
         let contacts: Vec<_> = self.contacts.iter().map(|(name, t)| (*name, seconds_of(*t))).collect();
+        // The magnitude that has the name of the eclipse's type: a penumbral eclipse has no umbral phase.
         let magnitude = |s: f64| {
             let (umbral, penumbral) = self.geometry.magnitudes(s);
             if self.class == LunarType::Penumbral { penumbral } else { umbral }
         };
-        station.lunar_circumstances(&contacts, self.geometry.greatest_s, magnitude, |s| self.geometry.magnitudes(s).1)
+        let penumbral_magnitude = |s: f64| self.geometry.magnitudes(s).1;
+        station.lunar_circumstances(&contacts, self.geometry.greatest_s, magnitude, penumbral_magnitude)
     }
 }

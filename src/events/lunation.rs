@@ -96,6 +96,7 @@ mod tests {
             ("2019-01-20", Phase::Full, 134),
             ("2025-03-13", Phase::Full, 123),
         ] {
+            // The mean phase of the eclipse may lie up to 15 hours before this day begins. A mean phase more than a day earlier belongs to the lunation before.
             let mut syzygy = Syzygy::at_or_before(phase, Instant::parse(day_before).expect("a day"));
             if syzygy.mean_instant() < Instant::parse(day_before).expect("a day").plus_seconds(-86_400.0) {
                 syzygy = syzygy.next();

@@ -38,10 +38,11 @@ use saros::SeriesStarts;
 use sky::BodyRadii;
 use std::ops::Range;
 
-/// Eclipses of the Sun whose greatest phase is in `from..to`.
+/// Eclipses of the Sun whose instant of greatest eclipse is in `from..to`.
 ///
 /// # Errors
-/// The catalog lacks a body, or the ephemeris does not cover the span; if an eclipse is possible near its ends, two days before and after it, too.
+/// The catalog lacks a body, or the ephemeris does not cover the span. If an eclipse is possible near an end of the span, the ephemeris must also cover the two
+/// days beyond this end.
 pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<SolarEclipse>, EphemerisError> {
     let with_saros_member = true;
     find_solar(catalog, ephemeris, from..to, with_saros_member)
@@ -61,7 +62,7 @@ pub fn solar_eclipses_without_saros(
     find_solar(catalog, ephemeris, from..to, with_saros_member)
 }
 
-/// Eclipses of the Moon whose greatest phase is in `from..to`.
+/// Eclipses of the Moon whose instant of greatest eclipse is in `from..to`.
 ///
 /// # Errors
 /// As [`solar_eclipses`].
@@ -84,7 +85,7 @@ pub fn lunar_eclipses_without_saros(
     find_lunar(catalog, ephemeris, from..to, with_saros_member)
 }
 
-/// `with_saros_member`: whether to find each eclipse's number within its Saros series.
+/// Eclipses of the Sun whose instant of greatest eclipse is in `span`. `with_saros_member`: whether to find each eclipse's number within its Saros series.
 fn find_solar(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
@@ -104,7 +105,7 @@ fn find_solar(
     )
 }
 
-/// As [`find_solar`].
+/// As [`find_solar`], for eclipses of the Moon.
 fn find_lunar(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
@@ -134,11 +135,11 @@ fn check_covered(ephemeris: &Ephemeris, t: Instant) -> Result<(), EphemerisError
     Ok(())
 }
 
-/// The eclipses that `eclipse_at` finds at the new or full moons of a span. `set_member` stores an eclipse's number within its Saros series; with
-/// `None`, the numbers are not computed.
+/// The eclipses that `eclipse_at` finds at new or full moons, and whose instant of greatest eclipse (`greatest`) is in the span. `set_member` stores an
+/// eclipse's number within its Saros series, `None` if that is unknown; without `set_member` the numbers are not computed.
 ///
-/// `check_covered` is called at the ends of the span and at each of its phases: `eclipse_at` rules out most phases without the ephemeris, and a span may have
-/// no phase at all, but the answer that there is no eclipse is for covered spans only.
+/// `check_covered` is an error where the ephemeris lacks positions. It is called at the ends of the span and at each new or full moon in it, because
+/// `eclipse_at` rules out most eclipses without the ephemeris: the result for a span that is not covered would be "no eclipse".
 fn eclipses_at_phase<E>(
     phase: Phase,
     span: Range<Instant>,
@@ -150,12 +151,12 @@ fn eclipses_at_phase<E>(
     check_covered(span.start)?;
     check_covered(span.end)?;
     let mut found = Vec::new();
-    let mut starts = SeriesStarts::default();
+    let mut series_starts = SeriesStarts::default();
     // The mean new or full moon and the greatest eclipse differ by less than a day.
     const MARGIN_S: f64 = SECONDS_PER_DAY;
     let (first, last) = (span.start.plus_seconds(-MARGIN_S), span.end.plus_seconds(MARGIN_S));
     let mut syzygy = Syzygy::at_or_before(phase, first);
-    // The ephemeris may not cover a syzygy before the margin.
+    // `at_or_before` may return a syzygy before the margin, which the ephemeris need not cover.
     while syzygy.mean_instant() < first {
         syzygy = syzygy.next();
     }
@@ -166,7 +167,8 @@ fn eclipses_at_phase<E>(
         if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| span.contains(&greatest(e))) {
             if let Some(set_member) = &set_member {
                 // `None` if the series may have begun before the span of the ephemeris.
-                set_member(&mut eclipse, starts.member(syzygy, |earlier| eclipse_at(earlier).map(|e| e.is_some())).ok());
+                let member = series_starts.member(syzygy, |earlier| eclipse_at(earlier).map(|e| e.is_some()));
+                set_member(&mut eclipse, member.ok());
             }
             found.push(eclipse);
         }
@@ -183,11 +185,11 @@ mod tests {
         Instant::parse(text).expect("a time")
     }
 
-    /// The mean new moons from `from` to `to` at which `has_eclipse`, if the ephemeris covers all times but those of `gap`.
-    fn new_moons(from: &str, to: &str, gap: Range<Instant>, has_eclipse: bool) -> Result<usize, EphemerisError> {
+    /// Number of eclipses found from `from` to `to`, if each new moon has one or none has one, and the ephemeris covers all times but those of `gap`.
+    fn eclipse_count(from: &str, to: &str, gap: Range<Instant>, each_has_eclipse: bool) -> Result<usize, EphemerisError> {
         let check_covered = |t: Instant| if gap.contains(&t) { Err(EphemerisError::other("not covered")) } else { Ok(()) };
         // As the real functions: the ephemeris is asked only if an eclipse is possible.
-        let eclipse_at = |syzygy: Syzygy| match has_eclipse {
+        let eclipse_at = |syzygy: Syzygy| match each_has_eclipse {
             true => check_covered(syzygy.mean_instant()).map(|()| Some(syzygy)),
             false => Ok(None),
         };
@@ -200,13 +202,13 @@ mod tests {
     #[test]
     fn no_phase_before_the_margin_is_computed() {
         let before = instant("-1000-01-01")..instant("2024-01-01").plus_seconds(-SECONDS_PER_DAY);
-        assert_eq!(new_moons("2024-01-01", "2025-01-01", before, true), Ok(13), "the new moons of 2024, from 11 January to 30 December");
+        assert_eq!(eclipse_count("2024-01-01", "2025-01-01", before, true), Ok(13), "the new moons from 11 January to 30 December");
     }
 
-    /// Mean elements tell of any year that an eclipse is impossible: "no eclipse" must still be an error where the ephemeris has no positions.
+    /// `eclipse_at` rules out eclipses in any year, without the ephemeris. Where the ephemeris has no positions, the result must be an error, not "no eclipse".
     #[test]
     fn no_eclipse_is_an_answer_only_for_spans_that_are_covered() {
-        let count = |from, to, (gap_start, gap_end)| new_moons(from, to, instant(gap_start)..instant(gap_end), false);
+        let count = |from, to, (gap_start, gap_end)| eclipse_count(from, to, instant(gap_start)..instant(gap_end), false);
         // Mean new moons of 2024: 11 January, 9 February, 10 March.
         let february = ("2024-02-01", "2024-02-28");
         assert_eq!(count("2024-03-01", "2024-04-01", february), Ok(0), "the gap is before the span");

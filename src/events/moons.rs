@@ -4,7 +4,7 @@
 //! planet's spheroid. For transits and occultations these planes pass through the observer, the Earth's centre. For shadow transits and eclipses the observer
 //! is the Sun, and the planes are tangent to its sphere or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is
 //! listed even if another hides it, such as the end of an eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the
-//! Galilean moons. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
+//! Galilean moons. Not here: events of two moons (`mutual`). Not modelled: the planets' atmospheres, which delay eclipses by a minute or so.
 
 use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
@@ -55,25 +55,26 @@ impl MoonEventType {
 /// A phenomenon of a moon.
 #[derive(Clone, Debug)]
 pub struct MoonEvent {
-    /// What happens.
+    /// Its type (`type` is a keyword of Rust).
     pub class: MoonEventType,
     /// The moon that is in transit, casts the shadow, is occulted or is eclipsed.
     pub moon: NaifId,
     /// The planet of the moon.
     pub planet: NaifId,
-    /// The occulting or eclipsing moon of a mutual event.
+    /// The occulting or eclipsing moon of a mutual event; `None` for other events.
     pub nearer_moon: Option<NaifId>,
-    /// When the moon's centre is nearest to the line through the planet's centre and the observer: the Earth, or for shadow transits and eclipses the
-    /// Sun. In mutual events, when the nearer moon's centre is nearest to the line from the farther one to the observer.
+    /// As the Earth's centre sees it: when the moon's centre is nearest to the line through the planet's centre and the observer, which is the Earth, or for
+    /// shadow transits and eclipses the Sun. In mutual events, when the nearer moon's centre is nearest to the line from the farther one to the observer.
     pub greatest: Instant,
-    /// Contacts by time. `begin` and `end`: the moon's centre crosses the planet's limb, seen from the Earth or from the Sun's centre. I to IV: the limbs
-    /// touch, in transits and occultations. P1 and P4: first and last contact with the penumbra. U2 and U3: begin and end of the time for which the moon is
-    /// entirely inside the planet's umbra. U1 and U4: first and last contact with the umbra or antumbra of another moon.
+    /// Contacts by time, as the Earth's centre sees them. `begin` and `end`: the moon's centre crosses the planet's limb, seen from the Earth or from the Sun's
+    /// centre. I to IV: the limbs touch, in transits and occultations. P1 and P4: first and last contact with the penumbra, in a shadow transit of the planet
+    /// with that of the moon. U2 and U3: begin and end of the time for which the moon is entirely inside the planet's umbra. U1 and U4: first and last contact
+    /// with the umbra or antumbra of another moon.
     pub contacts: Vec<Contact>,
 }
 
 impl MoonEvent {
-    /// Seconds from `begin` to `end`; in mutual events from the first to the last contact.
+    /// Seconds from `begin` to `end`; in mutual events from the first to the last contact. `None` if the event lacks these contacts.
     pub(crate) fn duration_s(&self) -> Option<f64> {
         let duration = |first, last| seconds_between(&self.contacts, first, last);
         duration("begin", "end")
@@ -116,10 +117,10 @@ impl MoonAndPlanet<'_> {
         Ok(self.ephemeris.state(self.moon.id, self.planet.id, t, BEST_SOURCE)?.state)
     }
 
-    /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to half a minute), and whether it is then in front of the
-    /// planet.
+    /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to half a minute: light time is left out), and whether it
+    /// is then in front of the planet.
     fn conjunctions(&self, observer: NaifId, from: Instant, to: Instant) -> Result<Vec<(Instant, bool)>, EphemerisError> {
-        // NAIF numbers: 5 is the barycentre of Jupiter (599) and its moons.
+        // NAIF numbers: 5 is the barycentre of Jupiter (599) and its moons. For the observer it is within 1e-6 radians of the planet.
         let barycentre = NaifId(self.planet.id.0 / 100);
         // Signed distance of the moon from the line, in the plane of the orbit, km; and a number that is positive if the moon is in front of the planet.
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
@@ -128,7 +129,7 @@ impl MoonAndPlanet<'_> {
             let perpendicular = pos_km.cross(vel_km_s).cross(to_observer_km);
             Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(to_observer_km)))
         };
-        // Light from the planet takes less than two hours.
+        // Light from the planet takes less than two hours: the Earth sees the event of a conjunction at most this much later.
         const MAX_LIGHT_TIME_S: f64 = 7200.0;
         let State { pos_km, vel_km_s } = self.moon_from_planet(from)?;
         let step_s = std::f64::consts::TAU * pos_km.length() / vel_km_s.length() / STEPS_PER_ORBIT;
@@ -139,7 +140,7 @@ impl MoonAndPlanet<'_> {
             let next = sample_time.plus_seconds(step_s);
             let next_offset = offsets(next)?.0;
             if (offset < 0.0) != (next_offset < 0.0) {
-                // Secant method: the offset is nearly linear in time here.
+                // Secant method, until a step is shorter than a second: the offset is nearly linear in time here. a, b, s: seconds after `sample_time`.
                 let (mut a, mut fa, mut b, mut fb) = (0.0, offset, step_s, next_offset);
                 for _ in 0..4 {
                     let s = a - fa * (b - a) / (fb - fa);
@@ -159,12 +160,12 @@ impl MoonAndPlanet<'_> {
     }
 }
 
-/// A moon, its planet and the observer around a conjunction. The observer is the Earth, or the Sun for events of shadows. Times are those at which the light is
-/// at the planet, in seconds from `middle`; vectors are from the planet's centre, km, ICRF axes.
+/// A moon, its planet and the observer around a conjunction. The observer is the Earth, or the Sun for events of shadows. Times are those at which the light
+/// that shows the event is at the planet, in seconds from `middle`; vectors are from the planet's centre, km, ICRF axes.
 struct MoonConjunction {
     observer: NaifId,
     middle: Instant,
-    /// Half of the fitted span.
+    /// Half of the span, around `middle`, over which the positions are fitted.
     half_span_s: f64,
     /// Position of the moon.
     moon: FittedPosition,
@@ -192,7 +193,7 @@ impl MoonConjunction {
     fn around(pair: &MoonAndPlanet<'_>, observer: NaifId, middle: Instant) -> Result<Self, EphemerisError> {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
         let vel_km_s = pair.moon_from_planet(middle)?.vel_km_s;
-        // Twice the time in which the moon moves by the sum of both radii, and ten minutes.
+        // All contacts are within about the time in which the moon moves by the sum of both radii: twice this time, and ten minutes, leaves room.
         let half_span_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
         let instant = |s: f64| middle.plus_seconds(s);
         let moon = FittedPosition::fit(half_span_s, |s| Ok(pair.moon_from_planet(instant(s))?.pos_km))?;
@@ -202,14 +203,15 @@ impl MoonConjunction {
         Ok(Self { observer, middle, half_span_s, moon, to_observer, planet_velocity_km_s, pole })
     }
 
-    /// For light that reaches or leaves the planet's centre at `s`: the moon's position when the light passes it; by how many seconds this is later than `s`,
-    /// negative if it is earlier; and the vector to the observer.
+    /// For light that reaches or leaves the planet's centre at `s`: the moon's position when the light passes it; how much later than `s` the light passes the
+    /// moon, in seconds, negative if it is earlier; and the vector to the observer.
     fn geometry_of_light(&self, s: f64) -> (DVec3, f64, DVec3) {
         let to_observer = self.to_observer.at(s);
-        // Distance by which the moon is nearer to the observer than the planet.
+        // Distance by which the moon is nearer to the observer than the planet is.
         let depth_km = self.moon.at(s).dot(to_observer.normalize_or_zero());
         // Light goes from the planet to the Earth, and from the Sun to the planet.
         let delay_s = if self.observer == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
+        // The planet moves during the delay; the vectors are from its centre at `s`.
         (self.moon.at(s + delay_s) + self.planet_velocity_km_s * delay_s, delay_s, to_observer)
     }
 
@@ -231,19 +233,22 @@ impl MoonConjunction {
             .try_normalize()
             .unwrap_or_else(|| observer_direction.any_orthonormal_vector());
         let sideways = observer_direction.cross(perpendicular);
+        // How far the moon's centre is beyond the plane whose normal has this angle from `perpendicular` around the line to the observer.
         let beyond_plane_km = |angle: f64| {
             let across = perpendicular * angle.cos() + sideways * angle.sin();
-            // The normal is tilted so that the plane touches both planet and observer.
+            // A plane with the unit normal n that touches the planet also touches the observer if n . to_observer is support_km(n) plus the signed radius.
+            // n . to_observer is distance_km times the tilt, which is so small that `across` stands for n in the support function.
             let tilt = (support_km(across) + signed_observer_radius_km) / distance_km;
             let normal = across * (1.0 - tilt * tilt).max(0.0).sqrt() + observer_direction * tilt;
             moon_km.dot(normal) - support_km(normal)
         };
-        // The plane beyond which the moon is farthest. The flattening rotates its normal away from `perpendicular`, near the boundary by less than 0.3 radians.
-        let (max_angle, tolerance) = (0.3, 1e-5);
-        beyond_plane_km(minimum(-max_angle, max_angle, tolerance, |angle| -beyond_plane_km(angle)))
+        // The plane beyond which the moon is farthest. The flattening rotates its normal away from `perpendicular`: by at most 0.1 radians
+        // at the boundary (Saturn), and by less than 0.3 near it.
+        let (max_angle_rad, tolerance_rad) = (0.3, 1e-5);
+        beyond_plane_km(minimum(-max_angle_rad, max_angle_rad, tolerance_rad, |angle| -beyond_plane_km(angle)))
     }
 
-    /// When the Earth's centre sees what happens at `s`: in an eclipse the event at the moon, else that at the planet.
+    /// When the Earth's centre sees what the light that is at the planet at `s` shows: in an eclipse the moon, else the planet.
     fn reception_of(&self, pair: &MoonAndPlanet<'_>, class: MoonEventType, s: f64) -> Result<Instant, EphemerisError> {
         let (moon_km, delay_s, _) = self.geometry_of_light(s);
         let at = self.middle.plus_seconds(s);
@@ -270,9 +275,11 @@ impl MoonConjunction {
                 ("II", "III", BoundingPlanes::Centre, -radius_km),
                 ("begin", "end", BoundingPlanes::Centre, 0.0),
             ],
+            // The moon's penumbra is on the planet while the moon is partly inside the convex hull of planet and Sun.
             MoonEventType::ShadowTransit => {
                 &[("P1", "P4", BoundingPlanes::ExternalTangent, radius_km), ("begin", "end", BoundingPlanes::Centre, 0.0)]
             }
+            // An eclipse.
             _ => &[
                 ("P1", "P4", BoundingPlanes::InternalTangent, radius_km),
                 ("U2", "U3", BoundingPlanes::ExternalTangent, -radius_km),

@@ -107,7 +107,7 @@ struct MutualConjunction<'a> {
 /// Position of the nearer moon relative to the line from the farther moon's centre to the observer, km.
 struct Offset {
     /// Distance of the nearer moon's centre from the line.
-    offset_km: f64,
+    lateral_km: f64,
     /// Distance along the line by which the nearer moon is nearer to the observer than the farther moon.
     depth_km: f64,
     /// Distance of the observer from the farther moon.
@@ -156,7 +156,7 @@ impl<'a> MutualConjunction<'a> {
         let depth_km = (self.near_km.at(s) - far_km).dot(observer_direction);
         let delay_s = if self.observer == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
         let near_km = self.near_km.at(s + delay_s) + self.planet_velocity_km_s * delay_s - far_km;
-        Offset { offset_km: near_km.cross(observer_direction).length(), depth_km: near_km.dot(observer_direction), observer_distance_km }
+        Offset { lateral_km: near_km.cross(observer_direction).length(), depth_km: near_km.dot(observer_direction), observer_distance_km }
     }
 
     /// Distance of the farther moon's limb from a region behind the nearer one, km; negative if the limb is inside the region.
@@ -171,7 +171,7 @@ impl<'a> MutualConjunction<'a> {
             Region::Umbra => (near_radius_km - offset.depth_km * (self.sun_radius_km - near_radius_km) / near_to_observer_km).abs(),
         };
         // The line from the observer through the nearer moon's centre passes the farther moon at this distance.
-        offset.offset_km * offset.observer_distance_km / near_to_observer_km - radius_km - far_radius_km
+        offset.lateral_km * offset.observer_distance_km / near_to_observer_km - radius_km - far_radius_km
     }
 
     /// The last instant before `inside_s` (`direction` [`BACKWARD`]), or the first one after it ([`FORWARD`]), at which the farther moon touches the region
@@ -193,8 +193,8 @@ impl<'a> MutualConjunction<'a> {
 
     /// The event at this conjunction; `None` if the farther moon misses the outermost region.
     fn event(&self, ephemeris: &Ephemeris) -> Result<Option<MoonEvent>, EphemerisError> {
-        let offset_km = |s: f64| self.offset(s).offset_km;
-        let conjunction_s = time_of_minimum(-2.0 * STEP_S, 2.0 * STEP_S, offset_km);
+        let lateral_km = |s: f64| self.offset(s).lateral_km;
+        let conjunction_s = time_of_minimum(-2.0 * STEP_S, 2.0 * STEP_S, lateral_km);
         // Names of the first and the last contact with each region.
         let (class, limits): (_, &[(&str, &str, Region)]) = if self.observer == NaifId::SUN {
             (MoonEventType::MutualEclipse, &[("P1", "P4", Region::Penumbra), ("U1", "U4", Region::Umbra)])
@@ -215,8 +215,8 @@ impl<'a> MutualConjunction<'a> {
         let (begin_s, end_s) = (self.exit_s(conjunction_s, BACKWARD, outermost), self.exit_s(conjunction_s, FORWARD, outermost));
         let sample_s = |k: i32| begin_s + f64::from(k) * CONTACT_STEP_S;
         let steps = ((end_s - begin_s) / CONTACT_STEP_S).ceil() as i32;
-        let nearest = (0..=steps).min_by(|a, b| offset_km(sample_s(*a)).total_cmp(&offset_km(sample_s(*b)))).unwrap_or(0);
-        let greatest_s = time_of_minimum(sample_s(nearest) - CONTACT_STEP_S, sample_s(nearest) + CONTACT_STEP_S, offset_km);
+        let nearest = (0..=steps).min_by(|a, b| lateral_km(sample_s(*a)).total_cmp(&lateral_km(sample_s(*b)))).unwrap_or(0);
+        let greatest_s = time_of_minimum(sample_s(nearest) - CONTACT_STEP_S, sample_s(nearest) + CONTACT_STEP_S, lateral_km);
         let mut contacts = Vec::new();
         for &(first, last, region) in limits {
             if self.distance_outside_km(greatest_s, region) < 0.0 {

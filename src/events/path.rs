@@ -43,6 +43,7 @@ impl SolarEclipse {
         for i in 0..=STEPS {
             // Slightly inside the span, where the axis certainly meets the ground.
             let fraction = (f64::from(i) / f64::from(STEPS)).clamp(1e-5, 1.0 - 1e-5);
+            // In the seconds of the eclipse's geometry.
             let s = start_s + (end_s - start_s) * fraction;
             let Some(centre) = geometry.centre(s) else { continue };
             path.centre_line.push((geometry.sky.instant(s), centre));
@@ -65,7 +66,7 @@ impl SolarEclipse {
         Some(path)
     }
 
-    /// The farthest place from `centre`, on the great circle that leaves it at `bearing_rad`, where the eclipse is still total or annular. `None` if the place
+    /// The place farthest from `centre`, on the great circle that leaves `centre` at `bearing_rad`, where the eclipse is still total or annular. `None` if it
     /// is beyond [`MAX_OFFSET_DEG`], or if the Sun is more than a degree below the place's horizon when the phase there is greatest. `s`: when the shadow's
     /// axis is at `centre`, in the seconds of the eclipse's geometry.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {

@@ -1,9 +1,9 @@
 //! Apparent positions of the Sun, and of the Moon or an inferior planet, from the Earth's centre over some hours.
 //!
 //! In: the ephemeris and an instant. Out: apparent positions as Chebyshev polynomials, accurate to under a metre: the search for contacts evaluates these,
-//! which is faster than the ephemeris. Light time and the aberration of the Earth's motion are included. The frame is the Earth's own, in which light that
-//! passes the Moon meets the ground on a straight line, except for the 20 metres that the Moon moves while light crosses the Earth. The eclipse shaders use the
-//! same frame. Not included: bending of light, refraction.
+//! which is faster than the ephemeris. Light time and the aberration of the Earth's motion are included: the frame moves with the Earth, so light from the Sun
+//! past the Moon to the ground follows a straight line. The eclipse shaders use the same frame. Neglected: the 20 metres that the Moon moves while light
+//! travels the Earth's radius. Not included: bending of light, refraction.
 
 use super::fitted::FittedPosition;
 use crate::catalog::{Catalog, EclipseRadii, NaifId};
@@ -15,7 +15,7 @@ use glam::{DMat3, DVec3};
 /// Angular velocity of the Earth relative to the ICRF, radians per second (IERS Conventions 2010, eq. 5.15).
 const EARTH_ROTATION_RAD_PER_S: f64 = 7.292_115_146_7e-5;
 
-/// The apparent position of a body from the Earth's centre at `t`: km, ICRF axes.
+/// The apparent position of a body from the Earth's centre at `t`: km, ICRF axes, which are those of the GCRS.
 ///
 /// # Errors
 /// The ephemeris does not cover `t`.
@@ -27,7 +27,7 @@ pub(super) fn apparent_position_km(ephemeris: &Ephemeris, body: NaifId, t: Insta
     Ok(aberrated(offset_km / distance_km, earth.vel_km_s) * distance_km)
 }
 
-/// Radii of the Sun, the Moon and the Earth, km, from the catalog. For a transit, the Moon's radii are replaced by the planet's.
+/// Radii of the Sun, the Moon and the Earth, km, from the catalog. For the transit of a planet, `transit` replaces the Moon's radii by the planet's.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BodyRadii {
     pub sun_radius_km: f64,
@@ -37,7 +37,7 @@ pub(super) struct BodyRadii {
     pub penumbral_moon_radius_km: f64,
     /// The Earth's semi-axes.
     pub earth_radii_km: DVec3,
-    /// The convention that these radii follow; it also sets the enlargement of the Earth's shadow.
+    /// The convention (IAU or almanacs) that the Sun's and the Moon's radii follow; it also sets the enlargement of the Earth's shadow.
     pub convention: EclipseRadii,
 }
 
@@ -73,8 +73,8 @@ pub(super) struct EarthSky {
 }
 
 impl EarthSky {
-    /// The sky from `half_span_s` before to `half_span_s` after `middle`. `near_body`: the Moon, which the fit supports for up to 19 hours, or a planet that
-    /// passes in front of the Sun.
+    /// The sky from `half_span_s` before to `half_span_s` after `middle`. `near_body`: the Moon, whose motion the fit follows for a `half_span_s` of up to 19
+    /// hours, or a planet that passes in front of the Sun.
     ///
     /// # Errors
     /// The ephemeris does not cover the span.
@@ -105,6 +105,7 @@ impl EarthSky {
 
     /// Rotation from GCRS to ITRS at `s`. Over the span, the Earth is taken to rotate uniformly about its pole at the middle.
     pub(crate) fn itrs_from_gcrs(&self, s: f64) -> DMat3 {
+        // The axes of ITRS turn eastwards, so the components of a fixed direction turn westwards.
         DMat3::from_rotation_z(-EARTH_ROTATION_RAD_PER_S * s) * self.itrs_from_gcrs_at_middle
     }
 

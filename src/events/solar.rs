@@ -14,7 +14,7 @@ use crate::catalog::NaifId;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
 
-/// The true new moon is within 15 hours of the mean new moon.
+/// The true new moon, and with it the greatest eclipse, is within 15 hours of the mean new moon.
 const PHASE_SEARCH_S: f64 = 15.0 * 3600.0;
 /// The penumbra leaves the Earth within 4 hours of the greatest eclipse.
 const SHADOW_SEARCH_S: f64 = 4.0 * 3600.0;
@@ -45,16 +45,16 @@ impl SolarType {
 /// An eclipse of the Sun.
 #[derive(Clone, Debug)]
 pub struct SolarEclipse {
-    /// Partial, annular, total or hybrid.
+    /// The type; `type` is a keyword of Rust.
     pub class: SolarType,
     /// Whether the axis of the shadow meets the ground.
     pub is_central: bool,
-    /// Instant of greatest eclipse, when the light reaches the Earth's centre; contacts are given in the same way.
+    /// Instant of greatest eclipse, when the light of Sun and Moon reaches the Earth's centre; contacts are given in the same way.
     pub greatest: Instant,
     /// Least distance of the shadow's axis from the Earth's centre, in the Earth's equatorial radii; positive if the axis passes north of the centre.
     pub gamma: f64,
-    /// Magnitude at the place of greatest eclipse, as in eclipse canons. If the axis meets the ground: the Moon's apparent diameter over the Sun's. Otherwise
-    /// the covered part of the Sun's diameter by the Besselian formula, which exceeds 1 where the Sun is covered entirely.
+    /// Magnitude at the place of greatest eclipse, as in eclipse canons. If the axis meets the ground then: the Moon's apparent diameter over the Sun's.
+    /// Otherwise the covered part of the Sun's diameter by the Besselian formula (L1 - m) / (L1 + L2), which exceeds 1 where the Sun is covered entirely.
     pub magnitude: f64,
     /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis if the axis misses the ground.
     pub place: GeodeticPosition,
@@ -62,16 +62,17 @@ pub struct SolarEclipse {
     pub sun_altitude_deg: f64,
     /// Duration of totality or annularity at `place`; `None` if the eclipse is partial there.
     pub duration_s: Option<f64>,
-    /// P1 and P4: the penumbra meets and leaves the Earth; U1 and U4: the umbra or antumbra does.
+    /// In order of time, P1 and P4: the penumbra meets and leaves the Earth; between them, if they occur, U1 and U4: the umbra or antumbra does.
     pub contacts: Vec<Contact>,
     /// Number of the Saros series.
     pub saros: i64,
-    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the span of the ephemeris.
+    /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the span of the ephemeris, or
+    /// if the search omits it (`solar_eclipses_without_saros`).
     pub saros_member: Option<i64>,
     pub(super) geometry: SolarEclipseGeometry,
 }
 
-/// Sky and radii of one eclipse; times are seconds from the mean new moon.
+/// Sky and radii of one eclipse. Times `s` are seconds from the mean new moon. The near body of the sky is the Moon. Vectors are GCRS, from the Earth's centre.
 #[derive(Clone, Debug)]
 pub(super) struct SolarEclipseGeometry {
     pub sky: EarthSky,
@@ -86,30 +87,32 @@ impl SolarEclipseGeometry {
         Spheroid { equatorial_km: radii_km.x, polar_km: radii_km.z, pole: self.sky.pole() }
     }
 
-    /// Gap between the penumbra and the Earth; negative if they overlap.
+    /// Gap between the penumbra and the Earth; negative if they overlap. Almanacs use a larger radius of the Moon for the penumbra than for the umbra.
     fn penumbra_gap_km(&self, s: f64) -> f64 {
         let cone =
             Cone::penumbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.radii.sun_radius_km, self.radii.penumbral_moon_radius_km);
-        cone.gap_km(&self.earth()).0
+        let (gap_km, _normal) = cone.gap_km(&self.earth());
+        gap_km
     }
 
     /// Gap between the umbra or antumbra and the Earth; negative if they overlap.
     fn umbra_gap_km(&self, s: f64) -> f64 {
-        Cone::umbra_or_antumbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.radii.sun_radius_km, self.radii.moon_radius_km)
-            .gap_km(&self.earth())
-            .0
+        let cone =
+            Cone::umbra_or_antumbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.radii.sun_radius_km, self.radii.moon_radius_km);
+        let (gap_km, _normal) = cone.gap_km(&self.earth());
+        gap_km
     }
 
-    /// The place where the axis of the shadow meets the ground.
+    /// The place where the axis of the shadow meets the ground; `None` if it misses the ground.
     pub(crate) fn centre(&self, s: f64) -> Option<GeodeticPosition> {
-        let (moon_km, (to_sun, _)) = (self.sky.near_body_km(s), moon_to_sun(self.sky.sun_km(s), self.sky.near_body_km(s)));
+        let (moon_km, (to_sun, _distance_km)) = (self.sky.near_body_km(s), moon_to_sun(self.sky.sun_km(s), self.sky.near_body_km(s)));
         let point_km = self.earth().sunlit_intersection_km(moon_km, to_sun)?;
         Some(GeodeticPosition::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.radii.earth_radii_km))
     }
 
-    /// The place nearest to the axis if the axis misses or touches the ground.
+    /// The place nearest to the axis, which must miss or touch the ground.
     fn nearest_place(&self, s: f64) -> GeodeticPosition {
-        let (_, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.near_body_km(s)).gap_km(&self.earth());
+        let (_gap_km, towards_earth) = Cone::axis(self.sky.sun_km(s), self.sky.near_body_km(s)).gap_km(&self.earth());
         GeodeticPosition::of_surface_point(
             self.sky.itrs_from_gcrs(s) * self.earth().support_point_km(-towards_earth),
             self.radii.earth_radii_km,
@@ -124,6 +127,7 @@ impl SolarEclipseGeometry {
     /// When the axis first meets and last leaves the ground, seconds; `None` if the axis misses the ground.
     pub(crate) fn central_span(&self) -> Option<(f64, f64)> {
         let earth = self.earth();
+        // Negative while the axis meets the ground, as `zero_crossing` needs it.
         let minus_half_chord_sq =
             |s: f64| -earth.half_chord_sq(self.sky.near_body_km(s), moon_to_sun(self.sky.sun_km(s), self.sky.near_body_km(s)).0);
         // The flattening shifts the longest chord by less than ten minutes from the greatest eclipse.
@@ -136,7 +140,7 @@ impl SolarEclipseGeometry {
         })
     }
 
-    /// Whether the Moon's disc is larger than the Sun's at a place.
+    /// Whether a central eclipse is total and not annular at a place of its path: whether the Moon's disc is larger than the Sun's.
     fn is_total(&self, s: f64, place: GeodeticPosition) -> bool {
         let discs = self.station(place).discs(s);
         discs.moon_radius_rad > discs.sun_radius_rad
@@ -144,8 +148,9 @@ impl SolarEclipseGeometry {
 
     /// The type of a central eclipse whose axis meets the ground between these two instants, in seconds, from samples of the centre line.
     fn type_along_line(&self, (start_s, end_s): (f64, f64)) -> SolarType {
-        // The ends of the line are its places farthest from the Moon: a second after the start the place on the line is already 130 km nearer, where the Moon
-        // is larger by 3e-4 of its diameter. At an end the axis touches the ground, at the place nearest to the axis.
+        // The ends of the line are its places farthest from the Moon, which a sample between them would miss: a second after the start the axis has moved 1 km
+        // inwards, where the ground is sqrt(2 * 6378 km * 1 km) = 113 km nearer to the Moon, whose disc is larger by 3e-4 of its diameter. At an end the axis
+        // touches the ground, at the place nearest to the axis.
         let ends = [start_s, end_s].map(|s| (s, self.nearest_place(s)));
         let between = (1..LINE_STEPS).filter_map(|i| {
             let s = start_s + (end_s - start_s) * f64::from(i) / f64::from(LINE_STEPS);
@@ -169,7 +174,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzy
     let sky = EarthSky::around(ephemeris, NaifId::MOON, new_moon.mean_instant(), PHASE_SEARCH_S + SHADOW_SEARCH_S)?;
     // Vector from the Earth's centre to the nearest point of the axis.
     let nearest_on_axis_km = |s: f64| {
-        let (moon_km, (to_sun, _)) = (sky.near_body_km(s), moon_to_sun(sky.sun_km(s), sky.near_body_km(s)));
+        let (moon_km, (to_sun, _distance_km)) = (sky.near_body_km(s), moon_to_sun(sky.sun_km(s), sky.near_body_km(s)));
         moon_km - to_sun * moon_km.dot(to_sun)
     };
     let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| nearest_on_axis_km(s).length());
@@ -207,6 +212,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzy
         is_central: central_span.is_some(),
         greatest: instant(greatest_s),
         gamma,
+        // The axis may miss the ground at greatest eclipse, and graze it some minutes earlier or later: then the eclipse is central without a `centre`.
         magnitude: if centre.is_some() { discs.radius_ratio() } else { discs.covered_diameter() },
         place,
         sun_altitude_deg: station.sun_altitude_deg(greatest_s),
@@ -219,7 +225,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzy
 }
 
 impl SolarEclipse {
-    /// Local circumstances at a place; `None` if the Moon misses the Sun.
+    /// Local circumstances at a place; `None` if the Moon misses the Sun. At C1 and C4 the discs touch from outside, at C2 and C3 from inside.
     pub fn seen_from(&self, place: GeodeticPosition) -> Option<LocalCircumstances> {
         self.geometry.station(place).solar_circumstances(self.geometry.greatest_s, ["C1", "C2", "C3", "C4"])
     }

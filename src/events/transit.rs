@@ -1,7 +1,7 @@
 //! Transits of Mercury and Venus across the Sun.
 //!
-//! In: catalog, ephemeris, a span of time. Out: least distance of the centres and the four contacts of the limbs, as seen from the Earth's centre and from
-//! places on the ground. Positions are apparent: the planet where the light passed it, the Sun where the light left it. Not here: the black-drop effect.
+//! In: catalog, ephemeris, a span of time. Out: least distance of the centres, magnitude and the contacts of the limbs, as seen from the Earth's centre and
+//! from places on the ground. Positions are apparent: the planet where the light passed it, the Sun where the light left it. Not here: the black-drop effect.
 
 use super::contacts::{Contact, seconds_between};
 use super::local::{GeodeticPosition, LocalCircumstances, Station};
@@ -14,11 +14,11 @@ use crate::units::{RAD_PER_ARCSEC, SECONDS_PER_DAY};
 
 /// Mercury and Venus.
 const INFERIOR_PLANETS: [NaifId; 2] = [NaifId(199), NaifId(299)];
-/// Time between samples of the elongation, which has only one minimum in the week around an inferior conjunction.
+/// Time between samples of the elongation. It has only one minimum in the week around an inferior conjunction, so the samples show this minimum.
 const STEP_S: f64 = 2.0 * SECONDS_PER_DAY;
-/// The sample nearest to a transit, at most a day away, has a smaller elongation than this, radians: the elongation changes by at most 1.9 degrees a day.
+/// Limit of the elongation at a sample within a day of a transit. The elongation changes by at most 1.9 degrees a day.
 const MAX_ELONGATION_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
-/// Half of the fitted span. The longest transits take 8 hours.
+/// Half of the span over which positions are fitted ([`EarthSky`]). The longest transits take 8 hours.
 const HALF_SPAN_S: f64 = 6.0 * 3600.0;
 
 /// A transit of an inferior planet.
@@ -32,22 +32,22 @@ pub struct Transit {
     pub separation_arcsec: f64,
     /// Least separation of the centres in units of the Sun's angular radius; positive if the planet passes (celestial) north of the Sun's centre.
     pub gamma: f64,
-    /// The planet's apparent diameter over the Sun's; if the planet is never entirely in front of the Sun, the covered part of the Sun's diameter.
+    /// The largest covered part of the Sun's diameter: the planet's apparent diameter over the Sun's, unless the planet is never entirely in front of the Sun.
     pub magnitude: f64,
-    /// I to IV; II and III are missing if the planet is never entirely in front of the Sun.
+    /// I to IV, with their instants; II and III are missing if the planet is never entirely in front of the Sun.
     pub contacts: Vec<Contact>,
     conjunction: PlanetConjunction,
-    /// `greatest` in the seconds of `conjunction.sky`.
+    /// `greatest` in seconds from the middle of `conjunction.sky`.
     greatest_s: f64,
 }
 
 impl Transit {
-    /// Seconds from first to fourth contact.
+    /// Seconds from first to fourth contact, which every transit has.
     pub(crate) fn duration_s(&self) -> Option<f64> {
         seconds_between(&self.contacts, "I", "IV")
     }
 
-    /// Local circumstances at a place; `None` if the planet misses the Sun.
+    /// Local circumstances at a place; `None` if the planet misses the Sun, as seen from there. The Sun may be below the horizon.
     pub fn seen_from(&self, place: GeodeticPosition) -> Option<LocalCircumstances> {
         let station = Station::new(&self.conjunction.sky, self.conjunction.radii, place);
         station.solar_circumstances(self.greatest_s, ["I", "II", "III", "IV"])
@@ -57,8 +57,8 @@ impl Transit {
 /// Transits whose greatest phase is in `from..to`, planet by planet.
 ///
 /// # Errors
-/// The catalog lacks a body, or the ephemeris does not cover the span with two days before it and six after it; if there is an inferior conjunction near its
-/// ends, with four days before it and eight after it.
+/// The catalog lacks a body, or the ephemeris does not cover the samples, from two days before the span to six after it, or the four days before and after a
+/// sample at an inferior conjunction.
 pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<Transit>, EphemerisError> {
     let eclipse_radii = BodyRadii::of(catalog)?;
     let mut found = Vec::new();
@@ -88,12 +88,12 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
     Ok(found)
 }
 
-/// The apparent positions of the Sun and a planet for some hours around an inferior conjunction.
+/// The apparent positions of the Sun and a planet around an inferior conjunction. A time `s` is in seconds from the middle of `sky`.
 #[derive(Clone, Debug)]
 struct PlanetConjunction {
-    /// Apparent positions, seen from the Earth's centre.
+    /// Apparent positions, seen from the Earth's centre; `near_body` is the planet.
     sky: EarthSky,
-    /// With the planet's radius for the Moon's.
+    /// With the planet's radius in place of the Moon's.
     radii: BodyRadii,
 }
 
@@ -106,6 +106,7 @@ impl PlanetConjunction {
         Ok(Self { sky: EarthSky::around(ephemeris, planet, middle, HALF_SPAN_S)?, radii })
     }
 
+    /// Angle between the centres.
     fn separation_rad(&self, s: f64) -> f64 {
         angle_rad(self.sky.sun_km(s), self.sky.near_body_km(s))
     }
@@ -134,9 +135,11 @@ impl PlanetConjunction {
         if outer_gap_rad(greatest_s) >= 0.0 {
             return None;
         }
+        // The contact between the greatest phase and an instant before or after the transit.
         let contact = |outside_s: f64, gap_rad: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, outside_s, gap_rad));
         let mut contacts = vec![("I", contact(-HALF_SPAN_S, &outer_gap_rad)), ("IV", contact(HALF_SPAN_S, &outer_gap_rad))];
         if inner_gap_rad(greatest_s) < 0.0 {
+            // Between I and IV.
             contacts.splice(1..1, [("II", contact(-HALF_SPAN_S, &inner_gap_rad)), ("III", contact(HALF_SPAN_S, &inner_gap_rad))]);
         }
         let (sun_rad, planet_rad) = self.angular_radii_rad(greatest_s);
@@ -147,6 +150,7 @@ impl PlanetConjunction {
             greatest: self.sky.instant(greatest_s),
             separation_arcsec: self.separation_rad(greatest_s) / RAD_PER_ARCSEC,
             gamma: (self.separation_rad(greatest_s) / sun_rad).copysign(northward),
+            // Half of the covered part of the diameter, which is at most the planet's radius, over the Sun's radius.
             magnitude: (-outer_gap_rad(greatest_s) / 2.0).min(planet_rad) / sun_rad,
             contacts,
             conjunction: self,

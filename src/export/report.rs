@@ -109,7 +109,7 @@ fn ids_to_compare(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<Mo
 /// The cost of a module, and the statistics of its sample image.
 ///
 /// # Errors
-/// One line: the tape cannot be read, or the module has no fragment stage.
+/// The error is one line: the tape cannot be read, or the module has no fragment stage.
 pub(crate) fn figures(module: &ShaderModule, sample: Option<&SampleImage>) -> Result<Figures, String> {
     let costs = tape_costs(module).map_err(|e| e.to_string())?;
     let Some(fragment) = costs.iter().find(|c| c.stage == "fragment") else { return Err("no fragment stage".into()) };

@@ -22,8 +22,12 @@ pub enum RevisionError {
     #[error("{}: no shader library and no shader sources in it; `orrery library warm --cache DIR` writes a library, `orrery shader export DIR` the sources", .0.display())]
     Nothing(PathBuf),
     /// The folder contains libraries that several generators wrote.
-    #[error("{} holds {} revisions; name the folder of one: {}", folder.display(), names.len(), names.join(", "))]
-    Several { folder: PathBuf, names: Vec<String> },
+    #[error("{} holds {} revisions; name the folder of one: {}", folder.display(), found.len(), found.join(", "))]
+    Several {
+        folder: PathBuf,
+        /// The paths of the generators' folders.
+        found: Vec<String>,
+    },
     /// The content of an entry is invalid.
     #[error("{}: {why}", file.display())]
     Entry { file: PathBuf, why: EntryError },
@@ -113,8 +117,8 @@ impl Revision {
                 [] => {}
                 [one] => return Self::of_entries(one, entries_in(one)?),
                 several => {
-                    let names = several.iter().map(|p| p.display().to_string()).collect();
-                    return Err(RevisionError::Several { folder: folder.to_owned(), names });
+                    let found = several.iter().map(|p| p.display().to_string()).collect();
+                    return Err(RevisionError::Several { folder: folder.to_owned(), found });
                 }
             }
         }

@@ -13,7 +13,7 @@ const MAX_NUMBER_DIGITS: usize = 12;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{name}: write the frame number as %d or %05d, once")]
 pub(crate) struct FrameNumberError {
-    /// The name as it was given, for one line of a message.
+    /// The name as it was given, with control characters escaped.
     name: String,
 }
 

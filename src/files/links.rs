@@ -5,7 +5,7 @@
 use std::io::{Error, ErrorKind, Result};
 use std::path::Path;
 
-/// Whether something has this path: a file, but also a folder or a link that leads nowhere, in the place of a file. Who reads it then gets an error.
+/// Whether something has this path: a file, but also a folder or a link that leads nowhere, in the place of a file, so that reading it gives an error.
 pub(crate) fn is_there(path: &Path) -> bool {
     path.symlink_metadata().is_ok()
 }

@@ -10,8 +10,10 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Largest side of a GIF in pixels, and largest rate of an animated PNG (the denominator of its frame delays): the formats store both in 16 bits.
-const MAX_U16: u32 = u16::MAX as u32;
+/// Largest side of a GIF: the format stores it in 16 bits.
+const MAX_GIF_SIDE_PX: u32 = u16::MAX as u32;
+/// Largest rate of an animated PNG: the format stores it in 16 bits, as the denominator of a frame's delay in seconds.
+const MAX_APNG_FRAMES_PER_S: u32 = u16::MAX as u32;
 /// Speed setting of the search for a frame's 256 colours: 1 is best, 30 is fastest.
 const PALETTE_SEARCH_SPEED: i32 = 10;
 
@@ -27,10 +29,10 @@ enum Encoder<W: Write> {
     Gif(Box<gif::Encoder<W>>),
 }
 
-/// Largest number of pixels of an animation that is encoded in memory, all frames together.
+/// Largest number of pixels of an animation that is encoded in memory, all frames together: a limit for callers to check. Uncompressed they have 6 GB.
 pub const MAX_ANIMATION_PIXELS: f64 = 2e9;
 
-/// The format for a file's extension.
+/// The format for a file's extension; `None` for any other, also for `.png`.
 pub fn animation_format(path: &Path) -> Option<AnimationFormat> {
     let extension = path.extension()?.to_ascii_lowercase();
     match extension.to_str()? {
@@ -40,7 +42,7 @@ pub fn animation_format(path: &Path) -> Option<AnimationFormat> {
     }
 }
 
-/// A buffer shared between an encoder, which owns its writer, and the caller, which reads the bytes.
+/// A buffer that an encoder writes and its caller reads: each owns a clone of this handle.
 #[derive(Clone, Default)]
 pub struct SharedBytes(pub Arc<Mutex<Vec<u8>>>);
 
@@ -89,14 +91,18 @@ impl<W: Write> AnimationWriter<W> {
                 encoder.set_compression(png::Compression::Fast);
                 // The number of plays; 0 is without end.
                 encoder.set_animated(frame_count, 0).map_err(write_error)?;
-                let frames_per_s = u16::try_from(frames_per_s)
-                    .map_err(|_| ImageError::Write(format!("{frames_per_s} frames a second: at most {MAX_U16}")))?;
+                // A delay of 1 / 0 s would mean 1/100 s.
+                let in_range = u16::try_from(frames_per_s).ok().filter(|rate| *rate > 0);
+                let frames_per_s = in_range.ok_or_else(|| {
+                    ImageError::Write(format!("{frames_per_s} frames a second: an animated PNG has 1 to {MAX_APNG_FRAMES_PER_S}"))
+                })?;
                 encoder.set_frame_delay(1, frames_per_s).map_err(write_error)?;
                 Encoder::Apng(Box::new(encoder.write_header().map_err(write_error)?))
             }
             AnimationFormat::Gif => {
-                let side_u16 =
-                    |px: u32| u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_U16} pixels a side")));
+                let side_u16 = |px: u32| {
+                    u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_GIF_SIDE_PX} pixels a side")))
+                };
                 if !(1..=100).contains(&frames_per_s) {
                     return Err(ImageError::Write(format!("{frames_per_s} frames a second: a GIF has 1 to 100")));
                 }
@@ -118,7 +124,7 @@ impl<W: Write> AnimationWriter<W> {
             return Err(ImageError::WrongLength { width, height, given_bytes: display.len().saturating_mul(4) });
         }
         let rgb: Vec<u8> = display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
-        // Rounded starting times, not a rounded delay: the rounding errors do not add up.
+        // For a GIF. The starting times are rounded, not the delay, so that rounding errors do not add up.
         let start_hundredths = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.frames_per_s)).round();
         let delay_hundredths = start_hundredths(self.frames_written + 1) - start_hundredths(self.frames_written);
         match &mut self.encoder {
@@ -205,6 +211,7 @@ mod tests {
         assert!(new(AnimationFormat::Gif, (70_000, 1), 25).is_err_and(|e| e.contains("65535")));
         assert!(new(AnimationFormat::Gif, (7, 1), 120).is_err_and(|e| e.contains("1 to 100")));
         assert!(new(AnimationFormat::Apng, (7, 1), 70_000).is_err_and(|e| e.contains("65535")));
+        assert!([AnimationFormat::Gif, AnimationFormat::Apng].iter().all(|format| new(*format, (7, 1), 0).is_err()));
         let mut writer = AnimationWriter::new(Vec::new(), AnimationFormat::Gif, (4, 3), 1, 25).expect("a writer");
         assert!(matches!(writer.add(&[[0; 4]; 5]), Err(ImageError::WrongLength { .. })));
     }

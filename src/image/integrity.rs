@@ -51,7 +51,7 @@ pub(super) fn unsealed_attribute(text: &str) -> (&'static str, String) {
 }
 
 /// Offset of the digest in a sealed EXR, and the text after it.
-fn sealed_text(bytes: &[u8]) -> Option<(usize, &str)> {
+fn digest_offset_and_text(bytes: &[u8]) -> Option<(usize, &str)> {
     let name: Vec<u8> = [ATTRIBUTE.as_bytes(), b"\0string\0"].concat();
     // An attribute is its name, its type (each ends with a zero byte), the length of its value (u32, little-endian), and the value.
     let length_offset = bytes.windows(name.len()).take(TEXT_HEAD_BYTES).position(|w| w == name)? + name.len();
@@ -72,7 +72,7 @@ fn digest_with_zeros(bytes: &[u8], digest_offset: usize) -> String {
 
 /// Fills in the digest of an EXR that has a sealed text; leaves any other EXR as it is.
 pub(super) fn seal_exr(bytes: &mut [u8]) {
-    if let Some((digest_offset, _)) = sealed_text(bytes) {
+    if let Some((digest_offset, _)) = digest_offset_and_text(bytes) {
         let digest = digest_with_zeros(bytes, digest_offset);
         bytes[digest_offset..digest_offset + DIGEST_LEN].copy_from_slice(digest.as_bytes());
     }
@@ -80,12 +80,12 @@ pub(super) fn seal_exr(bytes: &mut [u8]) {
 
 /// The text of a sealed EXR; the rest of the file may be missing or damaged. `head`: the first bytes of the file.
 pub fn exr_head_text(head: &[u8]) -> Option<String> {
-    sealed_text(head).map(|(_, text)| text.to_owned())
+    digest_offset_and_text(head).map(|(_, text)| text.to_owned())
 }
 
 /// Checks that these are the bytes of an intact sealed EXR.
 pub fn verify_exr(bytes: &[u8]) -> Result<(), ImageError> {
-    match sealed_text(bytes) {
+    match digest_offset_and_text(bytes) {
         Some((offset, _)) if digest_with_zeros(bytes, offset).as_bytes() == &bytes[offset..offset + DIGEST_LEN] => Ok(()),
         _ => Err(damaged("its bytes are not those that were written")),
     }

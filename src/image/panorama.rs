@@ -1,12 +1,13 @@
 //! Panoramas of the entire sky: one equirectangular image, or the six faces of a cube, as one texture.
 //!
 //! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
-//! in the middle and increasing to the left, north up, and the luminance that the texel value 1 represents. The values of an EXR are taken to
-//! be in cd/m². Always: a texture is 8-bit sRGB, which every device can filter. It spans almost four decades, too few for an EXR with stars; what exceeds its
-//! value 1 is therefore in a second texture, which is added to the first. Together they span seven decades below the brightest value.
+//! in the middle and increasing to the left, north up, and the *unit*: the luminance that the texel value 1 represents. The values of an EXR are taken to
+//! be in cd/m². Always: a texture is 8-bit sRGB, which every device can filter. One texture spans 3.5 decades of linear light (its first step is
+//! 1 / 255 / 12.92), too few for an EXR with stars. So what exceeds the value 1 is in a second texture, to be added to the first. Together they span seven
+//! decades below the brightest value.
 //!
 //! Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 at its centre, `px` is to its right, `py`
-//! contains the north pole.
+//! contains the north pole. Upright are `px`, `nx`, `pz`, `nz`; `py` and `ny` adjoin `pz` with their lower and upper edge.
 
 use super::mips::RowThreads;
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MAX_MAP_SIDE, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};
@@ -26,14 +27,15 @@ const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
 /// Largest width of a panorama that is made from a cube, texels.
 const MAX_WIDTH_FROM_CUBE: usize = 8192;
-/// Face texels are sampled at least at this rate per texel, along each axis. With 2, the light of a single texel is kept within 7 %, at a face's edge 14 %.
+/// Smallest number of samples per texel of a face, along each axis. With 2, the light of a single texel of a face is right to 7 %, at the face's edge to 14 %.
 const SAMPLES_PER_FACE_TEXEL: f64 = 2.0;
-/// Largest fraction of an EXR's pixels that exceed the texel value 1 only because they are the brightest.
+/// Fraction of an EXR's pixels, the brightest ones, that exceed the unit unless one of the two limits below applies.
 const BRIGHT_FRACTION: f64 = 1e-4;
-/// Largest texel value 1 as a multiple of the median: the steps of 8 bits are 6 % at the median then.
-const MAX_MEDIANS_IN_UNIT: f32 = 100.0;
-/// Smallest texel value 1 as a fraction of the maximum: the first step of the second texture. With less, values between both textures would be lost.
-const MIN_UNIT_OF_MAXIMUM: f32 = 3e-4;
+/// Largest unit as a multiple of the median: the steps of 8-bit sRGB are 6 % at a hundredth of the unit.
+const MAX_UNIT_PER_MEDIAN: f32 = 100.0;
+/// Smallest unit as a fraction of the maximum: about the first step of the second texture, 1 / 255 / 12.92. With a smaller unit, values between the first
+/// texture's maximum and this step would be lost.
+const MIN_UNIT_PER_MAXIMUM: f32 = 3e-4;
 
 /// A panorama.
 #[derive(Clone, Debug)]
@@ -42,7 +44,7 @@ pub struct Panorama {
     pub texture: Texture,
     /// Luminance that the texel value 1 represents, cd/m²; `None` unless the file holds linear floats: 8-bit values have no unit.
     pub unit_cd_m2: Option<f64>,
-    /// The excess over the texel value 1, to be added; `None` if no value exceeds it.
+    /// The excess over the texel value 1, to be added to `texture`; `None` if no value exceeds 1.
     pub bright: Option<BrightPanorama>,
 }
 
@@ -54,6 +56,7 @@ pub struct BrightPanorama {
     pub unit_cd_m2: f64,
 }
 
+/// The error of a file that cannot be used.
 fn unreadable(path: &Path, reason: impl Into<String>) -> ImageError {
     ImageError::Unreadable { name: path.display().to_string(), reason: reason.into() }
 }
@@ -109,7 +112,7 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
     linear_panorama(path, LinearImage::from_cube(&faces, SAMPLES_PER_FACE_TEXEL))
 }
 
-/// Path of a face of the cube.
+/// Path of a face of the cube: of the pattern `path`, or in the folder `path`.
 fn face_path(path: &Path, face: &str) -> Result<PathBuf, ImageError> {
     if let Some(name) = path.file_name().map(|n| n.to_string_lossy()).filter(|n| n.contains('*')) {
         return Ok(path.with_file_name(name.replacen('*', face, 1)));
@@ -167,7 +170,9 @@ impl LinearImage {
         let side = faces[0].width;
         let width = (4 * side).min(MAX_WIDTH_FROM_CUBE);
         let height = width / 2;
+        // Latitude, radians, at a position in the panorama, texels.
         let latitude_at = |y: f64| PI * (0.5 - y / height as f64);
+        // As `cube_face`; sine and cosine of the latitude and of the longitude.
         let on_face = |[sin_latitude, cos_latitude]: [f64; 2], [sin_longitude, cos_longitude]: [f64; 2]| {
             let (forward, left, up) = (cos_latitude * cos_longitude, cos_latitude * sin_longitude, sin_latitude);
             cube_face(DVec3::new(-left, up, forward))
@@ -178,7 +183,7 @@ impl LinearImage {
         let offset_at = |x: f64| sin_cos(TAU * x / width as f64);
         let sample_count =
             |length_rad: f64, face_texel_rad: f64| (samples_per_face_texel * length_rad / face_texel_rad).ceil().max(1.0) as usize;
-        // At a face's corner, where 1 plus the squared distance from the middle is 3.
+        // At a face's corner, where 1 + r² (below) is 3.
         let max_count = sample_count(TAU / width as f64, 2.0 / side as f64 / 3.0);
         let offsets_of_all: Vec<Vec<[f64; 2]>> =
             (0..=max_count).map(|count| (0..count).map(|k| offset_at((k as f64 + 0.5) / count as f64)).collect()).collect();
@@ -187,12 +192,14 @@ impl LinearImage {
             [sin * cos_offset - cos * sin_offset, cos * cos_offset + sin * sin_offset]
         };
         let middle_of_column = offset_at(0.5);
-        // The mean over the texel's area: a face's texels are up to three times smaller at its corners than in its middle.
+        // The mean of the faces over the area of the panorama's texel `k`. As angles, a face's texels are up to three times narrower at its corners than in its
+        // middle, so the number of samples depends on the place.
         let texel = |k: usize| {
             let (column, row) = (k % width, (k / width) as f64);
             let [sin_latitude, cos_latitude] = sin_cos(latitude_at(row + 0.5));
             let (_, middle) = on_face([sin_latitude, cos_latitude], before(edges[column], middle_of_column));
-            // The smaller side of the face's texels there, radians.
+            // Angular width of the face's texel there in the direction in which it is narrowest: a length dr at distance r from the middle of a face at
+            // distance 1 spans dr / (1 + r²).
             let face_texel_rad = 2.0 / side as f64 / (1.0 + middle.length_squared());
             let samples = |length_rad: f64| sample_count(length_rad, face_texel_rad).min(max_count);
             let (columns, rows) = (samples(TAU / width as f64 * cos_latitude), samples(PI / height as f64));
@@ -211,7 +218,7 @@ impl LinearImage {
         Self { width, height, values, was_linear: faces.iter().all(|f| f.was_linear) }
     }
 
-    /// The value that becomes the texel value 1, and the largest value.
+    /// The value that becomes the texel value 1, and the largest value; both 1 for an 8-bit or a black image.
     fn unit_and_maximum(&self) -> (f32, f32) {
         if !self.was_linear {
             return (1.0, 1.0);
@@ -222,12 +229,12 @@ impl LinearImage {
             let index = ((maxima.len() as f64 * fraction) as usize).min(maxima.len() - 1);
             *maxima.select_nth_unstable_by(index, f32::total_cmp).1
         };
-        let (median, nearly_all, maximum) = (quantile(0.5), quantile(1.0 - BRIGHT_FRACTION), quantile(1.0));
-        let unit = nearly_all.min(MAX_MEDIANS_IN_UNIT * median).max(MIN_UNIT_OF_MAXIMUM * maximum);
+        let (median, bright, maximum) = (quantile(0.5), quantile(1.0 - BRIGHT_FRACTION), quantile(1.0));
+        let unit = bright.min(MAX_UNIT_PER_MEDIAN * median).max(MIN_UNIT_PER_MAXIMUM * maximum);
         if unit > 0.0 { (unit, maximum) } else { (1.0, 1.0) }
     }
 
-    /// The texels whose linear values are those of the image, transformed by `value_of`, as 8-bit sRGB.
+    /// The image, its linear values converted by `value_of` and clamped to [0, 1], as opaque 8-bit sRGB.
     fn encoded(&self, value_of: impl Fn(f32) -> f32 + Sync) -> Vec<u8> {
         let encode = |v: f32| (linear_to_srgb(f64::from(value_of(v).clamp(0.0, 1.0))) * 255.0).round() as u8;
         self.values.as_chunks::<3>().0.par_iter().flat_map_iter(|[r, g, b]| [encode(*r), encode(*g), encode(*b), 255]).collect()
@@ -257,6 +264,7 @@ fn linear_panorama(path: &Path, image: LinearImage) -> Result<Panorama, ImageErr
     let excess = maximum - unit;
     let bright_texels = (excess > 0.0).then(|| image.encoded(|v| (v - unit) / excess));
     let (size, was_linear) = ((image.width as u32, image.height as u32), image.was_linear);
+    // The floats may take gigabytes; the mip chains below need memory of their own.
     drop(image);
     let bright = match bright_texels {
         Some(texels) => Some(BrightPanorama { texture: with_mips(path, size, texels)?, unit_cd_m2: f64::from(excess) }),
@@ -268,11 +276,12 @@ fn linear_panorama(path: &Path, image: LinearImage) -> Result<Panorama, ImageErr
 /// The panorama of an image in sRGB, whose bytes are kept: decoding to linear light and back would take twice the memory and time.
 fn srgb_panorama(path: &Path, image: DynamicImage) -> Result<Panorama, ImageError> {
     let mut rgba = image.into_rgba8();
+    // A sky is opaque.
     rgba.pixels_mut().for_each(|p| p.0[3] = 255);
     Ok(Panorama { texture: with_mips(path, rgba.dimensions(), rgba.into_raw())?, unit_cd_m2: None, bright: None })
 }
 
-/// The texture of encoded texels, with its mip chain.
+/// The texture of sRGB texels, with its mip chain. `PoleFilter::Values`: rows near the poles are filtered, as in maps.
 fn with_mips(path: &Path, (width, height): (u32, u32), rgba: Vec<u8>) -> Result<Texture, ImageError> {
     let decoding = MapDecoding { poles: PoleFilter::Values, ..MapDecoding::plain(TexelFormat::Rgba8Srgb) };
     Texture::with_decoding(width, height, rgba, decoding, RowThreads::All).map_err(|e| unreadable(path, e.to_string()))
@@ -323,7 +332,8 @@ mod tests {
     fn a_cube_becomes_its_panorama() {
         let side = 64_usize;
         let paint = |d: DVec3| (d.normalize() * 0.5 + 0.5).as_vec3();
-        let axes = [
+        // In the order of `FACES`: the direction of the position (s, t) of a face, from -1 to 1 to the right and down.
+        let directions = [
             |s: f64, t: f64| DVec3::new(1.0, -t, -s),
             |s: f64, t: f64| DVec3::new(-1.0, -t, s),
             |s: f64, t: f64| DVec3::new(s, 1.0, t),
@@ -332,11 +342,11 @@ mod tests {
             |s: f64, t: f64| DVec3::new(-s, -t, -1.0),
         ];
         let middle = |k: usize| (k as f64 + 0.5) / side as f64 * 2.0 - 1.0;
-        let face = |axis: fn(f64, f64) -> DVec3| {
-            let values = (0..side * side).flat_map(|k| paint(axis(middle(k % side), middle(k / side))).to_array()).collect();
+        let face = |direction: fn(f64, f64) -> DVec3| {
+            let values = (0..side * side).flat_map(|k| paint(direction(middle(k % side), middle(k / side))).to_array()).collect();
             LinearImage { width: side, height: side, values, was_linear: false }
         };
-        let faces: Vec<LinearImage> = axes.map(face).into();
+        let faces: Vec<LinearImage> = directions.map(face).into();
         let sky = LinearImage::from_cube(&faces, SAMPLES_PER_FACE_TEXEL);
         assert_eq!((sky.width, sky.height), (256, 128));
         for (x, y, d) in [
@@ -347,6 +357,7 @@ mod tests {
             (9, 0, DVec3::Y),
             (77, 127, DVec3::NEG_Y),
         ] {
+            // Over one texel the colour changes by up to pi / 256 = 0.012.
             let difference = (sky.texel(x, y) - paint(d)).abs().max_element();
             assert!(difference < 0.02, "{x}, {y}: {difference}");
         }
@@ -356,7 +367,7 @@ mod tests {
     #[test]
     fn a_cube_keeps_the_light_of_stars() {
         let side = 48_usize;
-        // Light in the panorama over that of the face's texel, for a star in a texel of the face pz.
+        // Light (radiance times solid angle) in the panorama over that in the cube, for a star that fills the texel (x, y) of the face pz.
         let kept = |x: usize, y: usize, samples_per_face_texel: f64| {
             let mut faces: Vec<LinearImage> =
                 (0..6).map(|_| LinearImage { width: side, height: side, values: vec![0.0; 3 * side * side], was_linear: true }).collect();
@@ -366,11 +377,12 @@ mod tests {
             let texel_sr = |k: usize| (((k / sky.width) as f64 + 0.5) * texel_rad).sin() * texel_rad.powi(2);
             let light: f64 = (0..sky.width * sky.height).map(|k| f64::from(sky.values[3 * k]) * texel_sr(k)).sum();
             let middle = |k: usize| (k as f64 + 0.5) / side as f64 * 2.0 - 1.0;
-            light / ((2.0 / side as f64).powi(2) / (1.0 + middle(x).powi(2) + middle(y).powi(2)).powf(1.5))
+            let star_sr = (2.0 / side as f64).powi(2) / (1.0 + middle(x).powi(2) + middle(y).powi(2)).powf(1.5);
+            light / star_sr
         };
         let stars: Vec<(usize, usize)> = (1..side - 1).step_by(5).flat_map(|y| [(1, y), (2, y), (24, y), (45, y + 1)]).collect();
         let worst = |samples: f64| stars.iter().map(|(x, y)| (kept(*x, *y, samples) - 1.0).abs()).fold(0.0, f64::max);
-        // 10 %: with these samples the weights of bilinear interpolation add up to 1 within 7 % over all texels but the outermost.
+        // 10 %: the 7 % of `SAMPLES_PER_FACE_TEXEL`, and a margin.
         let (averaged, single) = (worst(SAMPLES_PER_FACE_TEXEL), worst(0.0));
         assert!(averaged < 0.1, "{averaged}");
         assert!(single > 0.2, "negative control, one sample per texel: {single}");
@@ -380,6 +392,7 @@ mod tests {
     #[test]
     fn an_exr_keeps_its_faint_and_its_bright_values() {
         let linear = |level: u8| crate::units::srgb_to_linear(f64::from(level) / 255.0);
+        // `BRIGHT_FRACTION` of the pixels are 52.
         for bright_pixels in [0, 1, 48, 60, 3000] {
             let (width, height) = (1024, 512);
             let mut values = vec![1e-3_f32; 3 * width * height];
@@ -388,18 +401,20 @@ mod tests {
             let sky = linear_panorama(Path::new("sky.exr"), image).expect("a panorama");
             let (faint, unit) = (sky.texture.levels[0].bytes(), sky.unit_cd_m2.expect("a unit"));
             assert_eq!(sky.bright.is_some(), bright_pixels > 0, "{bright_pixels}");
-            // Luminance of a texel's red. The poles' rows are filtered, so the faint one is read at the equator.
+            // Luminance of a texel's red. The rows at the poles are filtered, so the faint sky is read at the equator.
             let at = |k: usize| linear(faint[4 * k]) * unit;
             let equator = at(width * height / 2);
-            // 4 %: half a step of 8 bits at a hundredth of the unit, where steps are 6 %.
+            // 4 %: the steps of 8 bits are 6 % at a hundredth of the unit; half a step, and a margin.
             assert!((equator / 1e-3 - 1.0).abs() < 0.04, "{bright_pixels}: {equator}");
-            // Without the second texture, which is the negative control, the bright pixels are a hundred times too faint.
             if let Some(bright) = &sky.bright {
-                let of_bright = |bytes: &[u8]| linear(bytes.iter().step_by(4).copied().max().unwrap_or(0));
-                assert!(of_bright(faint) * unit < 0.2, "{bright_pixels}");
+                let largest = |bytes: &[u8]| linear(bytes.iter().step_by(4).copied().max().unwrap_or(0));
+                // Negative control: in the first texture alone the bright pixels have a hundredth of their 10 cd/m².
+                assert!(largest(faint) * unit < 0.2, "{bright_pixels}");
                 let bytes = bright.texture.levels[0].bytes();
+                // Both units add up to the maximum; the faint sky adds nothing to the second texture.
                 assert!(bright.unit_cd_m2 + unit > 9.99 && bytes[4 * (width * height / 2)] == 0, "{bright_pixels}");
-                assert!(bright_pixels < 3000 || of_bright(bytes) > 0.99, "{bright_pixels}");
+                // 3000 bright pixels fill two rows, whose values the filter at the pole leaves unchanged.
+                assert!(bright_pixels < 3000 || largest(bytes) > 0.99, "{bright_pixels}");
             }
         }
     }

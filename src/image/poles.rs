@@ -6,18 +6,19 @@
 //! along it.
 //!
 //! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels.
-//! The finest spot that the map can hold has, before the filter, a sigma of 0.6 texels in both directions, the scale at which the maps in textures/
-//! become isotropic. After the filter, the spot is at most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, and rows
-//! within 45 degrees of the equator keep their texels. The rows next to the poles keep half of the first harmonic in longitude and little of the higher ones.
-//! Detail finer than the Gaussian of its row is lost; streaks that are long on the sphere itself remain.
+//! The finest spot of a map is assumed to have, before the filter, a sigma of 0.6 texels in both directions. The filter makes it 0.6 tan phi texels along the
+//! row (squares of sigmas add), which is 0.6 sin phi of the equator's texels. So the spot is 1 / sin phi times as long as it is wide: sqrt 2 at 45 degrees, 1
+//! at the poles. Always: each row keeps its mean, and rows within 45 degrees of the equator keep their texels. The rows next to the poles keep half of the
+//! first harmonic in longitude (sigma is 1.2 radians there: exp(-1.2² / 2) = 0.49) and little of the higher ones. Detail finer than the Gaussian of its row is
+//! lost; streaks that the surface itself has remain if they are wider than the Gaussian.
 //!
 //! The directions east and north rotate with the meridian, so slopes (the east and north components of normals) are averaged as vectors in one
-//! frame at the pole. In this frame, a row that slopes away from the pole all round, like a cone, has no mean slope. Every mip level is filtered again:
+//! frame at the pole. In this frame, the slopes of a cone around the pole cancel out over the full circle. Every mip level is filtered again:
 //! halving alone would leave a level finer in longitude than in latitude.
 
 use std::f64::consts::{PI, TAU};
 
-/// The meaning of the texels near the poles.
+/// How the rows near the poles of an image are filtered, by the meaning of its texels; `PoleRowFilter` does it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PoleFilter {
     /// No poles: the image is not equirectangular over the whole sphere.
@@ -53,7 +54,7 @@ pub(super) struct PoleRowFilter {
     height: usize,
     /// Whether the level was computed from a filtered finer level.
     finer_is_filtered: bool,
-    /// Sine and cosine of each column's longitude from the map's left edge; empty unless normals are filtered.
+    /// Sine and cosine of each column's longitude from the map's left edge; empty unless normals are filtered, so that only their texels are rotated.
     longitude_sin_cos: Vec<[f32; 2]>,
 }
 
@@ -82,16 +83,17 @@ impl PoleRowFilter {
         if sigma <= 0.0 || texels.is_empty() {
             return;
         }
-        // In the frame at the pole, x points along the meridian of the map's left edge. North points inward at the north pole, but outward at the south pole.
-        let outward_per_north = if 2 * row < self.height { -1.0 } else { 1.0 };
+        // In the frame at the pole, x points away from the pole along the meridian of the map's left edge, and y to the east of this meridian. North points
+        // towards the north pole, but away from the south pole.
+        let away_per_north = if 2 * row < self.height { -1.0 } else { 1.0 };
         for (t, [sine, cosine]) in texels.iter_mut().zip(&self.longitude_sin_cos) {
-            let (east, outward) = (t[0] - NO_SLOPE, (t[1] - NO_SLOPE) * outward_per_north);
-            (t[0], t[1]) = (outward * cosine - east * sine, east * cosine + outward * sine);
+            let (east, away) = (t[0] - NO_SLOPE, (t[1] - NO_SLOPE) * away_per_north);
+            (t[0], t[1]) = (away * cosine - east * sine, east * cosine + away * sine);
         }
         gaussian(texels, sigma, sums);
         for (t, [sine, cosine]) in texels.iter_mut().zip(&self.longitude_sin_cos) {
             let (x, y) = (t[0], t[1]);
-            (t[0], t[1]) = (NO_SLOPE + y * cosine - x * sine, NO_SLOPE + (x * cosine + y * sine) * outward_per_north);
+            (t[0], t[1]) = (NO_SLOPE + y * cosine - x * sine, NO_SLOPE + (x * cosine + y * sine) * away_per_north);
         }
     }
 }
@@ -103,15 +105,8 @@ pub(super) type PrefixSums = Vec<[f64; 4]>;
 /// add up to sigma². If a box is as long as the circle or longer, each texel becomes the mean of the circle.
 fn gaussian(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     let count = texels.len();
-    // The variance of one of the boxes. A box with `whole` texels on both sides of its middle has the variance whole (whole + 1) / 3. The weight `end_weight`
-    // of the next texel on either side adds the rest; it solves
-    // (whole (whole + 1) (2 whole + 1) / 3 + 2 end_weight (whole + 1)²) / (2 whole + 1 + 2 end_weight) = variance.
-    let variance = sigma * sigma / 3.0;
-    let whole = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
-    let end_weight =
-        (variance * (2.0 * whole + 1.0) - whole * (whole + 1.0) * (2.0 * whole + 1.0) / 3.0) / (2.0 * ((whole + 1.0).powi(2) - variance));
-    let length = 2.0 * (whole + end_weight) + 1.0;
-    if length >= count as f64 {
+    let filter = BoxFilter::with_variance(sigma * sigma / 3.0);
+    if filter.length >= count as f64 {
         let mut sum = [0.0_f64; 4];
         for t in texels.iter() {
             for (sum, v) in sum.iter_mut().zip(t) {
@@ -121,7 +116,6 @@ fn gaussian(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
         texels.fill(sum.map(|s| (s / count as f64) as f32));
         return;
     }
-    let filter = BoxFilter { whole: whole as usize, end_weight, inverse_length: 1.0 / length };
     sums.resize(sums.len().max(count + 2 * filter.whole + 3), [0.0; 4]);
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
@@ -137,15 +131,25 @@ struct BoxFilter {
     whole: usize,
     /// Weight of the next texel on either side.
     end_weight: f64,
-    /// 1 / length of the box, in texels.
-    inverse_length: f64,
+    /// Length of the box in texels, the sum of all weights.
+    length: f64,
 }
 
 impl BoxFilter {
+    /// The box with this variance, in squared texels. With `whole` texels on both sides of its middle and no others, a box has the variance
+    /// whole (whole + 1) / 3; the largest such box not above the variance is taken. The end weight adds the rest; it solves
+    /// (whole (whole + 1) (2 whole + 1) / 3 + 2 end_weight (whole + 1)²) / (2 whole + 1 + 2 end_weight) = variance.
+    fn with_variance(variance: f64) -> Self {
+        let whole = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
+        let end_weight = (variance * (2.0 * whole + 1.0) - whole * (whole + 1.0) * (2.0 * whole + 1.0) / 3.0)
+            / (2.0 * ((whole + 1.0).powi(2) - variance));
+        Self { whole: whole as usize, end_weight, length: 2.0 * (whole + end_weight) + 1.0 }
+    }
+
     /// Applies the filter three times around the circle. `sums` holds at least count + 2 whole + 3 values.
     #[inline(always)]
     fn average(&self, texels: &mut [[f32; 4]], sums: &mut [[f64; 4]]) {
-        let (count, whole) = (texels.len(), self.whole);
+        let (count, whole, inverse_length) = (texels.len(), self.whole, 1.0 / self.length);
         for _ in 0..3 {
             // sums[i]: prefix sum of `i` texels, starting `whole + 1` before the first.
             let mut sum = [0.0_f64; 4];
@@ -160,12 +164,13 @@ impl BoxFilter {
                 }
                 next += section.len();
             }
-            // For each texel, the prefix sums at both ends of the texels with full weight (inner), and one texel beyond them (outer).
+            // For texel `i`, the prefix sums at both ends of the texels with full weight (inner), numbers `i + 1` and `i + 2 whole + 2`, and one texel beyond
+            // them (outer).
             let ends = sums.iter().zip(&sums[1..]).zip(sums[2 * whole + 2..].iter().zip(&sums[2 * whole + 3..]));
             for (t, ((outer_start, inner_start), (inner_end, outer_end))) in texels.iter_mut().zip(ends) {
                 for c in 0..4 {
                     let inner = inner_end[c] - inner_start[c];
-                    t[c] = ((inner + self.end_weight * (outer_end[c] - outer_start[c] - inner)) * self.inverse_length) as f32;
+                    t[c] = ((inner + self.end_weight * (outer_end[c] - outer_start[c] - inner)) * inverse_length) as f32;
                 }
             }
         }
@@ -207,7 +212,7 @@ mod tests {
         [(n >> 16) as f32 / 65_536.0, (n & 0xFFFF) as f32 / 65_536.0, 1.0, 1.0]
     }
 
-    /// Sum of the squared differences between neighbours along the row over that across rows, per angle, in the red channel.
+    /// The mean square of the gradient along the row, divided by the one across to the next row; gradients per angle on the sphere, in the red channel.
     fn along_over_across(rows: &[Vec<[f32; 4]>], y: usize) -> f64 {
         let cos = latitude(y, HEIGHT).cos();
         let along: f64 = (0..WIDTH).map(|x| f64::from(rows[y][x][0] - rows[y][(x + 1) % WIDTH][0]).powi(2)).sum::<f64>() / cos / cos;
@@ -226,7 +231,8 @@ mod tests {
             assert_eq!(lat.abs() < 45.0, before[y] == after[y], "row {y}");
             if lat.abs() > 60.0 && y + 1 < HEIGHT {
                 let [ratio_before, ratio_after] = [&before, &after].map(|rows| along_over_across(rows, y));
-                // The ratio of white noise is 1/cos² of the latitude; after the filter, which makes spots at most sqrt 2 times as long as wide, it is about 2.
+                // The ratio of white noise is 1/cos² of the latitude, 4 or more beyond 60 degrees. After the filter it is about 1, with scatter (0.3 to 1.6)
+                // because a filtered row has few independent values.
                 assert!(
                     ratio_before > 2.5 && ratio_after < 2.2 && ratio_after < 0.6 * ratio_before,
                     "row {y}: {ratio_before} became {ratio_after}"
@@ -237,7 +243,7 @@ mod tests {
 
     #[test]
     fn functions_that_are_smooth_on_the_sphere_stay() {
-        // Functions of the position on the unit sphere with wavelengths of at least 0.59, which is much longer than the filter.
+        // Functions of the position on the unit sphere with wavelengths of at least 2 pi / sqrt(8² + 7²) = 0.59, which is much longer than the filter.
         let colour = |x: usize, y: usize| {
             let (lat, lon) = (latitude(y, HEIGHT), (x as f64 + 0.5) / WIDTH as f64 * TAU);
             let (px, py) = (lat.cos() * lon.cos(), lat.cos() * lon.sin());
@@ -251,9 +257,10 @@ mod tests {
         let (before, after) = (level(colour), smoothed(level(colour), PoleFilter::Values));
         let max_difference =
             |c: usize| before.iter().flatten().zip(after.iter().flatten()).map(|(a, b)| (a[c] - b[c]).abs()).fold(0.0, f32::max);
-        // The rows at the poles, 0.025 rad from them, lose half of the first harmonic, whose amplitude is 0.36 x 0.025.
+        // The rows at the poles, 0.025 rad from them, lose half of the first harmonic, whose amplitude is 0.025 sqrt(0.3² + 0.2²) = 0.009.
         assert!(max_difference(0) < 0.006, "{}", max_difference(0));
-        // Sigma is 0.6 texels = 0.03 rad: exp(-(8 * 0.03)² / 2) takes 3 % of the amplitude of 0.2; at the poles half of 0.2 x 8 x 0.025 is lost.
+        // Sigma is less than 0.6 texels of the equator = 0.03 rad: exp(-(8 * 0.03)² / 2) takes 3 % of the amplitude of 0.2; at the poles half of
+        // 0.2 x 8 x 0.025 is lost.
         assert!(max_difference(1) < 0.03, "{}", max_difference(1));
     }
 
@@ -309,12 +316,7 @@ mod tests {
         for sigma in [0.7, 2.3, 9.0] {
             let (mut one, mut other) = (row.clone(), row.clone());
             gaussian(&mut one, sigma, &mut vec![[f64::NAN; 4]; 3 * WIDTH]);
-            let variance: f64 = sigma * sigma / 3.0;
-            let whole = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
-            let rest = variance * (2.0 * whole + 1.0) - whole * (whole + 1.0) * (2.0 * whole + 1.0) / 3.0;
-            let end_weight = rest / (2.0 * ((whole + 1.0).powi(2) - variance));
-            let filter = BoxFilter { whole: whole as usize, end_weight, inverse_length: 1.0 / (2.0 * (whole + end_weight) + 1.0) };
-            filter.average(&mut other, &mut vec![[0.0; 4]; 3 * WIDTH]);
+            BoxFilter::with_variance(sigma * sigma / 3.0).average(&mut other, &mut vec![[0.0; 4]; 3 * WIDTH]);
             assert!(one == other && one != row, "sigma {sigma}");
         }
     }

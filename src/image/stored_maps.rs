@@ -41,7 +41,7 @@ const SOURCES: [&str; 8] = [
 const DECODERS: [&str; 5] = ["image", "png", "fdeflate", "zune-core", "zune-jpeg"];
 const CARGO_LOCK: &str = include_str!("../../Cargo.lock");
 
-/// The section of a library in the lock file, with version and checksum.
+/// The section of a library in the lock file, with version and checksum; `None` if the file lacks the library.
 fn locked_package(name: &str) -> Option<&'static str> {
     let line = format!("name = \"{name}\"\n");
     CARGO_LOCK.split("\n\n").find(|block| block.contains(&line))
@@ -154,7 +154,7 @@ impl StoredMaps {
     /// attempts would only cost time.
     fn write(&self, key: &Key, chain: &[Level]) {
         let unpacked_bytes: u64 = chain.iter().map(|level| level.byte_count() as u64).sum();
-        // At least one of the four bytes of a texel is stored.
+        // A texel has four bytes, of which an entry stores one (a grey map), three or four.
         if unpacked_bytes / 4 > MAX_ENTRY_BYTES || self.write_failed.load(Ordering::Relaxed) {
             return;
         }

@@ -25,7 +25,7 @@ const fn to_fixed_point(value: f64) -> i32 {
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32
 }
 
-/// Luma: factors of red, green and blue (0 to 255), then the offset: the level 16 of black, and half a level for rounding.
+/// Luma: three factors, on red, green and blue from 0 to 255; then the offset: the level 16 of black, and half a level for rounding.
 const LUMA: [i32; 4] = {
     let [r, g, b] = LUMINANCE_WEIGHTS;
     let scale = 219.0 / 255.0;
@@ -205,12 +205,12 @@ pub fn overwrite_with_y4m_frame(bytes: &mut Vec<u8>, display: &[[u8; 4]]) {
     let (y, chroma) = planes.split_at_mut(display.len());
     let (cb, cr) = chroma.split_at_mut(display.len());
     let (blocks, rest) = display.as_chunks::<BLOCK_PIXELS>();
-    // Of each plane, the part of the whole blocks and the part of the remaining pixels.
-    let [(ys, y), (cbs, cb), (crs, cr)] = [y, cb, cr].map(|plane| plane.as_chunks_mut::<BLOCK_PIXELS>());
-    for (((pixels, y), cb), cr) in blocks.iter().zip(ys).zip(cbs).zip(crs) {
+    // Each plane is divided into whole blocks and the rest, as the pixels are.
+    let [(y_blocks, y_rest), (cb_blocks, cb_rest), (cr_blocks, cr_rest)] = [y, cb, cr].map(|plane| plane.as_chunks_mut::<BLOCK_PIXELS>());
+    for (((pixels, y), cb), cr) in blocks.iter().zip(y_blocks).zip(cb_blocks).zip(cr_blocks) {
         convert(pixels, [y, cb, cr]);
     }
-    for (plane, factors) in [y, cb, cr].into_iter().zip(PLANE_FACTORS) {
+    for (plane, factors) in [y_rest, cb_rest, cr_rest].into_iter().zip(PLANE_FACTORS) {
         for (byte, pixel) in plane.iter_mut().zip(rest) {
             *byte = level(factors, u32::from_le_bytes(*pixel));
         }

@@ -1,7 +1,7 @@
 //! Cost and error of complete images, by quality, with and without stars, and by renderer.
 //!
-//! In: a session and an effort (how long the measurement may take). Out: a [`ChoiceMeasure`] of each of these choices. A choice's candidates
-//! are its options before they are timed; `default_of` lists the qualities that use one in the program.
+//! In: a session and an effort (how long the measurement may take). Out: a [`ChoiceMeasure`] of each of these choices. A [`Candidate`] is an option of a choice
+//! that is to be timed; its `default_of` lists the qualities that use it in the program.
 
 use super::drawings::standard_request;
 use super::images::{LinearImage, PrecisionRenderers, larger_or_nan, level_differences, p999, precision_of};
@@ -15,8 +15,8 @@ use crate::session::{RendererPreference, Session, SessionError, standard_scenes}
 /// Names of standard scenes that together contain discs, rings, atmospheres, maps and limbs. `earth-3-radii` is at the time of a solar eclipse.
 const SCENES: [&str; 3] = ["earth-3-radii", "saturn", "moon-limb"];
 
-/// The qualities (`--quality`), with everything that a quality sets: models, sampling and precision. Measured in [`SCENES`], of whose bodies only the target is
-/// drawn.
+/// The qualities (`--quality`), with everything that a quality sets: models, sampling and precision. In each of the [`SCENES`], only the target is drawn. The
+/// error is the 99.9th percentile of the pixels' differences from the reference quality, in display levels.
 pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let renderers = PrecisionRenderers::new(session)?;
     let mut requests_and_references = Vec::new();
@@ -51,6 +51,7 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let side = effort.side_px();
     let sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
     let Some(sky) = sky else {
+        // An empty measure; nothing is timed.
         let (rounds, no_candidates) = (1, Vec::new());
         return measure_choice("stars", "no night sky", ErrorUnit::PercentOfLight, rounds, no_candidates);
     };
@@ -77,8 +78,8 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     measure_choice("stars", "light of the night sky around Orion, 45 degrees", ErrorUnit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// The software renderer against a GPU; `None` if the session uses no GPU. CPU time is measured, so the time of a hardware GPU is only that of
-/// the work left to the CPU.
+/// The software renderer against a GPU; `None` if the session uses no GPU. The time is CPU time: that of a GPU contains only the CPU's part of the work, unless
+/// its driver draws on the CPU.
 ///
 /// # Errors
 /// The reason why the view cannot be drawn.
@@ -91,11 +92,13 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
     let request = renderers.with_metered_exposure(standard_request("saturn", effort)?)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let drawn = session.draw(&request, sampling, FrameImages::DisplayAndHdr)?;
+    // Without a usable GPU, the session draws in software.
     if drawn.drawn_by.adapter.is_none() {
         return Ok(None);
     }
     let planned_view = renderers.plan_view(&request, sampling)?;
     let reference = renderers.draw_linear(&planned_view, Precision::F64)?;
+    // The image's size and exposure are those of the reference.
     let gpu_image = LinearImage { light: drawn.frame.hdr, ..reference.clone() };
     let software_image = renderers.draw_linear(&planned_view, Precision::F32)?;
     let candidates = vec![

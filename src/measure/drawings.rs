@@ -201,8 +201,8 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
 /// to 17 degrees above the horizon in the west, outside the image.
 fn atmosphere_views(renderers: &PrecisionRenderers<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
     let globe = view_from_direction(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
-    // Three times the size. As in a window, the disc is then large enough for the coarse image of the air (`air-pass`), and its rim is wide enough to be drawn
-    // without averaging over pixels (`air-rim`).
+    // Three times as wide and as high. As in a window, the disc is then large enough for the coarse image of the air (`air-pass`), and its rim is wide enough
+    // to be drawn without averaging over pixels (`air-rim`).
     let globe = ViewRequest { width: 3 * globe.width, height: 3 * globe.height, ..globe };
     let radii_km = renderers.session.catalog().body(NaifId::EARTH).map_or(DVec3::ONE, |earth| earth.radii_km);
     let northwards = |latitude_deg: f64, height_km: f64, altitude_deg: f64| {
@@ -218,7 +218,7 @@ fn atmosphere_views(renderers: &PrecisionRenderers<'_>, effort: Effort) -> Resul
             ..globe.clone()
         }
     };
-    // Latitude, height and altitude: from 400 km the horizon is 20 degrees below the horizontal.
+    // From 400 km the horizon is 20 degrees below the horizontal.
     let (limb, sky) = (northwards(20.0, 400.0, -20.0), northwards(5.0, 0.1, 10.0));
     Ok([renderers.with_metered_exposure(globe.clone())?, renderers.with_metered_exposure(limb)?, renderers.with_metered_exposure(sky)?])
 }

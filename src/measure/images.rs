@@ -1,7 +1,7 @@
 //! Linear images and their differences.
 //!
-//! In: views. Out: [`LinearImage`]s, and the differences of two of them. Always: differences in levels are of the encoded value at the view's exposure, not
-//! rounded to bytes, so that errors below a level can be distinguished; radiance above white counts as white.
+//! In: a session and requests for views. Out: [`LinearImage`]s, and the differences of two of them. Always: differences in levels are of the encoded value at
+//! the view's exposure, not rounded to bytes, so that errors below a level can be distinguished; radiance above white counts as white.
 
 use super::timing::quantile;
 use crate::image::levels::{self, ExposedPixels};
@@ -15,7 +15,7 @@ use crate::session::{Session, SessionError};
 /// is not about sampling.
 pub(crate) const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 
-/// The sampling with which exposures are metered.
+/// The sampling of a view that is planned only to meter its exposure. Nothing is drawn with it.
 const METERING_SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
 
 /// An image of linear light.
@@ -25,14 +25,14 @@ pub(crate) struct LinearImage {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Rows from the top; red, green, blue and coverage.
+    /// Rows from the top; red, green and blue, premultiplied by the coverage, and the coverage.
     pub light: Vec<[f32; 4]>,
     /// Factor from radiance to display, where 1 is white.
     pub exposure_factor: f64,
 }
 
 impl LinearImage {
-    /// Downsampled: each pixel is the average of `factor` x `factor` pixels.
+    /// Downsampled: each pixel is the average of `factor` x `factor` pixels. A rest of rows and columns is left out.
     #[must_use]
     pub(crate) fn downsampled(&self, factor: u32) -> Self {
         let (width, height) = (self.width / factor, self.height / factor);
@@ -85,7 +85,7 @@ pub(super) fn precision_of(quality: Quality) -> Precision {
     if quality == Quality::Reference { Precision::F64 } else { Precision::F32 }
 }
 
-/// For each pixel, the greatest difference of any channel, in display levels.
+/// For each pixel, the greatest difference of red, green or blue, in display levels (0 to 255). The images have the same size.
 pub(crate) fn level_differences(a: &LinearImage, b: &LinearImage) -> Vec<f64> {
     levels::level_differences(a.exposed_pixels(), b.exposed_pixels())
 }
@@ -126,7 +126,7 @@ impl<'a> PrecisionRenderers<'a> {
 
     /// Draws the view and returns its linear image.
     pub(crate) fn draw_linear(&self, view: &PlannedView, precision: Precision) -> Result<LinearImage, SessionError> {
-        let (frame, _) = self.renderer(precision).render(&view.plan, self.session.library(), FrameImages::DisplayAndHdr)?;
+        let (frame, _timings) = self.renderer(precision).render(&view.plan, self.session.library(), FrameImages::DisplayAndHdr)?;
         let exposure_factor = view.scene.exposure.factor();
         Ok(LinearImage { width: frame.width, height: frame.height, light: frame.hdr, exposure_factor })
     }
@@ -137,8 +137,8 @@ impl<'a> PrecisionRenderers<'a> {
         Ok(())
     }
 
-    /// Plans only the draws of the target (of all bodies if there is no target). Other bodies are left out because small ones change from
-    /// points to discs as the image grows.
+    /// Plans a view with the draws of its target alone, because other, small bodies change from points to discs as the image grows. Without a target: with the
+    /// draws of all bodies.
     pub(crate) fn plan_target_body(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
         let mut scene = self.plan_view(request, sampling)?.scene;
         scene.draws.retain(|d| request.target.is_none_or(|target| d.body == target));
@@ -146,7 +146,7 @@ impl<'a> PrecisionRenderers<'a> {
         Ok(PlannedView { scene, plan })
     }
 
-    /// The same view with the exposure fixed at its metered value, so that all options use the same exposure.
+    /// The same view with the exposure fixed at the value that the view as requested has, so that all images that are compared have the same exposure.
     pub(crate) fn with_metered_exposure(&self, request: ViewRequest) -> Result<ViewRequest, SessionError> {
         let stops = self.plan_view(&request, METERING_SAMPLING)?.scene.exposure.stops;
         Ok(ViewRequest { exposure: ExposureRequest::Stops(stops), ..request })
@@ -174,7 +174,7 @@ mod tests {
         let half = ramp.downsampled(2);
         assert_eq!((half.width, half.height), (4, 2));
         assert_eq!(half.light.iter().map(|p| p[0]).collect::<Vec<_>>(), [0.5, 2.5, 4.5, 6.5, 0.5, 2.5, 4.5, 6.5]);
-        // Between the centres of the outermost pixels a ramp is reproduced.
+        // Between the centres of the outermost pixels of `half`, the ramp is reproduced.
         let back = half.upsampled(8, 4);
         assert!((1..7).all(|x| (back.light[x][0] - ramp.light[x][0]).abs() < 1e-6), "{:?}", &back.light[..8]);
         assert_eq!(ramp.upsampled(8, 4), ramp);

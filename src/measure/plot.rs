@@ -1,4 +1,4 @@
-//! The plot of time against error: one panel for each choice, which is a setting whose values, its options, were compared.
+//! The plot of time against error, with one panel for each choice. A choice is a setting; its options are the values that were compared.
 //!
 //! In: measured choices. Out: the same plot as SVG text or as pixels. Always: both axes are logarithmic: the time as a ratio to the most
 //! accurate option, the error in the unit that the panel names. An error of 0 is drawn at the panel's lower edge, an infinite one at its upper edge, and both
@@ -11,7 +11,7 @@ use plotters::style::{FontStyle, register_font};
 use std::error::Error;
 use std::sync::OnceLock;
 
-/// Size of the entire plot, pixels.
+/// Width and height of the entire plot, pixels.
 pub(crate) const SIZE_PX: (u32, u32) = (1560, 1240);
 /// Panels in a row.
 const COLUMNS: usize = 4;
@@ -75,7 +75,7 @@ where
     area.present().map_err(plot_error)
 }
 
-/// The range of a logarithmic axis for positive values: from the least times `low_factor` to the greatest times `high_factor`.
+/// The range of a logarithmic axis for positive values: from the least times `low_factor` to the greatest times `high_factor`; 0.1 to 10 without values.
 fn axis_range(values: impl Iterator<Item = f64> + Clone, low_factor: f64, high_factor: f64) -> std::ops::Range<f64> {
     let (least, greatest) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(0.0, f64::max));
     if greatest > 0.0 { least * low_factor..greatest * high_factor } else { 0.1..10.0 }
@@ -86,7 +86,7 @@ where
     B::ErrorType: 'static,
 {
     let options = &choice.options;
-    // A logarithmic axis has neither 0 nor infinity: such errors are drawn at its ends.
+    // A logarithmic axis has neither 0 nor infinity: such errors are drawn at its ends. The factors leave room for them and for labels.
     let error_range = axis_range(options.iter().map(|o| o.measurement.error).filter(|e| *e > 0.0 && e.is_finite()), 0.1, 8.0);
     let (lower_edge, upper_edge) = (error_range.start, error_range.end);
     let drawn_error = |o: &OptionMeasure| o.measurement.error.clamp(lower_edge, upper_edge);
@@ -171,14 +171,16 @@ fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (righ
     for (&(x, y), text) in points.iter().zip(texts) {
         // A character of the built-in font is 0.61 times as wide as high.
         let width = i32::try_from(text.chars().count()).unwrap_or(0) * LABEL_PX * 61 / 100;
-        // Vertical offsets of a label's top: rows above the point (negative) and below it, the nearest first, 2 or 4 pixels farther for clearance.
+        // Vertical offsets of a label's top from the point: rows of `LABEL_PX + 3` pixels, above it (negative, 2 pixels higher) and below it (4 pixels lower),
+        // the nearest first.
         let rows = [-1, 0, -2, 1, -3, 2, -4, 3, -5, 4].map(|row| row * (LABEL_PX + 3) + if row < 0 { -2 } else { 4 });
         let positions = rows.into_iter().flat_map(|dy| [LABEL_GAP_PX, -width - LABEL_GAP_PX, -width / 2].map(|dx| (dx, dy)));
         let rect = |(dx, dy): (i32, i32)| (x + dx, y + dy, x + dx + width, y + dy + LABEL_PX);
-        // A label may extend a little into the margin on the right.
+        // A label may extend 8 pixels into the margin on the right.
         let is_inside = |r: &Rect| r.0 >= left && r.2 <= right.max(left) + 8 && r.1 >= top && r.3 <= bottom;
         let first_free =
             positions.clone().find(|offset| is_inside(&rect(*offset)) && !occupied.iter().any(|t| overlaps(t, &rect(*offset))));
+        // The first position, if none is free.
         let offset = first_free.unwrap_or((LABEL_GAP_PX, -LABEL_PX - 5));
         occupied.push(rect(offset));
         offsets.push(offset);

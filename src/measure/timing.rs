@@ -1,7 +1,7 @@
 //! Compares the times of workloads by alternating runs, so that other work on the machine affects all of them alike.
 //!
-//! In: repeatable workloads. Out: their results in each round, and ratios of their times with quartiles. Always: each round runs
-//! every workload once, in an order that changes from round to round, so that warm-up, throttling and other load affect all of them equally; only times
+//! In: repeatable workloads. Out: the results of each workload by round; the quartiles of the ratios of two workloads' times. Always: each round runs
+//! every workload once, in an order that changes from round to round, so that warm-up and throttling affect all of them equally, too; only times
 //! from the same round are divided by each other. Times are CPU time where the system reports it, elapsed time elsewhere.
 
 use crate::session::process_cpu;
@@ -18,8 +18,8 @@ pub(crate) fn interleaved<T, E>(rounds: usize, workloads: &[&Workload<'_, T, E>]
     let mut results: Vec<Vec<T>> = workloads.iter().map(|_| Vec::with_capacity(rounds)).collect();
     let count = workloads.len();
     for round in 0..rounds {
-        // Even rounds (from 0) run forwards and odd ones backwards, both cyclically. Every two rounds, the workload at which a round begins moves on by one in
-        // the round's direction.
+        // Even rounds (from 0) run forwards and odd ones backwards, both cyclically, and every second round begins one workload further. Three workloads:
+        // abc, cba, bca, bac, cab, acb.
         for step in 0..count {
             let position = (step + round / 2) % count;
             let k = if round % 2 == 0 { position } else { count - 1 - position };
@@ -73,7 +73,7 @@ pub(crate) fn quantile(sorted: &[f64], fraction: f64) -> Option<f64> {
     let position = fraction.clamp(0.0, 1.0) * last as f64;
     let below = position.floor() as usize;
     let (low, high, weight) = (sorted[below], sorted[(below + 1).min(last)], position - below as f64);
-    // Between infinite values, or with a weight of 0 before an infinite one, the interpolation would give NaN.
+    // The interpolation would give NaN between two infinite values (inf - inf), and between a finite and an infinite one with a weight of 0 (0 * inf).
     Some(if weight == 0.0 || low == high { low } else { low + weight * (high - low) })
 }
 
@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(interleaved(1, &[&(|| Err::<(), _>("broken")) as &Workload<'_, (), &str>]), Err("broken"));
     }
 
-    /// The machine slows down tenfold while two workloads run, one of which does twice as much as the other: the ratios stay 2.
+    /// The machine slows down tenfold (1.06 per run, 40 runs) while two workloads run, one of which does twice as much as the other: the ratios stay near 2.
     #[test]
     fn ratios_are_independent_of_drift_of_the_machine() {
         let true_ratio = 2.0;
@@ -119,19 +119,21 @@ mod tests {
         };
         let times = interleaved(20, &[&workload(1.0), &workload(true_ratio)]).expect("no error");
         let ratio = Quartiles::of_ratios(&times[1], &times[0]).expect("ratios");
+        // The second run of a round is slower by 1.06, so the ratio is 2 * 1.06 = 2.12 in half of the rounds and 2 / 1.06 = 1.89 in the others.
         assert!((ratio.median - true_ratio).abs() < 0.15 && ratio.low > 1.8 && ratio.high < 2.2, "{ratio:?}");
-        // If the workloads ran one after the other, the slowdown would count as a cost of the second: its last ten rounds take about 6.4 times as long as the
-        // first ten of the other, 2 for the work and 1.06^20 = 3.2 for the slowdown. So more than twice the true ratio.
+        // Times of different rounds may not be compared: the slowdown would count as a cost of the second workload. Its last ten rounds take 6.4 times as long
+        // as the first ten of the other, 2 for the work and 1.06^20 = 3.2 for the slowdown by the 20 runs of ten rounds.
         let (first, second) = (times[0][..10].iter().sum::<f64>(), times[1][10..].iter().sum::<f64>());
         assert!(second / first > 2.0 * true_ratio);
     }
 
     #[test]
-    fn quartiles_lie_between_values() {
-        let spread = Quartiles::of([4.0, 1.0, 3.0, 2.0, 5.0]).expect("values");
-        assert_eq!((spread.low, spread.median, spread.high), (2.0, 3.0, 4.0));
+    fn quartiles_and_quantiles_of_short_lists() {
+        let quartiles = Quartiles::of([4.0, 1.0, 3.0, 2.0, 5.0]).expect("values");
+        assert_eq!((quartiles.low, quartiles.median, quartiles.high), (2.0, 3.0, 4.0));
         assert_eq!(Quartiles::of([7.0]).expect("a value"), Quartiles { low: 7.0, median: 7.0, high: 7.0 });
         assert_eq!(Quartiles::of([]), None);
+        // Of four values, the fractions 0, 1/3 and 1 are values themselves; 0.9 lies between the two infinite ones.
         let with_infinite = [1.0, 2.0, f64::INFINITY, f64::INFINITY];
         assert_eq!([0.0, 1.0 / 3.0, 0.9, 1.0].map(|f| quantile(&with_infinite, f)), [1.0, 2.0, f64::INFINITY, f64::INFINITY].map(Some));
         assert_eq!(Quartiles::of_ratios(&[1.0], &[0.0]), None);

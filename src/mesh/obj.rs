@@ -1,7 +1,7 @@
 //! Parses a Wavefront OBJ file.
 //!
 //! In: the file's text. Out: its positions, texture coordinates, normals, colours and faces, with faces triangulated as fans and every index checked; or
-//! the first wrong line, with its text and the allowed form. Supported are `v x y z`, `v x y z r g b`, `vt u v` (a third number is ignored), `vn x y z`
+//! the first wrong line, with its text and the allowed form. Supported are `v x y z`, `v x y z r g b`, `vt u v` (a third word is ignored), `vn x y z`
 //! and `f`. Groups, materials, smoothing, lines and points are ignored; any other keyword is an error, so that a truncated file, or one in another format, is
 //! not mistaken for a small shape. Not supported: curves, `v` with a weight, lines continued by a backslash.
 
@@ -17,9 +17,9 @@ pub(crate) const MAX_CORNERS: usize = 64;
 pub struct Corner {
     /// Index in [`Obj::positions`], and in [`Obj::colours`] if there are colours.
     pub position: u32,
-    /// Index in [`Obj::texture_coordinates`].
+    /// Index in [`Obj::texture_coordinates`], if the file gives one.
     pub texture: Option<u32>,
-    /// Index in [`Obj::normals`].
+    /// Index in [`Obj::normals`], if the file gives one.
     pub normal: Option<u32>,
 }
 
@@ -34,7 +34,7 @@ pub struct Obj {
     pub texture_coordinates: Vec<DVec2>,
     /// Vertex normals: unit vectors.
     pub normals: Vec<DVec3>,
-    /// The faces, split into triangles.
+    /// The faces, split into triangles; corners in the order of the file.
     pub triangles: Vec<[Corner; 3]>,
 }
 
@@ -55,18 +55,18 @@ const IGNORED: [&str; 7] = ["o", "g", "s", "usemtl", "mtllib", "l", "p"];
 const MAX_QUOTED_CHARS: usize = 60;
 
 /// A line or word, shortened for a message.
-fn shortened(line: &str) -> String {
-    let mut text: String = line.chars().take(MAX_QUOTED_CHARS).collect();
-    if text.len() < line.len() {
-        text.push('…');
+fn shortened(text: &str) -> String {
+    let mut start: String = text.chars().take(MAX_QUOTED_CHARS).collect();
+    if start.len() < text.len() {
+        start.push('…');
     }
-    text
+    start
 }
 
 /// Numbers of a valid file are smaller in magnitude. The limit is far above any length or texture coordinate, and far below what overflows in f32.
 const NUMBER_LIMIT: f64 = 1e12;
 
-/// Parses exactly `N` numbers below [`NUMBER_LIMIT`].
+/// Parses exactly `N` numbers of magnitude below [`NUMBER_LIMIT`]; `None` for any other words.
 fn parse_numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
     let mut all = [0.0; N];
     if words.len() != N {
@@ -78,7 +78,7 @@ fn parse_numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
     Some(all)
 }
 
-/// Converts an index of the file (from 1, or negative from the end of a list of `length`) to an index from 0.
+/// Converts an index of the file (from 1, or negative from the end of a list of `length`) to an index from 0; `None` outside the list.
 fn parse_index(word: &str, length: usize) -> Option<u32> {
     let n: i64 = word.parse().ok()?;
     let index = if n < 0 { i64::try_from(length).ok()? + n } else { n - 1 };
@@ -86,7 +86,7 @@ fn parse_index(word: &str, length: usize) -> Option<u32> {
 }
 
 impl Obj {
-    /// Parses a corner of a face, such as `1/2/3`: its position, texture coordinate and normal.
+    /// Parses a corner of a face, such as `1/2/3`: its position, texture coordinate and normal. An empty texture coordinate counts as none, as in `1//3`.
     fn parse_corner(&self, word: &str) -> Result<Corner, String> {
         let mut parts = word.split('/');
         let lists = [("v", self.positions.len()), ("vt", self.texture_coordinates.len()), ("vn", self.normals.len())];
@@ -107,7 +107,7 @@ impl Obj {
         }
     }
 
-    /// Parses one line and adds what it defines. `rest`: the words after the keyword. `line`: the entire text, for messages.
+    /// Parses one line and adds what it defines. `rest`: the words after the keyword. `line`: the line without its comment, for messages.
     fn parse_line(&mut self, keyword: &str, rest: &[&str], line: &str) -> Result<(), String> {
         let expected = |what: &str| format!("`{}`: expected {what}", shortened(line));
         let check_count = |length: usize, what: &str| match length < MAX_COUNT {
@@ -118,7 +118,8 @@ impl Obj {
             "v" => {
                 check_count(self.positions.len(), "`v`")?;
                 let has_colour = rest.len() == 6;
-                let position = parse_numbers::<3>(rest.get(..3).filter(|_| has_colour || rest.len() == 3).unwrap_or_default())
+                let position_words = if has_colour { &rest[..3] } else { rest };
+                let position = parse_numbers::<3>(position_words)
                     .ok_or_else(|| expected(&format!("v x y z, or v x y z r g b, below {NUMBER_LIMIT:e}")))?;
                 let others_have_colour = !self.colours.is_empty();
                 if !self.positions.is_empty() && has_colour != others_have_colour {
@@ -190,7 +191,7 @@ mod tests {
         assert_eq!((obj.positions.len(), obj.colours.len(), obj.texture_coordinates.len(), obj.normals.len()), (4, 4, 2, 1));
         assert_eq!(parse(&format!("\u{feff}{text}")).as_ref(), Ok(&obj), "a byte order mark does not count");
         assert_eq!(obj.normals[0], DVec3::Z, "its length does not count");
-        assert_eq!(obj.triangles.len(), 4, "a square is two triangles");
+        assert_eq!(obj.triangles.len(), 4, "a face of four corners gives two triangles, two of three give one each");
         let corner = |position, texture, normal| Corner { position, texture, normal };
         assert_eq!(obj.triangles[0], [corner(0, Some(0), Some(0)), corner(1, Some(1), Some(0)), corner(2, None, Some(0))]);
         assert_eq!(obj.triangles[1], [corner(0, Some(0), Some(0)), corner(2, None, Some(0)), corner(3, None, None)]);
@@ -216,6 +217,7 @@ mod tests {
             ("f 1/1 2 3", "refers to a `vt` that no earlier line defines"),
             ("f 1//1 2 3", "refers to a `vn` that no earlier line defines"),
             ("f 1/ 2 3/x", "refers to a `vt` that no earlier line defines"),
+            // The first fault counts: the third part, here empty, must be a `vn`.
             ("f 1///2 2 3", "refers to a `vn` that no earlier line defines"),
             ("f / 2 3", "expected a `v` from 1 to 3"),
             ("curv 1 2", "expected v, vt, vn, f, o, g, s"),
@@ -231,6 +233,7 @@ mod tests {
             ObjError { line: 3, message: "the file ends without a face: expected at least one `f`".into() }
         );
         let long = why(&"x".repeat(500));
+        // 60 characters of the line and about as many of the expected keywords.
         assert!(long.message.len() < 250, "{long}");
         assert_eq!(parse("").expect_err("empty").line, 1);
     }

@@ -305,10 +305,10 @@ mod tests {
     }
 
     #[test]
-    fn heights_are_finite_for_any_direction_of_the_sun() {
+    fn altitudes_are_finite_for_any_direction_of_the_sun() {
         let mesh = floor_and_wall(2, WALL_X_KM, WALL_HEIGHT_KM);
         for sun in [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_Y] {
-            assert!(mesh.sun_altitudes(sun, 0.0).iter().all(|h| h.is_finite()));
+            assert!(mesh.sun_altitudes(sun, 0.0).iter().all(|altitude| altitude.is_finite()));
         }
     }
 }

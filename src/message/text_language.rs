@@ -95,6 +95,7 @@ impl TextLanguage {
         let mut from_end = date.rsplitn(3, '-');
         let mut number = || from_end.next()?.parse::<i64>().ok();
         let (Some(day), Some(month), Some(year)) = (number(), number(), number()) else { return english() };
+        // A name that is no body's is written as it is.
         let month_name = Argument::Name(self.template(&format!("month-{month}")).unwrap_or_default().to_owned());
         // Year 0 of ISO 8601 is 1 BC.
         let year = if year > 0 {

@@ -1,4 +1,4 @@
-//! Evaluates many queries with one module. The software renderer draws a small target in which each query is a column.
+//! Evaluates many queries of `probe` with one shader module. The software renderer draws a small target in which each query is a column.
 //!
 //! In: a shader module that imports lib/probe_query.wesl, its uniform bytes and textures, twelve numbers per query. Out: the result rows of each query, one
 //! pixel of four numbers each. Each input goes to the shader as two f32 whose sum is the f64 value to 1e-14, relative; outputs are f32 (relative
@@ -16,15 +16,15 @@ use std::sync::Arc;
 /// Maximum number of queries in one target: the width of the widest image that the renderer draws.
 const MAX_QUERIES_PER_TARGET: usize = 16_384;
 
-/// The argument `map_taps` of [`uniform_bytes`](crate::render::plan::uniform_bytes) for probe modules. It limits the reads per map, and sets the
-/// number of intervals over which a ring is averaged; probe modules do neither, so the smallest number will do.
+/// The argument `map_taps` of [`uniform_bytes`](crate::render::plan::uniform_bytes) for probe modules: any value will do. It limits the reads per anisotropic
+/// read of a map, and sets the number of intervals over which a ring is averaged; probe modules have no such reads and average no ring.
 pub(super) const MAP_TAPS: u8 = 1;
 
 /// A probe module with its uniforms, textures and samplers, which evaluates any number of queries.
 pub struct PreparedProbe {
     /// The module that answers the queries.
     pub module: ModuleId,
-    /// Empty if the module has no uniforms.
+    /// The bytes of the module's uniform block; empty if it has none.
     pub uniform_bytes: Vec<u8>,
     pub textures: Vec<TextureBinding>,
     pub samplers: Vec<SamplerBinding>,
@@ -35,7 +35,7 @@ pub struct PreparedProbe {
 /// Inputs of one query; unused numbers are 0.
 pub(crate) type ProbeInputs = [f64; 12];
 
-/// Two f32 numbers whose sum is the value to 1e-14, relative: the nearest f32, and the remainder.
+/// Two f32 numbers: the f32 nearest to the value, and the remainder. Their sum is the value to 1e-14, relative, for magnitudes from about 1e-30 to 1e38.
 fn split(value: f64) -> (f32, f32) {
     let high = value as f32;
     let low = (value - f64::from(high)) as f32;
@@ -52,7 +52,7 @@ impl PreparedProbe {
     /// For each query, in order, its result rows.
     ///
     /// # Errors
-    /// One line: the module cannot be compiled, or needs other bindings.
+    /// The error is one line: the module cannot be compiled, or needs other bindings than this probe's.
     pub fn results(
         &self,
         renderer: &SoftwareRenderer,
@@ -61,8 +61,8 @@ impl PreparedProbe {
     ) -> Result<Vec<Vec<[f32; 4]>>, ProbeError> {
         let mut all = Vec::with_capacity(queries.len());
         for chunk in queries.chunks(MAX_QUERIES_PER_TARGET) {
-            let (frame, _) = renderer.render(&self.plan(chunk), library, FrameImages::DisplayAndHdr)?;
-            // The target is linear, so its numbers are in `hdr`, and `display` is empty.
+            let (frame, _timings) = renderer.render(&self.plan(chunk), library, FrameImages::DisplayAndHdr)?;
+            // The only pass has a linear target: its numbers are in `hdr`, and `display` is empty.
             let width = chunk.len();
             for column in 0..width {
                 let row = |r: usize| frame.hdr.get(r * width + column).copied().ok_or("the target is smaller than its rows");

@@ -52,6 +52,7 @@ impl Prober<'_> {
     pub fn answer(&self, query: &str) -> Result<Value, ProbeError> {
         let value = crate::json::value(query).map_err(|e| {
             let why = echo(&e.to_string());
+            // `is_data`: the text is valid JSON, but gives a field twice.
             if e.is_data() { why } else { format!("not a JSON object: {why}") }
         })?;
         let Value::Object(mut given) = value else { return Err("not a JSON object: give {\"q\": …}".into()) };
@@ -82,7 +83,7 @@ pub struct QueryField {
     pub requirement: Requirement,
 }
 
-/// Whether a field is optional.
+/// Whether a query must have a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Requirement {
     Required,

@@ -58,7 +58,7 @@ impl Fields {
         }
     }
 
-    /// Semi-axes and distance of the centres; or the reason why a field, one of the others included, is invalid.
+    /// Semi-axes and distance of the centres; or the reason why any field of the query, not only one of these, is invalid.
     fn checked_outline(&self) -> Result<[f64; 3], String> {
         let missing = |field: &str| format!("missing field `{field}`: give k and d, or semi_major, semi_minor and centre_distance");
         let is_disc = self.k.is_some() || self.d.is_some();
@@ -119,7 +119,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     const RESULT_ROWS: u32 = 1;
     let query: Fields = parse_fields(query)?;
     let [major, minor, distance] = query.checked_outline()?;
-    // Light of a uniform disc is in proportion to the constant term of limb darkening, 1 - u1 - u2, which cancels in the fraction. Coefficients of the query
+    // With the model of a uniform disc, all light has the factor 1 - u1 - u2 (the constant term of limb darkening), which cancels in the fraction. Coefficients
     // with the sum 1 would make the fraction 0 / 0; so both are replaced by 0.
     let (model, (u1, u2)) = match query.model {
         Model::Linear => (EclipseModel::Linear, query.limb_darkening()),

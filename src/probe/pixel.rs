@@ -35,7 +35,7 @@ const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 /// Default width and height of the image.
 const SIZE: [u32; 2] = [1024, 1024];
 
-// The fields that describe a view; `project` has them, too.
+// The fields that describe a view; the query `project` has them, too.
 pub(super) const VIEW: QueryField = required("view", "a camera file's object, as --camera-json takes it");
 pub(super) const TIME: QueryField = optional("time", "ISO 8601 UTC or jd_tdb:DAY", "J2000");
 pub(super) const IMAGE_SIZE: QueryField = optional("size", "[width, height] in pixels", "[1024, 1024]");
@@ -138,7 +138,7 @@ impl PixelReport {
 /// Evaluates one pixel of a view.
 ///
 /// # Errors
-/// One line: an impossible view or plan, or a pixel outside the image.
+/// The error is one line: an impossible view or plan, or a pixel outside the image.
 pub(crate) fn inspect_pixel(
     prober: &Prober<'_>,
     request: &ViewRequest,

@@ -10,6 +10,7 @@ use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields, 
 use crate::catalog::{Body, Ring};
 use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniform_bytes};
 use crate::scene::draw::{BodyShadow, DrawFeatures, DrawUniforms, Light, RingShadow, RingTable, RingUniforms, Surface};
+use crate::scene::rings::ring_table::MAX_NODES;
 use crate::scene::rings::slants_of_sunlight;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
@@ -200,7 +201,11 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
             let rings: Vec<_> = profile.iter().map(ring).collect();
             // The profile's radii are in equatorial radii, the unit of the table.
             let unit_km = 1.0;
-            RingTable::of_shadow(rings.iter(), unit_km, &slants)
+            let table = RingTable::of_shadow(rings.iter(), unit_km, &slants);
+            if table.is_none() && !rings.is_empty() {
+                return Err(format!("field \"profile\": its edges divide the ring into {MAX_NODES} or more intervals").into());
+            }
+            table
         }
         (None, Some(name)) => {
             let body = body(prober, name)?;

@@ -1,10 +1,11 @@
 //! `sunlight`: the fraction of the Sun's light that other bodies leave at a point on a body's ground. Not considered: whether the body itself (on its night
-//! side) or its rings keep sunlight from the point. Every body of the catalog counts, however little it blocks: in a transit of Mercury 3e-5.
+//! side) or its rings keep sunlight from the point. Every body of the catalog may count, however little it blocks (Mercury in transit: 3e-5 of the light); of
+//! more than [`MAX_OCCLUDERS`](crate::scene::draw::MAX_OCCLUDERS), those that block most.
 //!
 //! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
-//! `by`. `fraction` is the green channel; it uses one law of limb darkening for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query
-//! gives others. With one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the fraction that each
-//! body alone blocks, in green. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
+//! `by`. `fraction` is the green channel, with the law of limb darkening `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. `rgb` uses
+//! the catalog's law per channel. `by` has for each body the fraction of green sunlight that it alone would block. The models `linear` and `uniform-disc` have
+//! no limb darkening and ignore `u1` and `u2`.
 
 use super::batch::{MAP_TAPS, PreparedProbe, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, optional, parse_fields, required};
@@ -24,6 +25,7 @@ use serde_json::{Map, Value, json};
 #[serde(deny_unknown_fields)]
 struct Fields {
     body: String,
+    /// When the light meets the ground, as [`Instant::parse`] reads it.
     time: String,
     /// Planetographic latitude, degrees.
     lat: f64,
@@ -31,8 +33,10 @@ struct Fields {
     lon: f64,
     #[serde(default)]
     model: RequestedModel,
+    /// Coefficient of 1 - mu in the Sun's limb darkening.
     #[serde(default = "u1_at_550_nm")]
     u1: f64,
+    /// Coefficient of (1 - mu)^2.
     #[serde(default = "u2_at_550_nm")]
     u2: f64,
 }
@@ -45,7 +49,7 @@ pub(super) fn u2_at_550_nm() -> f64 {
     0.26
 }
 
-/// Refuses coefficients for which the disc has no light: its flux is 1 - u1/3 - u2/6 times that of a uniform disc.
+/// Refuses coefficients for which the disc has no light (its flux is 1 - u1/3 - u2/6 times that of a uniform disc), and infinite ones.
 pub(super) fn check_limb_darkening(u1: f64, u2: f64) -> Result<(), String> {
     match 1.0 - u1 / 3.0 - u2 / 6.0 > 0.0 && u1.is_finite() && u2.is_finite() {
         true => Ok(()),
@@ -53,6 +57,7 @@ pub(super) fn check_limb_darkening(u1: f64, u2: f64) -> Result<(), String> {
     }
 }
 
+/// An [`EclipseModel`] that a query may name.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum RequestedModel {
@@ -106,10 +111,12 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let receiver = Receiver::at(prober.ephemeris(), body, time)?;
     let occluded_sun = OccludedSun::seen_from(prober, &receiver, query.model.model_choice())?;
     let same_law_in_all_channels = Photometry::Emissive { u1: [query.u1; 3], u2: [query.u2; 3] };
-    let point = point_km / body.radii_km.x;
+    let point_in_equatorial_radii = point_km / body.radii_km.x;
     let sunlight = |occluders: &[Occluder<'_>], sun_photometry| {
-        occluded_sun.sunlight(occluders, &[point], sun_photometry)?.first().copied().ok_or(ProbeError::from("no answer"))
+        let of_one_point = occluded_sun.sunlight(occluders, &[point_in_equatorial_radii], sun_photometry)?;
+        of_one_point.first().copied().ok_or(ProbeError::from("no answer"))
     };
+    // Of green light, by which the other channels differ only in the model `refracted`.
     let fraction = |occluders: &[Occluder<'_>]| sunlight(occluders, Some(&same_law_in_all_channels)).map(|[_, green, _]| green);
     let mut blocked_by = Map::new();
     for occluder in &occluded_sun.occluders {
@@ -131,13 +138,14 @@ pub struct OccludedSun<'a> {
 }
 
 impl<'a> OccludedSun<'a> {
-    /// Finds the bodies whose penumbra touches the receiver, however little they darken it; if more than four, those that block most light.
+    /// Finds the bodies whose penumbra touches the receiver, however little they darken it; if more than
+    /// [`MAX_OCCLUDERS`](crate::scene::draw::MAX_OCCLUDERS), those that block most light.
     ///
     /// # Errors
-    /// One line: the catalog has no Sun.
+    /// The error is one line: the catalog has no Sun.
     pub fn seen_from(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
-        // Every side and every direction counts, at single points instead of pixels.
+        // Points on the ground only, on every side and in every direction, without pixels. Without `min_change`, no shadow is too weak.
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera_position: None, frustum: None, pixel_width: 0.0 };
         let (min_change, min_blocked_fraction) = (None, 0.0);
         let candidates = eclipse::candidates(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, min_blocked_fraction);
@@ -145,10 +153,10 @@ impl<'a> OccludedSun<'a> {
         Ok(Self { prober, receiver, sun, model_choice, occluders })
     }
 
-    /// Fraction of sunlight at points (body axes, equatorial radii), per channel; `sun_photometry` replaces the catalog's limb darkening.
+    /// Fraction of sunlight at points (body axes, equatorial radii), per channel. `sun_photometry`: the Sun's limb darkening; `None`: the catalog's.
     ///
     /// # Errors
-    /// One line: the module cannot be compiled, or the renderer fails.
+    /// The error is one line: the module cannot be compiled, or the renderer fails.
     pub fn sunlight(
         &self,
         occluders: &[Occluder<'_>],
@@ -158,6 +166,7 @@ impl<'a> OccludedSun<'a> {
         let mut occluders = occluders.to_vec();
         let mut sun = self.sun.clone();
         sun.photometry = sun_photometry.cloned().unwrap_or(sun.photometry);
+        // The occluder whose air refracts light becomes the first, if the model needs it.
         let eclipse = eclipse::choose_eclipse_model(&mut occluders, self.model_choice);
         let uniforms = eclipse::uniforms_of_occluders(&occluders, eclipse.model, self.receiver, &sun);
         sunlight_from_uniforms(self.prober, eclipse, uniforms, points)
@@ -167,20 +176,23 @@ impl<'a> OccludedSun<'a> {
 /// Fraction of sunlight, per channel, that the shader computes at points (body axes, equatorial radii) for given uniforms.
 ///
 /// # Errors
-/// One line: the module cannot be compiled, or needs a missing uniform, or the renderer fails.
+/// The error is one line: the module cannot be compiled, or needs a missing uniform, or the renderer fails.
 pub fn sunlight_from_uniforms(
     prober: &Prober<'_>,
     eclipse: Eclipse,
     uniforms: EclipseUniforms,
     points: &[DVec3],
 ) -> Result<Vec<[f64; 3]>, ProbeError> {
+    /// Rows of four numbers per point: red, green and blue; the fourth is unused.
     const RESULT_ROWS: u32 = 1;
     let key = ShaderKey::for_draw(&DrawFeatures { lights: 1, eclipse, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_sunlight", key);
     // A key with an eclipse has a light; the probe reads neither its direction nor its irradiance.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     let built = prober.library().get(&module)?;
+    // The probe reads no map, so `MAP_TAPS` has no effect.
     let uniform_bytes = uniform_bytes(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, MAP_TAPS)?;
+    // The point's coordinates; the probe's other inputs are 0.
     let inputs_of = |p: &DVec3| -> ProbeInputs { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
     let queries: Vec<_> = points.iter().map(inputs_of).collect();
     let results = PreparedProbe { uniform_bytes, ..PreparedProbe::without_bindings(module, RESULT_ROWS) }.results(

@@ -1,6 +1,6 @@
 //! The report on one body of a frame: its apparent position and size, and the decisions about it.
 //!
-//! Plain values, which `build` fills in. `explain --json` prints them; the text of `explain` and the Information panel have most of them.
+//! Plain values, which `SceneBuilder::build` fills in. `explain --json` prints them; the text of `explain` and the Information panel have most of them.
 
 use crate::catalog::NaifId;
 use crate::message::Reason;

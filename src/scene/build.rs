@@ -102,7 +102,8 @@ impl<'a> SceneBuilder<'a> {
         }
         lunar_limb::compute_profile(&mut placed, &caches.limb_profiles);
         let shows_air = |body: &Body| request.effects.override_of_body(body, Effect::Atmosphere) != Some(false);
-        let air = placed.iter().filter(|p| shows_air(p.body)).find_map(|p| SurroundingAir::of(p.body, &p.placement, &caches.skies));
+        let air =
+            placed.iter().filter(|p| shows_air(p.body)).find_map(|p| SurroundingAir::of(p.body, &p.placement, &caches.sky_brightness));
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, body_to_sun_km: p.body_to_sun_km }).collect();
         let context = Context { request, ephemeris, resources: &Resources::default(), caches };

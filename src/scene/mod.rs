@@ -74,7 +74,7 @@ pub use light::meter::{corrected_twilight_rows, metered_twilight};
 pub use light::{corona, disc_light, glare, night_lights, photometry};
 #[doc(hidden)]
 pub use point::{
-    CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, POINT_RADIUS_PX, disc_fraction,
+    CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, MIN_POINT_RADIUS_PX, disc_fraction,
     disc_glare_spread, point_peak, point_spread,
 };
 #[doc(hidden)]

@@ -44,8 +44,8 @@ pub(crate) struct PlacedBody<'a> {
     pub outline: Outline,
     /// Irradiance at the viewer from globe and rings without eclipses and planet-shine, in units of the Sun's at 1 au.
     pub irradiance: Irradiance,
-    /// As `irradiance`, linear RGB, but without the rings and their shadow and light on the globe, without ring-shine, or without the light of the air and of
-    /// the glint, if the user has switched them off: the light of the body's point.
+    /// The light of the body's point, linear RGB: `irradiance` without what the user has switched off, which may be the rings with their shadow and light on
+    /// the globe, ring-shine, or the light of the air and of the glint.
     pub shown_irradiance: DVec3,
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.
@@ -95,7 +95,7 @@ pub(crate) fn place<'a>(
         Some(body_with_camera) => (body_with_camera.centre_km, request.time),
         None => ephemeris.light_time_position(body.id, camera.position_km, request.time)?,
     };
-    // The eyes of a stereo pair are beside the centre. As for the view, the body has no direction.
+    // Zero, although the eyes of a stereo pair are beside the centre: for them, too, the body has no direction.
     let astrometric_km = if camera_is_at_centre { DVec3::ZERO } else { position_km - camera.position_km };
     let distance_km = astrometric_km.length();
     let body_from_icrf = ephemeris.body_from_icrf(body.id, emitted_at)?;

@@ -1,7 +1,7 @@
 //! Inputs of a scene in addition to catalog and ephemeris: files, and tables that take long to compute.
 //!
 //! A scene builder lists the requirements of a view ([`Requirements`]); the owner of files and caches supplies them ([`Resources`]). An effect whose resource
-//! is missing is left out of the scene, and the decision about it gives this reason.
+//! is missing is left out of the scene; the effect's decision gives the missing resource as the reason.
 
 use crate::catalog::NaifId;
 use crate::ephemeris::Ephemeris;
@@ -25,7 +25,8 @@ use std::sync::{Arc, OnceLock};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshRequirement {
     pub body: NaifId,
-    /// Unit vector towards the Sun in body axes, and the Sun's angular radius in radians; `None` if the mesh casts no shadows on itself.
+    /// Unit vector towards the Sun in body axes, and the Sun's angular radius in radians, from which [`Resources::sun_altitudes`] are computed; `None` if the
+    /// mesh casts no shadows on itself.
     pub self_shadow_sun: Option<(DVec3, f64)>,
 }
 
@@ -36,24 +37,25 @@ pub struct Requirements {
     pub meshes: Vec<MeshRequirement>,
     /// Bodies whose draws read a table of multiple scattering ([`crate::scene::multi_scatter_table`]).
     pub scattering_tables: Vec<NaifId>,
-    /// The maps of each drawn body, and the shape to which they are applied.
+    /// For each drawn body: its map files, and the shape of its globe, which determines how the maps are decoded.
     pub maps: Vec<(MapFiles, Shape)>,
-    /// The file of the sky's panorama, if the view draws it.
+    /// The file of the sky's panorama (the user's or the built-in one); `None` if the view does not draw it.
     pub sky_map: Option<String>,
 }
 
 /// The files and tables that were loaded or computed.
 #[derive(Clone, Debug, Default)]
 pub struct Resources {
-    /// Map and mesh files that could not be read; bodies are drawn without them.
+    /// Names of map and mesh files, as in the catalog and in [`Requirements`], that could not be read; bodies are drawn without them.
     pub unreadable: BTreeSet<String>,
     /// Shape models.
     pub meshes: BTreeMap<NaifId, Arc<Mesh>>,
-    /// Altitude of the Sun's centre above the horizon that the mesh itself forms at each vertex, in radii of the Sun's disc; the scene computes missing ones.
+    /// Altitude of the Sun's centre above the horizon that the mesh itself forms at each vertex, in radii of the Sun's disc. For a
+    /// body that is missing here the scene computes them.
     pub sun_altitudes: BTreeMap<NaifId, Arc<Vec<f32>>>,
-    /// City lights for the light meter.
+    /// City lights, which the light meter takes into account when it chooses the exposure.
     pub night_lights: BTreeMap<NaifId, Arc<NightLights>>,
-    /// Tables of multiple scattering ([`crate::scene::multi_scatter_table`]).
+    /// Tables of multiple scattering; [`crate::scene::multi_scatter_table`] describes their layout.
     pub scattering_tables: BTreeMap<NaifId, Arc<Vec<Vec4>>>,
     /// The user's panorama of the sky; `None` for the built-in Milky Way.
     pub sky_map: Option<SkyMap>,
@@ -75,7 +77,7 @@ impl Resources {
 #[derive(Debug, Default)]
 pub struct Caches {
     pub(crate) ring_tables: RingTables,
-    pub(crate) skies: SkyBrightnessCache,
+    pub(crate) sky_brightness: SkyBrightnessCache,
     pub(crate) ring_shines: RingShineCache,
     pub(crate) shadow_paths: ShadowPaths,
     pub(crate) limb_profiles: LimbProfileCache,

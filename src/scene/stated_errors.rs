@@ -164,6 +164,7 @@ mod tests {
     fn a_costlier_model_is_more_accurate_and_every_model_is_listed() {
         let air: Vec<StatedError> = AtmosphereModel::ALL.into_iter().filter_map(of_atmosphere).collect();
         assert_eq!(air.len(), AtmosphereModel::ALL.len() - 1);
+        // The first four: `table` has the errors of `pixel-16`.
         assert!(air[..4].windows(2).all(|w| w[1].max_error < w[0].max_error && w[1].error_95_percent < w[0].error_95_percent));
         let eclipse: Vec<StatedError> = EclipseModel::ALL.into_iter().filter_map(of_eclipse).collect();
         assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].max_error <= w[0].max_error));

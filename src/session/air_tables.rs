@@ -123,8 +123,8 @@ mod tests {
         let aerosol = AerosolPhase::with_asymmetry([0.5; 3]);
         let mut names = vec![name_with(aerosol)];
         for field in AerosolPhase::FIELDS {
-            let mut same = aerosol;
-            for k in 0..(field.numbers)(&mut same).len() {
+            let mut unchanged = aerosol;
+            for k in 0..(field.numbers)(&mut unchanged).len() {
                 let mut other = aerosol;
                 (field.numbers)(&mut other)[k] += 0.1;
                 let name = name_with(other);

@@ -33,6 +33,7 @@ impl Session {
                 Ok(plan) => return Ok((with_warped_geometry(composite.whole_image, request), plan)),
                 // The scenes are built again without the map.
                 Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
+                // Modules on disk were tampered with, and are now replaced.
                 Err(_) if self.replace_tampered(&modules) => {}
                 Err(e) => return Err(e.into()),
             }
@@ -60,11 +61,11 @@ impl Session {
             (unwarped.width, unwarped.height) = (side_px(height * aspect), side_px(height));
         }
         let mut frames = CompositeFrames::of(&self.catalog, &self.ephemeris, &unwarped)?;
-        let (exposure, values) = {
+        let (exposure, body_values) = {
             let FrameRequest { request, viewer } = &frames.meter;
             let new_builder = || SceneBuilder::with_viewer(&self.catalog, &self.ephemeris, request, viewer.clone(), &self.scene_caches);
             let (builder, resources) = self.metered_builder(new_builder)?;
-            // Faces see the values of the view themselves.
+            // An eye sees other values than the viewer midway between the eyes. Faces are drawn from the viewer's own position.
             let is_stereo = matches!(frames.arrangement, Arrangement::Eyes(_));
             (builder.exposure().clone(), if is_stereo { builder.values_of_bodies(&resources) } else { Vec::new() })
         };
@@ -76,7 +77,7 @@ impl Session {
             scene.exposure = exposure.clone();
             scenes.push(scene);
         }
-        let composite = Composite::new(&self.catalog, &unwarped, frames.arrangement, &frames.meter.viewer, values, scenes);
+        let composite = Composite::new(&self.catalog, &unwarped, frames.arrangement, &frames.meter.viewer, body_values, scenes);
         composite.map(|c| (c, screen_px)).ok_or_else(|| SessionError::from(PlanError::Module("an image without a frame".into())))
     }
 }

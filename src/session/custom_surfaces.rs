@@ -134,7 +134,7 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], base: &Fragments) -> Result<V
         let id = ModuleId::Keyed(ShaderKey::for_draw(&sample_features));
         if let Err(e) = ShaderModule::build_with(&fragments, &id, &lowering) {
             let path = echo(&surface.file.display().to_string());
-            // `echo` shortens the end of the error, after the place, before the path is inserted, so that a long path does not displace the error.
+            // `echo` cuts off the end of a long error. The path is inserted afterwards, so that a long path does not displace the error.
             let why = echo(&e.to_string()).replace(&format!("shaders/{}", fragment_path(number)), &path);
             return Err(SurfaceError::Module { body: echo(&surface.body), path, why });
         }

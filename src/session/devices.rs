@@ -117,17 +117,17 @@ impl Devices {
         if library.fragments().are_built_in() || self.preference() == RendererPreference::Software {
             return Ok(PlanModules { library, snapshot: None });
         }
-        let (modules, untested_ids, changes) = loop {
+        let (modules, ids_to_dry_run, changes) = loop {
             let changes = self.shader_source_changes();
             let modules = gpu::ModuleSnapshot::of(plan, library);
-            let untested_ids: Vec<ModuleId> = modules.ids().filter(|id| !self.dry_run_modules.lock().contains(*id)).cloned().collect();
-            // If nothing has changed until here, `untested_ids` refers to these modules, not to later ones with the same ids.
+            let ids_to_dry_run: Vec<ModuleId> = modules.ids().filter(|id| !self.dry_run_modules.lock().contains(*id)).cloned().collect();
+            // If nothing has changed until here, `ids_to_dry_run` refers to these modules, not to later ones with the same ids.
             if self.shader_source_changes() == changes {
-                break (modules, untested_ids, changes);
+                break (modules, ids_to_dry_run, changes);
             }
         };
         let modules = PlanModules { library, snapshot: Some((modules, changes)) };
-        if untested_ids.is_empty() {
+        if ids_to_dry_run.is_empty() {
             return Ok(modules);
         }
         match software.render(plan, &modules, FrameImages::Display) {
@@ -135,7 +135,7 @@ impl Devices {
                 // Locked in the same order as in `change_shader_sources`, so that the two cannot deadlock.
                 let changes_now = self.shader_source_changes.lock();
                 if *changes_now == changes {
-                    self.dry_run_modules.lock().extend(untested_ids);
+                    self.dry_run_modules.lock().extend(ids_to_dry_run);
                 }
             }
             Err(endless @ RenderError::LoopLimit { .. }) => {

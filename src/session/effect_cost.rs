@@ -71,7 +71,7 @@ impl Session {
             let mut scaled_request = ViewRequest { width, height, exposure, composition: composition.clone(), ..request.clone() };
             match body_name {
                 _ if with_effect && is_already_on => {}
-                Some(name) => scaled_request.effects.of_body(name).set(effect, with_effect),
+                Some(name) => scaled_request.effects.own_overrides_mut(name).set(effect, with_effect),
                 None => scaled_request.effects.set(effect, with_effect),
             }
             Ok(self.plan(&scaled_request, SamplingQuality::of(request.quality))?.1)

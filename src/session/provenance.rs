@@ -85,7 +85,7 @@ fn source_digests(catalog: &Catalog, sources: &Sources) -> BTreeMap<String, Stri
     // If several folders have a file of this name, the session reads the first one.
     let found = files.filter_map(|name| Some((name, sources.map_and_mesh_folders().map(|f| f.join(name)).find(|path| is_there(path))?)));
     let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
-    let images =
+    let maps_and_meshes =
         if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
     let entry = |name: &str, value: String| (name.to_owned(), value);
     let file = |path: &Option<PathBuf>| path.as_deref().map_or("embedded".into(), file_digest);
@@ -95,7 +95,7 @@ fn source_digests(catalog: &Catalog, sources: &Sources) -> BTreeMap<String, Stri
         entry("kernel", file(&sources.kernel)),
         entry("stars", file(&sources.stars)),
         entry("minor planets", file(&sources.minor_planets)),
-        entry("images", images),
+        entry("images", maps_and_meshes),
     ])
 }
 
@@ -113,6 +113,7 @@ fn calendar_time(provenance: &Provenance) -> &str {
 impl Provenance {
     /// The provenance of a request. `digests`: those of everything from which the session draws, by name, as in [`source_digests`].
     pub(super) fn new(catalog: &Catalog, request: &ViewRequest, digests: &BTreeMap<String, String>) -> Self {
+        // An id that is no body of the catalog, such as that of a barycentre, is a place with a number.
         let name = |id: NaifId| catalog.body(id).map_or_else(|| format!("place {}", id.0), |b| b.name.clone());
         // Destructured without `..`: a new field of a request does not compile until the provenance covers it.
         let ViewRequest {

@@ -80,7 +80,7 @@ pub enum RequestedOutput {
     OnGpu,
 }
 
-/// Whether the GPU can draw the image that the window last drew in software, or soon will.
+/// Whether the GPU can draw, now or soon, the image that the window last drew in software.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Readiness {
     /// No thread prepares the GPU, and none has finished since the last image.

@@ -43,6 +43,7 @@ impl RingShineFiles {
         Self { folder: cache.join("orrery").join("rings") }
     }
 
+    /// The file of a table. `key`: the numbers that determine the table.
     fn path(&self, key: &[f64]) -> PathBuf {
         static CODE_DIGEST: OnceLock<[u8; 32]> = OnceLock::new();
         let name = stored_tables::name(CODE_DIGEST.get_or_init(|| code_digest(&ring_shine::SOURCES)), key.iter().copied());

@@ -111,6 +111,7 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
     let unit_km = 1.0;
     let rings = [sample_ring(1.1, 1.5, 0.1), sample_ring(1.6, 2.2, 1.5)];
     let sine = f64::from(SUNWARD.normalize_or_zero().z);
+    // The Sun about as large as seen from Saturn.
     let (sun_tangent, steepest_slant, flattest_slant) = (5e-4, 1.0, 4.0);
     let table = match surface {
         Surface::Ring => {
@@ -177,7 +178,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         rayleigh_extinction: Vec3::new(2.0, 4.0, 9.0),
         skylight_fraction: Vec3::splat(0.4),
         mie_scale_height: 0.01,
-        // Henyey-Greenstein's function (w = 0), whatever that of catalogs is: this body is invented, and its images stay.
+        // Henyey-Greenstein's function (w = 0), even if that of catalogs changes: the images of this invented body must not change with it.
         mie_phase_parameters: Vec4::new(0.7, 0.7, 0.7, 0.0),
         mie_scattering: Vec3::splat(8.0),
         mie_extinction: Vec3::new(9.0, 9.5, 10.0),
@@ -190,7 +191,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         light_from_beyond: 1e-3,
         second_light_irradiance: Vec3::splat(0.1),
         rim_is_thin: 0.0,
-        // Height of the floor above the ground, and 1 / height of the air's top.
+        // Height of the floor above the ground (0: the floor is the ground), and 1 / height of the air's top.
         multi_scatter_heights: Vec2::new(0.0, 5.0),
         multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % MULTI_SCATTER_COLUMNS) as f32)).collect()),
     };
@@ -258,7 +259,7 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         camera_in_unit_sphere: forward * -1.0e3,
         overlays: overlay_uniforms(key),
         ring: ring_uniforms(key.features().surface),
-        // As seen along the negative x axis: north is up, celestial east to the left. There is no row of a body in front of the Sun (-1).
+        // As seen along the negative x axis: north is up, celestial east to the left. -1: no body in front of the Sun has a limb profile.
         limb: LimbUniforms { position_angle_axes: [up.extend(1.0 / half_side), Vec3::NEG_Y.extend(-1.0)], table: None },
         ..DrawUniforms::default()
     }

@@ -25,7 +25,7 @@ fn sky_error(panorama: &str, e: &ImageError) -> SessionError {
     SessionError::File { path: echo(file.unwrap_or(panorama)), why: format!("--sky: {reason}") }
 }
 
-/// Reads the panorama that the option `--sky` names, and adds its texels to the map store.
+/// Reads the panorama that the option `--sky` names, and adds its texels to the map store; `None` without a path.
 ///
 /// # Errors
 /// The file that cannot be read, and why.

@@ -8,7 +8,7 @@ use crate::scene::sky::frames::SkyFrame;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// The user's replacements for the built-in data, and options for drawing.
+/// The user's replacements for the built-in data, and options for drawing. A file or folder that is `None` replaces nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     /// A folder of `*.toml` files that override or add bodies.

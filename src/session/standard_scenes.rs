@@ -18,14 +18,14 @@ pub struct StandardScene {
 }
 
 impl StandardScene {
-    /// Minor planets that replace the embedded ones while this scene is measured.
+    /// Minor planets that replace the embedded ones while this scene is measured, if it has its own.
     pub fn minor_planets(&self) -> Option<SmallBodies> {
         /// Number of minor planets of the scene `belt`.
         const COUNT: usize = 100_000;
         (self.name == "belt").then(|| SmallBodies::synthetic_belt(COUNT))
     }
 
-    /// Stars that replace the embedded ones while this scene is measured.
+    /// Stars that replace the embedded ones while this scene is measured, if it has its own.
     pub fn stars(&self) -> Option<StarCatalog> {
         /// Number of stars of the scene `million-stars`.
         const COUNT: usize = 1_000_000;

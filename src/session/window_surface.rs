@@ -24,7 +24,8 @@ pub enum DisplayPreference {
     #[serde(rename = "device")]
     Gpu,
     /// Present with the CPU, whichever renderer draws.
-    Processor,
+    #[serde(rename = "processor")]
+    Cpu,
 }
 
 /// The change, if any, in how the window is presented.
@@ -81,7 +82,7 @@ mod with_gpu {
             let may_present = |renderer: &GpuRenderer| match preference {
                 DisplayPreference::Auto => renderer.facts().kind != AdapterKind::Software,
                 DisplayPreference::Gpu => true,
-                DisplayPreference::Processor => false,
+                DisplayPreference::Cpu => false,
             };
             let device_state = match self.devices.device_state() {
                 // For presenting, a GPU that may only render counts as no GPU.

@@ -11,31 +11,32 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FeatureDiff {
     pub feature: String,
-    pub only_first: Vec<DiffLine>,
-    pub only_second: Vec<DiffLine>,
+    pub only_first: Vec<EmittedLine>,
+    pub only_second: Vec<EmittedLine>,
 }
 
 /// One emitted line, with the fragment (WESL file) and the line that it came from.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct DiffLine {
+pub struct EmittedLine {
     pub fragment: String,
     /// Line in the fragment, from 1.
     pub line: u32,
     pub text: String,
 }
 
-/// The lines of a module, each with its feature.
-fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a str, DiffLine)> {
+/// The lines of a module, each with its feature. Lines without an origin in a fragment are left out.
+fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a str, EmittedLine)> {
     wgsl.lines().enumerate().filter_map(|(i, text)| {
+        // The source map counts lines from 1.
         let (fragment, line) = map.origin_of(i + 1)?;
-        Some((map.feature_of(i + 1)?, DiffLine { fragment: fragment.to_owned(), line, text: text.to_owned() }))
+        Some((map.feature_of(i + 1)?, EmittedLine { fragment: fragment.to_owned(), line, text: text.to_owned() }))
     })
 }
 
 /// Lines that occur in only one of the two modules, grouped by feature and sorted by the feature's name. Two lines are equal if they have the same text and
 /// come from the same line of the same fragment, wherever they are in the module.
 pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
-    let lines = |e: &Emitted| -> BTreeSet<DiffLine> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
+    let lines = |e: &Emitted| -> BTreeSet<EmittedLine> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
     let (in_first, in_second) = (lines(first), lines(second));
     let mut by_feature: BTreeMap<&str, FeatureDiff> = BTreeMap::new();
     for (feature, line) in lines_of(&first.wgsl, &first.source_map).filter(|(_, l)| !in_second.contains(l)) {
@@ -47,26 +48,26 @@ pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
     by_feature.into_iter().map(|(feature, d)| FeatureDiff { feature: feature.to_owned(), ..d }).collect()
 }
 
-/// Lines of one fragment that occur in only one of two revisions of a module.
+/// How many lines of one fragment occur in only one of two revisions of a module, an earlier one (the first) and a later one (the second).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ChangedLines {
     /// Names of the features to which these lines belong.
     pub features: BTreeSet<String>,
-    /// Lines that only the first revision has.
+    /// Number of lines that only the first revision has.
     pub removed: usize,
-    /// Lines that only the second revision has.
+    /// Number of lines that only the second revision has.
     pub added: usize,
 }
 
-/// The fragments whose emitted lines differ between two revisions of one module, by path. Lines are compared by their text: a line that only moved within its
-/// fragment is unchanged. `first`, `second`: WGSL and source map of each revision.
+/// The changes between two revisions of one module, by path of the fragment; fragments whose emitted lines are the same are left out. Lines are compared by
+/// their text: a line that only moved within its fragment is unchanged. `first`, `second`: WGSL and source map of each revision.
 pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> BTreeMap<String, ChangedLines> {
-    // By fragment path and text of the line: occurrences in the first revision minus those in the second, and the feature.
+    // By fragment path and text of the line: occurrences in the first revision minus those in the second, and the feature of the first occurrence.
     let mut counts: BTreeMap<(String, String), (i64, String)> = BTreeMap::new();
     for ((wgsl, map), sign) in [(first, 1), (second, -1)] {
         for (feature, line) in lines_of(wgsl, map) {
-            let entry = counts.entry((line.fragment, line.text)).or_insert_with(|| (0, feature.to_owned()));
-            entry.0 += sign;
+            let (count, _feature) = counts.entry((line.fragment, line.text)).or_insert_with(|| (0, feature.to_owned()));
+            *count += sign;
         }
     }
     let mut changed: BTreeMap<String, ChangedLines> = BTreeMap::new();
@@ -79,10 +80,11 @@ pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> B
     changed
 }
 
-/// Counts in a module's IR. Operations and branches of a function count once, however often it is called; its texture reads count once per call.
+/// Sizes of a module, and counts in its IR. Operations and branches of a function count once, however often it is called; its texture reads count once per
+/// call.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct IrCost {
-    /// Number of arithmetic expressions, by kind (naga's name in lower case).
+    /// Number of unary, binary, `Math`, `select` and derivative expressions, by operator or function (naga's name in lower case).
     pub operations: BTreeMap<String, u32>,
     /// Texture reads of the entry points, including those of the functions that they call, once per call. At most `u32::MAX`.
     pub texture_reads: u32,
@@ -123,12 +125,14 @@ fn saturating_sum(counts: impl Iterator<Item = u32>) -> u32 {
     counts.fold(0, u32::saturating_add)
 }
 
-/// Texture reads of a function and of its callees. Each call counts, a loop counts once. `reads_of_earlier`: reads of the functions declared before
-/// this one, by index. The sum saturates, because it can grow exponentially: n functions, each of which calls the previous one twice, make 2^n reads.
+/// Texture reads of a function and of its callees, once per call; what is in a loop counts as in one iteration. `reads_of_earlier`: reads of the functions
+/// declared before this one, by index. The sum saturates, because it can grow exponentially: n functions, each of which calls the previous one twice, make 2^n
+/// reads.
 fn texture_reads(function: &naga::Function, reads_of_earlier: &[u32]) -> u32 {
     fn reads_by_calls(block: &naga::Block, reads_of_earlier: &[u32]) -> u32 {
         let reads_in = |b: &naga::Block| reads_by_calls(b, reads_of_earlier);
         let each = block.iter().map(|statement| match statement {
+            // naga's validator rejects calls of later functions.
             Statement::Call { function, .. } => reads_of_earlier.get(function.index()).copied().unwrap_or(0),
             Statement::Block(inner) => reads_in(inner),
             Statement::If { accept, reject, .. } => reads_in(accept).saturating_add(reads_in(reject)),
@@ -142,7 +146,7 @@ fn texture_reads(function: &naga::Function, reads_of_earlier: &[u32]) -> u32 {
     (own.count() as u32).saturating_add(reads_by_calls(&function.body, reads_of_earlier))
 }
 
-/// Counts the operations of a module's IR.
+/// The sizes and counts of a module.
 pub fn ir_cost(shader: &ShaderModule) -> IrCost {
     let mut cost = IrCost { uniform_bytes: shader.layout.uniform_size, lines: shader.wgsl.lines().count() as u32, ..IrCost::default() };
     let naga::Module { functions, entry_points, .. } = &shader.module;
@@ -190,6 +194,7 @@ mod tests {
 
     #[test]
     fn texture_reads_are_counted_per_call_and_saturate() {
+        // n functions that double the reads make 2^n.
         assert_eq!([0, 1, 5].map(reads_of_doubling_calls), [1, 2, 32]);
         assert_eq!(reads_of_doubling_calls(33), u32::MAX);
     }

@@ -265,7 +265,7 @@ fn draw_fragment() -> String {
         shared::MAX_DETAIL_LATTICES
     );
     let limb_table = [
-        ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Table of the Moon's limb profile, row after row: its points per row."),
+        ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Points per row of the table of the Moon's limb profile, which goes on from row to row."),
         ("LIMB_ROWS", shared::LIMB_ROWS, "Rows of this table."),
     ];
     for (name, count, comment) in limb_table {

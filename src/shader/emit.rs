@@ -85,7 +85,7 @@ impl Emitter<'_> {
     /// Appends a fragment and what it imports. `importing_feature`: index of the feature that requires the import of this fragment; lines of the fragment
     /// without a condition get this feature in the source map.
     fn append_fragment(&mut self, path: &str, text: &str, fragment: &Fragment, importing_feature: u16) -> Result<(), ShaderError> {
-        let index = self.source_map.fragments.len() as u16;
+        let fragment_index = self.source_map.fragments.len() as u16;
         self.source_map.fragments.push(path.to_owned());
         let emitted = fragment.emitted_blocks(self.features);
         let mut feature_of_block: Vec<Option<u16>> = vec![None; fragment.blocks.len()];
@@ -117,7 +117,7 @@ impl Emitter<'_> {
             };
             self.wgsl.push('\n');
             let feature = self.feature_index_of(fragment, block, &emitted, &mut feature_of_block, importing_feature);
-            self.source_map.lines.push(LineOrigin { fragment: index, line: line_number, feature });
+            self.source_map.lines.push(LineOrigin { fragment: fragment_index, line: line_number, feature });
         }
         Ok(())
     }

@@ -1,8 +1,8 @@
 //! Names of modules: a body's module is named by its key, a simple shader by the name of its entry fragment, a probe module by the name of its entry fragment
 //! and a key.
 //!
-//! In: text. Out: [`ModuleId`]. Always: each simple shader and each probe has an entry fragment `entry/<name>.wesl`. Not here: the
-//! content of a module.
+//! In: text. Out: [`ModuleId`]; the lists of simple shaders and of probes. Always: each simple shader and each probe has an entry
+//! fragment `entry/<name>.wesl`. Not here: the content of a module.
 
 use super::key::{KeyTextError, ShaderKey};
 use std::fmt;
@@ -31,7 +31,7 @@ impl fmt::Display for ModuleId {
 
 impl FromStr for ModuleId {
     type Err = KeyTextError;
-    /// Parses a simple shader's name, a key's text, or a probe's name and a key's text joined by `.`.
+    /// Parses a simple shader's name, a key's text, or a probe's present or former name and a key's text joined by `.`; upper and lower case are the same.
     fn from_str(text: &str) -> Result<Self, KeyTextError> {
         let probe = text.split_once('.').and_then(|(first, key)| {
             let name = FORMER_PROBES.iter().find(|(former, _)| former.eq_ignore_ascii_case(first)).map_or(first, |(_, name)| *name);
@@ -82,10 +82,10 @@ pub const PROBES: [&str; 5] = ["probe_body_shadow", "probe_disc_overlap", "probe
 /// Pairs of a probe's former name, which is still read, and its present name.
 const FORMER_PROBES: [(&str, &str); 1] = [("probe_ring_shadow", "probe_body_shadow")];
 
-/// The probe modules that are recorded and tested: each probe, with keys of some of the models that it evaluates.
+/// The probe modules that are recorded (`shader::record`) and tested: each probe, with keys of some of the models that it evaluates.
 pub fn probe_samples() -> Vec<ModuleId> {
     let modules = |name: &'static str, keys: &[&str]| {
-        keys.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
+        keys.iter().map(|text| text.parse().expect("a shader key")).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
     };
     let overlap_keys = ["linear", "uniform-disc", "limb-darkened"].map(|m| format!("lambert.sun1.eclipse1-{m}.sphere"));
     let mut all = modules("probe_disc_overlap", &overlap_keys.each_ref().map(String::as_str));

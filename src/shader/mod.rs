@@ -43,9 +43,9 @@ pub enum ShaderError {
     Fragment {
         /// Path below shaders/.
         path: String,
-        /// Counted from 1.
+        /// Counted from 1; 0 if there is no such file.
         line: u32,
-        /// Counted from 1.
+        /// Counted from 1; 0 if there is no such file.
         column: u32,
         /// What is wrong.
         what: String,

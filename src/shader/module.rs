@@ -46,11 +46,11 @@ impl Lowering {
 /// A module that is ready to run.
 #[derive(Clone, Debug)]
 pub struct ShaderModule {
-    /// Its name.
+    /// The module's name or key.
     pub id: ModuleId,
     /// The emitted WGSL.
     pub wgsl: String,
-    /// naga's IR of the text.
+    /// The text as naga's IR.
     pub module: naga::Module,
     /// The analysis of naga's validator.
     pub info: ModuleInfo,
@@ -62,22 +62,23 @@ pub struct ShaderModule {
     pub tape: Vec<u8>,
 }
 
-/// Runs all checks of naga's validator. The module may use only what every WebGPU implementation supports.
+/// Runs all checks of naga's validator, without optional capabilities: the module may use only what every WebGPU implementation supports.
 pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<naga::valid::ValidationError>>> {
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
 
-/// The line of an emitted text in which naga's parser found a fault: that of the first label which has a position. If a value has the wrong type, the value's
-/// label counts, because the first label is then the place that asks for another type, such as a member of a struct in another fragment.
-fn unparsable_line(e: &naga::front::wgsl::ParseError, wgsl: &str) -> Option<u32> {
+/// The line (from 1) of an emitted text in which naga's parser found a fault: that of the first label with a position; `None` if no label has one. If a value
+/// has the wrong type, the value's label counts, because the first label is then the place that asks for another type, such as a struct's member in another
+/// fragment.
+fn parse_error_line(e: &naga::front::wgsl::ParseError, wgsl: &str) -> Option<u32> {
     let labels: Vec<(naga::Span, &str)> = e.labels().filter(|(span, _)| span.is_defined()).collect();
     let wrong_value = labels.iter().find(|(_, text)| text.starts_with("this expression has type"));
     wrong_value.or(labels.first()).map(|(span, _)| span.location(wgsl).line_number)
 }
 
-/// The line of an emitted text in which naga's validator found a fault: that of the narrowest of the parts that it names, the first of which is the function
-/// around the fault.
-fn invalid_line(e: &naga::WithSpan<naga::valid::ValidationError>, wgsl: &str) -> Option<u32> {
+/// The line (from 1) of an emitted text in which naga's validator found a fault. The validator names several parts of the text, such as the function and the
+/// expression in it; the shortest part counts. `None` if it names none.
+fn validation_error_line(e: &naga::WithSpan<naga::valid::ValidationError>, wgsl: &str) -> Option<u32> {
     let parts = e.spans().filter_map(|(span, _)| Some((span.to_range()?.len(), span)));
     parts.min_by_key(|(length, _)| *length).map(|(_, span)| span.location(wgsl).line_number)
 }
@@ -92,13 +93,14 @@ pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
             let indent = " ".repeat((column as usize).saturating_sub(1));
             return Some(format!("shaders/{path}, line {line}, column {column}\n\n{line:>4} | {text}\n     | {indent}^ {what}\n"));
         }
+        // No module has this name: emission has no other errors.
         Err(_) => return None,
     };
     let (message, emitted_line) = match naga::front::wgsl::parse_str(&wgsl) {
-        Err(e) => (e.emit_to_string_with_path(&wgsl, &id.to_string()), unparsable_line(&e, &wgsl)),
+        Err(e) => (e.emit_to_string_with_path(&wgsl, &id.to_string()), parse_error_line(&e, &wgsl)),
         Ok(module) => {
             let e = validate(&module).err()?;
-            (e.emit_to_string_with_path(&wgsl, &id.to_string()), invalid_line(&e, &wgsl))
+            (e.emit_to_string_with_path(&wgsl, &id.to_string()), validation_error_line(&e, &wgsl))
         }
     };
     let origin = emitted_line.and_then(|l| source_map.origin_of(l as usize));
@@ -120,17 +122,17 @@ impl ShaderModule {
     pub fn from_emitted(id: &ModuleId, emitted: Emitted, lowering: &Lowering) -> Result<Self, ShaderError> {
         let Emitted { wgsl, source_map } = emitted;
         let name = || id.to_string();
-        // The place in the text, which comes before the reason, so that a message that is cut loses the end of the reason and not the place.
+        // Fragment and line of a line of the emitted text. In a message the place comes before the reason, so that a reader who shortens the message keeps it.
         let place_text = |line: Option<u32>| match line.and_then(|l| source_map.origin_of(l as usize)) {
             Some((fragment, line)) => format!("shaders/{fragment}:{line}: "),
             None => String::new(),
         };
         let module = naga::front::wgsl::parse_str(&wgsl).map_err(|e| {
-            let place = place_text(unparsable_line(&e, &wgsl));
+            let place = place_text(parse_error_line(&e, &wgsl));
             ShaderError::Parse { id: name(), what: format!("{place}{}", e.message()) }
         })?;
         let info = validate(&module).map_err(|e| {
-            let mut what = place_text(invalid_line(&e, &wgsl));
+            let mut what = place_text(validation_error_line(&e, &wgsl));
             what.push_str(&e.as_inner().to_string());
             let mut cause = std::error::Error::source(e.as_inner());
             while let Some(c) = cause {

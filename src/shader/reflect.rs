@@ -1,7 +1,7 @@
 //! Reads a module's bindings and uniform fields from its naga IR, so that Rust need not repeat the layouts of the WESL files.
 //!
-//! In: a module. Out: [`Layout`], and a [`UniformWriter`] that fills the uniform block by field name. Always: only group 0 is used, and
-//! the uniform block is binding 0.
+//! In: a module. Out: [`Layout`], and a [`UniformWriter`] that fills the uniform block by field name; an error unless all bindings are in group 0 and the
+//! uniform block, if any, is binding 0.
 
 use naga::{AddressSpace, ArraySize, Module, ScalarKind, TypeInner, VectorSize};
 use serde::{Deserialize, Serialize};
@@ -91,13 +91,13 @@ pub struct Layout {
 pub enum LayoutError {
     /// The variable of this name is bound outside group 0, or is neither the uniform block at binding 0, nor a texture, nor a sampler.
     #[error("`{0}` is bound outside group 0, or its kind of binding is not one that the plan fills")]
-    Binding(String),
+    UnsupportedBinding(String),
     /// The uniform field of this name has a type that is not one of [`FieldType`].
     #[error("uniform field `{0}` has a type that the plan does not fill; it fills f32, vec2f, vec3f, vec4f, mat4x4f and array<vec4f, n>")]
-    FieldType(String),
+    UnsupportedFieldType(String),
     /// The module has no uniform field of this name.
     #[error("the module has no uniform field `{0}`")]
-    Unknown(String),
+    UnknownField(String),
     /// The value given has another type or length than the field.
     #[error("uniform field `{name}` is {expected} in the module, but was given {given} components")]
     Mistyped {
@@ -105,7 +105,7 @@ pub enum LayoutError {
         name: String,
         /// Its type in the module.
         expected: FieldType,
-        /// The components that were given: their number, or rows x columns.
+        /// The components that were given: their number, "4 x 4" for a matrix, or "n x 4" for an array of n `vec4f`.
         given: String,
     },
     /// The field of this name was written a second time.
@@ -118,15 +118,15 @@ pub enum LayoutError {
 
 /// The type of a uniform field; `None` if it is not one of [`FieldType`], the types that a [`UniformWriter`] can write.
 fn field_type(module: &Module, inner: &TypeInner) -> Option<FieldType> {
-    let f32_scalar = |s: &naga::Scalar| s.kind == ScalarKind::Float && s.width == 4;
+    let is_f32 = |s: &naga::Scalar| s.kind == ScalarKind::Float && s.width == 4;
     match inner {
-        TypeInner::Scalar(s) if f32_scalar(s) => Some(FieldType::F32),
-        TypeInner::Vector { size, scalar } if f32_scalar(scalar) => Some(match size {
+        TypeInner::Scalar(s) if is_f32(s) => Some(FieldType::F32),
+        TypeInner::Vector { size, scalar } if is_f32(scalar) => Some(match size {
             VectorSize::Bi => FieldType::Vec2,
             VectorSize::Tri => FieldType::Vec3,
             VectorSize::Quad => FieldType::Vec4,
         }),
-        TypeInner::Matrix { columns: VectorSize::Quad, rows: VectorSize::Quad, scalar } if f32_scalar(scalar) => Some(FieldType::Mat4),
+        TypeInner::Matrix { columns: VectorSize::Quad, rows: VectorSize::Quad, scalar } if is_f32(scalar) => Some(FieldType::Mat4),
         TypeInner::Array { base, size: ArraySize::Constant(n), .. } => {
             (field_type(module, &module.types[*base].inner) == Some(FieldType::Vec4)).then(|| FieldType::Vec4Array(n.get()))
         }
@@ -135,42 +135,41 @@ fn field_type(module: &Module, inner: &TypeInner) -> Option<FieldType> {
 }
 
 impl Layout {
-    /// Reads the bindings of a module.
+    /// Reads the bindings of a module. Variables and fields without a name get an empty one.
     pub fn of(module: &Module) -> Result<Self, LayoutError> {
         let mut layout = Self::default();
         for (_, variable) in module.global_variables.iter() {
             let name = variable.name.clone().unwrap_or_default();
             let Some(resource) = &variable.binding else { continue };
-            let inner = &module.types[variable.ty].inner;
-            match (inner, variable.space) {
-                _ if resource.group != 0 => return Err(LayoutError::Binding(name)),
+            match (&module.types[variable.ty].inner, variable.space) {
+                _ if resource.group != 0 => return Err(LayoutError::UnsupportedBinding(name)),
                 (TypeInner::Struct { members, span }, AddressSpace::Uniform) if resource.binding == 0 => {
                     layout.uniform_size = *span;
                     for member in members {
-                        let field = member.name.clone().unwrap_or_default();
-                        let inner = &module.types[member.ty].inner;
-                        let ty = field_type(module, inner).ok_or_else(|| LayoutError::FieldType(field.clone()))?;
-                        layout.fields.push(UniformField { name: field, ty, offset: member.offset, size: inner.size(module.to_ctx()) });
+                        let name = member.name.clone().unwrap_or_default();
+                        let member_type = &module.types[member.ty].inner;
+                        let ty = field_type(module, member_type).ok_or_else(|| LayoutError::UnsupportedFieldType(name.clone()))?;
+                        layout.fields.push(UniformField { name, ty, offset: member.offset, size: member_type.size(module.to_ctx()) });
                     }
                 }
                 (TypeInner::Image { .. }, _) => layout.textures.push(Binding { binding: resource.binding, name }),
                 (TypeInner::Sampler { .. }, _) => layout.samplers.push(Binding { binding: resource.binding, name }),
-                _ => return Err(LayoutError::Binding(name)),
+                _ => return Err(LayoutError::UnsupportedBinding(name)),
             }
         }
         layout.textures.sort_by_key(|b| b.binding);
         layout.samplers.sort_by_key(|b| b.binding);
         Ok(layout)
     }
-    /// A uniform field by its name.
+    /// A uniform field by its name; `None` if the block has no such field.
     pub fn field(&self, name: &str) -> Option<&UniformField> {
         self.fields.iter().find(|f| f.name == name)
     }
-    /// The binding of a texture by its name in the shader.
+    /// The binding number of a texture by its name in the shader; `None` if the module has no such texture.
     pub fn texture(&self, name: &str) -> Option<u32> {
         self.textures.iter().find(|b| b.name == name).map(|b| b.binding)
     }
-    /// Starts an empty uniform block.
+    /// Starts a uniform block, in which no field is written yet.
     pub fn writer(&self) -> UniformWriter<'_> {
         UniformWriter { layout: self, bytes: vec![0; self.uniform_size as usize], written: vec![false; self.fields.len()] }
     }
@@ -200,7 +199,7 @@ impl UniformWriter<'_> {
         given: &dyn fmt::Display,
         values: &[f32],
     ) -> Result<(), LayoutError> {
-        let index = self.layout.fields.iter().position(|f| f.name == name).ok_or_else(|| LayoutError::Unknown(name.into()))?;
+        let index = self.layout.fields.iter().position(|f| f.name == name).ok_or_else(|| LayoutError::UnknownField(name.into()))?;
         let field = &self.layout.fields[index];
         let start = field.offset as usize;
         let target = self.bytes.get_mut(start..start + 4 * values.len());
@@ -273,7 +272,7 @@ mod tests {
     fn a_writer_checks_names_types_and_completeness() {
         let l = layout("struct D { a: f32, b: vec3f, d: array<vec4f, 2>, } @group(0) @binding(0) var<uniform> d: D;").expect("layout");
         let mut w = l.writer();
-        assert!(matches!(w.f32("x", 1.0), Err(LayoutError::Unknown(_))));
+        assert!(matches!(w.f32("x", 1.0), Err(LayoutError::UnknownField(_))));
         assert!(matches!(w.f32("b", 1.0), Err(LayoutError::Mistyped { .. })));
         assert!(matches!(w.vec4_array("d", &[Vec4::ONE]), Err(LayoutError::Mistyped { .. })));
         w.f32("a", 2.5).expect("a");
@@ -282,6 +281,7 @@ mod tests {
         assert_eq!(w.clone().finish(), Err(LayoutError::Missing("d".into())));
         w.vec4_array("d", &[Vec4::ONE, Vec4::splat(-1.0)]).expect("d");
         let bytes = w.finish().expect("complete");
+        // `b` is at offset 16 and its z at 24; `d` is at 32 and its last component at 60.
         assert_eq!(bytes[0..4], 2.5f32.to_le_bytes());
         assert_eq!(bytes[24..28], 3f32.to_le_bytes());
         assert_eq!(bytes[60..64], (-1f32).to_le_bytes());
@@ -289,10 +289,10 @@ mod tests {
 
     #[test]
     fn other_groups_and_types_are_refused() {
-        assert!(matches!(layout("@group(1) @binding(0) var t: texture_2d<f32>;"), Err(LayoutError::Binding(_))));
+        assert!(matches!(layout("@group(1) @binding(0) var t: texture_2d<f32>;"), Err(LayoutError::UnsupportedBinding(_))));
         assert!(matches!(
             layout("struct D { a: u32, } @group(0) @binding(0) var<uniform> d: D;"),
-            Err(LayoutError::FieldType(f)) if f == "a"
+            Err(LayoutError::UnsupportedFieldType(f)) if f == "a"
         ));
     }
 }

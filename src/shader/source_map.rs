@@ -26,13 +26,13 @@ pub struct SourceMap {
 }
 
 impl SourceMap {
-    /// The entry of [`SourceMap::features`] for an emitted line (from 1): the feature that includes it.
+    /// The entry of [`SourceMap::features`] for an emitted line (from 1): the feature that includes it. `None` past the last line.
     pub fn feature_of(&self, line: usize) -> Option<&str> {
         let origin = self.lines.get(line.checked_sub(1)?)?;
         self.features.get(usize::from(origin.feature)).map(String::as_str)
     }
 
-    /// Fragment path and line of an emitted line (from 1).
+    /// Fragment path and line of an emitted line (from 1); `None` past the last line.
     pub fn origin_of(&self, line: usize) -> Option<(&str, u32)> {
         let origin = self.lines.get(line.checked_sub(1)?)?;
         Some((self.fragments.get(usize::from(origin.fragment))?, origin.line))

@@ -1,5 +1,7 @@
-//! Compares a plan drawn in f32 with the same plan drawn in f64: the difference of the images, and its cause. The cause is the first named value of a shader
-//! module with a large difference ([`first_large_difference`]). The GPU may draw the f32 image; named values are always those of the software renderer.
+//! The difference between an image drawn in f32 and the same image drawn in f64, and its cause.
+//!
+//! In: a planned view, or images of both precisions. Out: the worst pixel, its difference, and as text the cause: the first named value of a shader module with
+//! a large difference ([`first_large_difference`]). The GPU may draw the f32 image; named values are always those of the software renderer.
 
 use super::{SweepResult, SweepSetup};
 use crate::measure::{LinearImage, PlannedView, larger_or_nan, level_differences};
@@ -8,22 +10,23 @@ use crate::render::software::{NamedValue, Precision};
 use crate::session::SessionError;
 use serde_json::Value;
 
-/// Index and value of the greatest number; NaN counts as infinity and is returned as infinity.
+/// Index and value of the greatest of numbers of at least 0; (0, 0.0) if none is positive. NaN counts as infinity and is returned as infinity.
 pub(super) fn worst_of(values: &[f64]) -> (usize, f64) {
     let nan_as_infinity = |v: &f64| if v.is_nan() { f64::INFINITY } else { *v };
     let numbers = values.iter().map(nan_as_infinity).enumerate();
     numbers.fold((0, 0.0), |(worst_index, worst), (k, v)| if v > worst { (k, v) } else { (worst_index, worst) })
 }
 
-/// For each pixel, the least of its differences from the same pixel of the `exact_images`; NaN if all of them are NaN, or if there are no images.
+/// For each pixel of an f32 image, the least of its differences from the same pixel of several f64 images, which differ in the grid to which vertices snap. NaN
+/// where all of its differences are NaN, or if there are no f64 images.
 pub(super) fn least_differences<'a, T: 'a>(
     image: &[T],
-    exact_images: impl Iterator<Item = &'a [T]>,
+    f64_images: impl Iterator<Item = &'a [T]>,
     difference: impl Fn(&T, &T) -> f64,
 ) -> Vec<f64> {
     let mut least = vec![f64::NAN; image.len()];
-    for exact in exact_images {
-        for ((least, a), b) in least.iter_mut().zip(image).zip(exact) {
+    for f64_image in f64_images {
+        for ((least, a), b) in least.iter_mut().zip(image).zip(f64_image) {
             *least = least.min(difference(a, b));
         }
     }
@@ -40,8 +43,8 @@ pub(super) fn worst_pixel(a: &LinearImage, b: &LinearImage) -> (usize, f64) {
     }
 }
 
-/// Draws a view in both precisions and adds the difference, in levels, to `found`. `case`: what identifies the view. If the view is the worst so far, `found`
-/// keeps `case` with the worst pixel added, and the cause.
+/// Draws a view in both precisions and adds the difference of the worst pixel, in levels, to `found`. `case`: a JSON object that identifies the view; the worst
+/// pixel is added to it.
 pub(super) fn compare(setup: &SweepSetup<'_>, found: &mut SweepResult, view: &PlannedView, case: &Value) -> Result<(), SessionError> {
     let [single, double] = [setup.draw_linear(view, Precision::F32)?, setup.draw_linear(view, Precision::F64)?];
     let (worst_index, worst) = worst_pixel(&single, &double);
@@ -54,7 +57,8 @@ pub(super) fn compare(setup: &SweepSetup<'_>, found: &mut SweepResult, view: &Pl
     Ok(())
 }
 
-/// Names the draw of the scene with the greatest difference between the precisions at a pixel, and the first of its values that differs by much.
+/// Names the draw of the scene whose colour at a pixel differs most between the precisions, and describes its [`first_large_difference`]. Draws without values
+/// at the pixel are skipped, also those whose values cannot be computed. `size`: of the image, pixels.
 pub(super) fn describe_cause(setup: &SweepSetup<'_>, view: &PlannedView, size: [u32; 2], pixel: [u32; 2]) -> String {
     let draws = view.plan.hdr_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
     let values_of = |draw: &PlanDraw| {
@@ -66,7 +70,8 @@ pub(super) fn describe_cause(setup: &SweepSetup<'_>, view: &PlannedView, size: [
         let difference = single.colour.iter().zip(&double.colour).map(|(a, b)| (a - b).abs()).fold(0.0, larger_or_nan);
         Some((difference, format!("{}: {}", draw.label, first_large_difference(&single.named, &double.named))))
     };
-    let worst = draws.iter().filter_map(values_of).max_by(|a, b| a.0.total_cmp(&b.0));
+    // `total_cmp` ranks NaN as the greatest.
+    let worst = draws.iter().filter_map(values_of).max_by(|(a, _), (b, _)| a.total_cmp(b));
     worst.map_or_else(|| "no draw has values at this pixel's centre".to_owned(), |(_, cause)| cause)
 }
 
@@ -75,20 +80,22 @@ fn agree(x: f64, y: f64) -> bool {
     x == y || x.is_nan() && y.is_nan()
 }
 
-/// Describes a difference: which number of a value is not finite in one precision, or otherwise the value's relative difference.
+/// Describes the difference of a value: its first number that is infinite or NaN in one precision and not the same in the other; else its relative difference.
 fn difference_text(single: &NamedValue, double: &NamedValue, relative: f64) -> String {
     let mut numbers = single.numbers.iter().zip(&double.numbers).enumerate();
     let Some((k, (x, y))) = numbers.find(|(_, (x, y))| !(agree(**x, **y) || x.is_finite() && y.is_finite())) else {
         return format!("{} differs by a relative {relative:.1e}", single.name);
     };
+    // The number that is not finite; of NaN and infinity, NaN. A value that the pixel's control flow does not reach is NaN.
     let (value, precision) = if x.is_nan() || y.is_finite() { (x, "f32") } else { (y, "f64") };
     let index = if single.numbers.len() > 1 { format!("[{k}]") } else { String::new() };
     format!("{}{index} is {} in {precision}", single.name, if value.is_nan() { "NaN or not assigned" } else { "infinite" })
 }
 
-/// The first value, in the order of the module, whose relative difference is at least a tenth of the greatest
-/// relative difference, or which is not finite in one precision only.
+/// Describes the first value, in the order of the module, with a number that is infinite or NaN in one precision and not the same in the other. If there is
+/// none: the first whose relative difference is at least a tenth of the greatest, because later values may magnify the difference that causes theirs.
 fn first_large_difference(single: &[NamedValue], double: &[NamedValue]) -> String {
+    // The greatest difference of a value's numbers over their greatest magnitude; NaN if a number is infinite or NaN in one precision and another in the other.
     let relative = |a: &NamedValue, b: &NamedValue| {
         let (scale, difference) = a.numbers.iter().zip(&b.numbers).fold((0.0_f64, 0.0_f64), |(scale, difference), (x, y)| {
             (scale.max(x.abs()).max(y.abs()), if agree(*x, *y) { difference } else { larger_or_nan(difference, (x - y).abs()) })
@@ -116,7 +123,7 @@ mod tests {
         assert!(least_differences(&image, std::iter::empty(), difference).iter().all(|v| v.is_nan()), "no image to compare with");
     }
 
-    /// Such a pixel is broken in both precisions, so that the images do not differ.
+    /// Where a pixel is not finite in either precision, the images do not differ, and yet it must not pass.
     #[test]
     fn a_pixel_that_is_not_finite_in_either_image_is_the_worst() {
         let image = |third: f32| LinearImage {
@@ -129,6 +136,7 @@ mod tests {
         for broken in [f32::NAN, f32::INFINITY] {
             assert_eq!(worst_pixel(&image(broken), &image(broken)), (2, f64::INFINITY), "{broken}");
         }
+        assert_eq!(worst_of(&[0.0, f64::NAN, 3.0]), (1, f64::INFINITY));
     }
 
     #[test]
@@ -141,7 +149,6 @@ mod tests {
         rounded[1].numbers[1] += 3e-3;
         rounded[3].numbers[0] += 1e-3;
         assert_eq!(first_large_difference(&rounded, &exact), "b differs by a relative 1.0e-3");
-        assert_eq!(worst_of(&[0.0, f64::NAN, 3.0]), (1, f64::INFINITY));
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let Some((name, radius_km)) = session.catalog().body(body).map(|b| (b.name.as_str(), b.radii_km.x)) else { continue };
         let to_camera = (sunward(setup, body, emission_time) + DVec3::new(0.1, -0.2, 0.3)).normalize();
         let far_km = 100.0 * KM_PER_AU;
-        let steps = setup.by_effort(14, 60);
+        let steps = setup.short_or_full(14, 60);
         let mut previous: Option<LinearImage> = None;
         for k in 0..steps {
             let distance_km = 1.2 * radius_km * (far_km / (1.2 * radius_km)).powf(f64::from(k) / f64::from(steps - 1));
@@ -83,7 +83,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
 /// pixels. Points, stars and the Sun's glare are left out, because their size depends on that of a pixel.
 pub(super) fn scale(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let (side, factor) = setup.by_effort((64, 8), (256, 8));
+    let (side, factor) = setup.short_or_full((64, 8), (256, 8));
     for name in ["earth-3-radii", "saturn", "moon-limb"] {
         let Some(scene) = standard_scenes(side, side).into_iter().find(|s| s.name == name) else { continue };
         let layers = Layers { stars: false, ..Layers::default() };
@@ -96,7 +96,7 @@ pub(super) fn scale(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let differences = level_differences(&coarse, &fine);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
         let (worst_index, worst) = worst_pixel(&coarse, &fine);
-        // A pixel that is not finite in both images has no difference, so that the mean would not show it.
+        // A pixel that is NaN or infinite in both images has no difference, so that the mean would not show it.
         found.add(if worst.is_finite() { mean } else { worst }, || {
             let pixel = [worst_index as u32 % side, worst_index as u32 / side];
             (

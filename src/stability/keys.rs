@@ -1,5 +1,6 @@
-//! Shaders with every feature, f32 against f64. A key names the features of one emitted module. The keys of a covering set together contain every combination
-//! of values of any two (or three) dimensions. Each is drawn on the sample body, a made-up globe.
+//! Compares f32 with f64 images of shaders that together have every feature. A key names the features of one emitted module: one value in each of several
+//! dimensions, such as the shape. The keys of a covering set together contain every combination of values of any two (or three) dimensions. Each is drawn on
+//! the sample body, a made-up globe.
 //!
 //! In: a sweep's setup. Out: the greatest difference of a channel, where white is 1.
 
@@ -23,7 +24,7 @@ pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let request = ViewRequest { width: SIDE_PX, height: SIDE_PX, ..ViewRequest::of(NaifId::MOON, super::views::eclipse_instant()) };
     // A planned view needs a scene, but the sample body has none. Nothing of this scene of the Moon is drawn; only its exposure is read.
     let scene = session.scene(&request)?;
-    for key in covering_keys(setup.by_effort(2, 3)) {
+    for key in covering_keys(setup.short_or_full(2, 3)) {
         for half_side_radii in [SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB] {
             let mut plan = sample_body_plan(session.library(), &key, SIDE_PX, half_side_radii)?;
             if let Some(change) = setup.injected_faults.change_plan {

@@ -1,4 +1,4 @@
-//! Two sweeps, runs over many cases, about shadows. `shadows` computes the fraction of sunlight at points in umbra, penumbra, antumbra and full light;
+//! Two sweeps (runs over many cases) about shadows. `shadows` computes the fraction of sunlight at points in umbra, penumbra, antumbra and full light;
 //! `umbra-exposure` draws moons in Jupiter's umbra at exposures from -20 to +25 stops ([`ExposureRequest::Stops`] states what stop 0 is).
 //!
 //! In: a sweep's setup. Out: the number of cases and the worst of them.
@@ -88,10 +88,10 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
             continue;
         };
         let receiver = Receiver::at(ephemeris, body, time)?;
-        let occluder_km =
-            receiver.body_from_icrf * (ephemeris.light_time_position(occluder.id, receiver.position_km, time)?.0 - receiver.position_km);
+        let (occluder_icrf_km, _emitted_at) = ephemeris.light_time_position(occluder.id, receiver.position_km, time)?;
+        let occluder_km = receiver.body_from_icrf * (occluder_icrf_km - receiver.position_km);
         let sun_km = receiver.body_from_icrf * receiver.body_to_sun_km;
-        let points = points_around(body, sun_km.normalize(), occluder_km, setup.by_effort(40, 400));
+        let points = points_around(body, sun_km.normalize(), occluder_km, setup.short_or_full(40, 400));
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let sunlight_in = |precision| {
                 let prober = Prober { session, renderer: setup.renderers.renderer(precision) };
@@ -142,18 +142,18 @@ const SEARCH_DURATION_S: f64 = 175.0 * 3600.0;
 /// axis, in equatorial radii of the planet. The distance is infinite if the moon is never behind the planet.
 fn deepest_in_shadow(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, start: Instant) -> Result<(Instant, f64), SessionError> {
     let ephemeris = setup.session().ephemeris();
-    let mut best = (start, f64::INFINITY);
+    let (mut deepest, mut least_distance_radii) = (start, f64::INFINITY);
     const STEP_S: f64 = 120.0;
     for k in 0..(SEARCH_DURATION_S / STEP_S) as u32 {
         let time = start.plus_seconds(STEP_S * f64::from(k));
         let moon_km = ephemeris.state(moon, planet.id, time, BEST_SOURCE)?.state.pos_km;
         let antisunward = -ephemeris.state(NaifId::SUN, planet.id, time, BEST_SOURCE)?.state.pos_km.normalize();
         let axis_distance_radii = moon_km.cross(antisunward).length() / planet.radii_km.x;
-        if moon_km.dot(antisunward) > 0.0 && axis_distance_radii < best.1 {
-            best = (time, axis_distance_radii);
+        if moon_km.dot(antisunward) > 0.0 && axis_distance_radii < least_distance_radii {
+            (deepest, least_distance_radii) = (time, axis_distance_radii);
         }
     }
-    Ok(best)
+    Ok((deepest, least_distance_radii))
 }
 
 /// Greatest absolute radiance of any channel; NaN counts as the greatest.
@@ -191,13 +191,13 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
         let distance_km = 20.0 * radius_km;
         // The moon fills the frame: at this distance its disc has a diameter of 5.7 degrees.
         const FOV_DEG: f64 = 4.0;
-        for stops in (-20..=25).step_by(setup.by_effort(9, 1)) {
+        for stops in (-20..=25).step_by(setup.short_or_full(9, 1)) {
             let observation_time = time.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S);
             let request = ViewRequest {
                 exposure: ExposureRequest::Stops(f64::from(stops)),
                 layers: Layers { stars: false, ..Layers::default() },
                 effects: effects.clone(),
-                ..view_from_offset(moon, observation_time, -antisunward * distance_km, FOV_DEG, setup.by_effort(24, 64))
+                ..view_from_offset(moon, observation_time, -antisunward * distance_km, FOV_DEG, setup.short_or_full(24, 64))
             };
             let mut view = setup.plan_view(&request, SINGLE_SAMPLE)?;
             // Only the moon's draws, not Jupiter's.

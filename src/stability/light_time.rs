@@ -43,8 +43,9 @@ fn direction_by_bisection(session: &Session, body: NaifId, time: Instant) -> Res
 pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = setup.session();
+    // The tests of the sweep inject a wrong direction.
     let direction_of = setup.injected_faults.apparent_direction.unwrap_or(direction_in_scene);
-    let instant_count = setup.by_effort(2, 20);
+    let instant_count = setup.short_or_full(2, 20);
     let bodies = session.catalog().bodies().iter().filter(|b| b.id != NaifId::EARTH);
     for body in bodies {
         for k in 0..instant_count {

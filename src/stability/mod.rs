@@ -147,7 +147,7 @@ impl<'a> SweepSetup<'a> {
     }
 
     /// `short` for a short effort, otherwise `full`.
-    fn by_effort<T>(&self, short: T, full: T) -> T {
+    fn short_or_full<T>(&self, short: T, full: T) -> T {
         if self.effort == Effort::Short { short } else { full }
     }
 
@@ -364,8 +364,8 @@ pub const SWEEPS: [Sweep; 21] = [
 /// The reason why a case cannot be drawn.
 pub fn run(sweep: &Sweep, setup: &SweepSetup<'_>) -> Result<SweepReport, SessionError> {
     let result = (sweep.run)(setup)?;
-    let bound = setup.by_effort(sweep.bound, sweep.full_bound);
-    let gpu_bound = setup.by_effort(sweep.gpu_bound, sweep.full_gpu_bound);
+    let bound = setup.short_or_full(sweep.bound, sweep.full_bound);
+    let gpu_bound = setup.short_or_full(sweep.gpu_bound, sweep.full_gpu_bound);
     let bound = if setup.uses_gpu() { bound.max(gpu_bound) } else { bound };
     Ok(SweepReport { name: sweep.name, unit: sweep.unit, bound, reason: sweep.reason, result })
 }

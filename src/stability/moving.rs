@@ -82,7 +82,7 @@ fn responsible_draw(setup: &SweepSetup<'_>, views: [&PlannedView; 2]) -> String 
 /// Cameras that rotate by a third of a pixel per step or recede from a body, and moons and shadows that move by less than a pixel.
 pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    let (side, steps, steps_away) = setup.by_effort((64, 10, 40), (160, 60, 300));
+    let (side, steps, steps_away) = setup.short_or_full((64, 10, 40), (160, 60, 300));
     let mut sequence = |name: &str, steps: u32, frame: &dyn Fn(f64) -> ViewRequest| -> Result<(), SessionError> {
         let mut previous: Option<(PlannedView, LinearImage)> = None;
         for k in 0..steps {
@@ -152,7 +152,7 @@ const ORBIT_OF_IO: &str = "Io once around Jupiter";
 pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     // A short sweep takes steps four times as long; changes are divided by this factor, so that both efforts have the same bound.
-    let step_factor = setup.by_effort(4.0, 1.0);
+    let step_factor = setup.short_or_full(4.0, 1.0);
     let from_earth = Position::Centre(NaifId::EARTH);
     let from_sunward_side = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: None };
     // Name, target, camera position, start (UTC), duration and step in seconds, field of view in degrees (`None`: the default).

@@ -160,14 +160,14 @@ fn worst_omission(
     purpose: Purpose,
     difference: DifferenceMeasure<'_>,
 ) -> Result<(f64, &'static str), SessionError> {
-    let mut worst = (0.0, "several together");
+    let (mut greatest, mut name) = (0.0, "several together");
     for effect in Effect::ALL.into_iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
         let difference_alone = difference(&frame_pair(setup, request, purpose, &[effect])?)?.difference;
-        if difference_alone > worst.0 {
-            worst = (difference_alone, effect.name());
+        if difference_alone > greatest {
+            (greatest, name) = (difference_alone, effect.name());
         }
     }
-    Ok(worst)
+    Ok((greatest, name))
 }
 
 /// Largest number of views, worst first, for which the omitted effect is determined.
@@ -182,7 +182,7 @@ fn sweep_views(
 ) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let (mut results, mut cost_ratios) = (Vec::new(), Vec::new());
-    for RandomView { case, request } in views(setup, setup.view_count.unwrap_or(setup.by_effort(160, 3000))) {
+    for RandomView { case, request } in views(setup, setup.view_count.unwrap_or(setup.short_or_full(160, 3000))) {
         let Some(pair) = if_possible(frame_pair(setup, &request, purpose, &Effect::ALL))? else { continue };
         let worst = difference(&pair)?;
         found.add(worst.difference, || (case.clone(), String::new()));
@@ -193,7 +193,7 @@ fn sweep_views(
     if results.is_empty() {
         return Ok(found);
     }
-    results.sort_by(|a, b| b.0.difference.total_cmp(&a.0.difference));
+    results.sort_by(|(a, ..), (b, ..)| b.difference.total_cmp(&a.difference));
     // For each effect, the number of explained views in which it makes the greatest difference alone, and the greatest of these differences.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     let mut explained = Vec::new();

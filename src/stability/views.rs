@@ -68,8 +68,9 @@ pub(super) fn view_from_offset(body: NaifId, time: Instant, offset_km: DVec3, fo
 
 /// Views from a metre above the ground to 100 au, at fields of view from an arcsecond to 170 degrees.
 pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let bodies = setup.by_effort(bodies_named(setup, &["earth", "saturn", "moon", "deimos"]), setup.session().catalog().bodies().to_vec());
-    let (steps, side) = setup.by_effort((10, 16), (27, 32));
+    let bodies =
+        setup.short_or_full(bodies_named(setup, &["earth", "saturn", "moon", "deimos"]), setup.session().catalog().bodies().to_vec());
+    let (steps, side) = setup.short_or_full((10, 16), (27, 32));
     let fovs_deg = [RAD_PER_ARCSEC.to_degrees(), 0.05, 3.0, 45.0, 170.0];
     let time = eclipse_instant();
     let views = bodies.iter().flat_map(|body| {
@@ -87,12 +88,12 @@ pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
     compare_views(setup, views.collect::<Vec<_>>())
 }
 
-/// Each body seen from the centre of each other body, fitted into the frame; a random sample of these pairs for a short effort.
+/// Each body seen from the centre of each other body, fitted into the frame; a random sample of these pairs in a short run.
 pub(super) fn pairs(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let bodies = setup.session().catalog().bodies();
     let mut random = Random::new(setup.seed);
     // In a short run, about 150 pairs.
-    let sampled_fraction = setup.by_effort(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
+    let sampled_fraction = setup.short_or_full(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
     let mut views = Vec::new();
     for observer in bodies {
         for target in bodies.iter().filter(|t| t.id != observer.id) {
@@ -152,8 +153,8 @@ pub(super) fn grazing_telescope(setup: &SweepSetup<'_>) -> Result<SweepResult, S
 
 fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult, SessionError> {
     let names: &[&str] =
-        setup.by_effort(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
-    let azimuth_count = setup.by_effort(2, 12);
+        setup.short_or_full(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
+    let azimuth_count = setup.short_or_full(2, 12);
     let mut views = Vec::new();
     for body in bodies_named(setup, names) {
         let radius_km = body.radii_km.x;
@@ -183,7 +184,7 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
 
 /// Views down, along the horizon and towards the Sun: at the poles, on the antimeridian, with the Sun in the zenith or in the nadir, and at the terminator.
 pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let names: &[&str] = setup.by_effort(
+    let names: &[&str] = setup.short_or_full(
         &["earth", "saturn", "moon"],
         &["earth", "saturn", "moon", "mars", "jupiter", "venus", "titan", "pluto", "io", "mercury"],
     );
@@ -239,7 +240,7 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
                 let case = json!({ "body": body.name, "distance_radii": distance_radii, "tan_elevation": tan_elevation });
                 views.push(ExtremeView {
                     case,
-                    request: view_from_offset(body.id, eclipse_instant(), offset, fov_deg, setup.by_effort(24, 64)),
+                    request: view_from_offset(body.id, eclipse_instant(), offset, fov_deg, setup.short_or_full(24, 64)),
                 });
             }
         }
@@ -248,7 +249,7 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
     for jd_tdb in [2_460_758.17, 2_460_801.5] {
         for hours in [-600.0, -24.0, -1.0, -0.01, 0.0, 0.3, 20.0, 500.0] {
             let time = Instant::from_jd_tdb(jd_tdb + hours / 24.0);
-            let side = setup.by_effort(24, 96);
+            let side = setup.short_or_full(24, 96);
             let request = ViewRequest { width: side, height: side, ..ViewRequest::of(SATURN, time) };
             views.push(ExtremeView { case: json!({ "body": "Saturn", "time": time.to_utc_iso() }), request });
         }
@@ -260,7 +261,7 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
 pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let (catalog, ephemeris) = (setup.session().catalog(), setup.session().ephemeris());
     // 2023-01-01 to 2024-05-15, or 2010 to 2031: partial, annular, total and hybrid eclipses.
-    let span_jd_tdb = setup.by_effort([2_459_945.5, 2_460_445.5], [2_455_197.5, 2_463_232.5]);
+    let span_jd_tdb = setup.short_or_full([2_459_945.5, 2_460_445.5], [2_455_197.5, 2_463_232.5]);
     let [from, to] = span_jd_tdb.map(Instant::from_jd_tdb);
     let mut views = Vec::new();
     let side = 24;
@@ -274,6 +275,7 @@ pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
                     .push(ExtremeView { case, request: ViewRequest { width: side, height: side, ..ViewRequest::of(NaifId::EARTH, time) } });
             }
         }
+        // A partial eclipse has no duration.
         let half_s = eclipse.duration_s.unwrap_or(600.0) / 2.0;
         for seconds in [-half_s, -half_s + 0.5, 0.0, half_s - 0.5, half_s, 3000.0] {
             let time = eclipse.greatest.plus_seconds(seconds);
@@ -300,7 +302,7 @@ pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
 
 /// Every body, from the smallest moon to the Sun, filling the frame.
 pub(super) fn radii(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let side = setup.by_effort(24, 96);
+    let side = setup.short_or_full(24, 96);
     let view = |body: &Body| ExtremeView {
         case: json!({ "body": body.name, "radius_km": body.radii_km.x }),
         request: ViewRequest { width: side, height: side, ..ViewRequest::of(body.id, eclipse_instant()) },
@@ -310,7 +312,7 @@ pub(super) fn radii(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
 
 /// Bodies at instants from the year -3000 to 3000.
 pub(super) fn years(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let step = setup.by_effort(500, 50);
+    let step = setup.short_or_full(500, 50);
     let mut views = Vec::new();
     for year in (-3000..=3000).step_by(step) {
         let time = Instant::from_jd_tdb(JD_J2000 + DAYS_PER_JULIAN_YEAR * f64::from(year - 2000));
@@ -325,7 +327,7 @@ pub(super) fn years(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
 /// Discs with diameters from 0.3 pixels to four times the frame's side.
 pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     const DISTANCE_RADII: f64 = 60.0;
-    let (side, steps) = setup.by_effort((24, 12), (48, 60));
+    let (side, steps) = setup.short_or_full((24, 12), (48, 60));
     let mut views = Vec::new();
     for body in bodies_named(setup, &["earth", "saturn", "moon", "sun", "jupiter"]) {
         let distance_km = DISTANCE_RADII * body.radii_km.x;
@@ -346,7 +348,7 @@ pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
 /// Views that use the simple shaders (those without a key): lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map. Compares
 /// display bytes.
 pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    let side = setup.by_effort(96, 256);
+    let side = setup.short_or_full(96, 256);
     let all = Layers::ALL;
     let request_of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
     // 2022-11-08T11:00 UTC. From the Moon, which is in the Earth's umbra: the Sun's refracted image around the Earth.

@@ -35,7 +35,7 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     }
     let year = year_of(tt_s);
     if index < 1.0 {
-        let spline_start_year = SPLINE[0][0];
+        let [spline_start_year, ..] = SPLINE[0];
         if year >= spline_start_year {
             // The spline smooths the last years before the table, so that it is off by 0.2 s where the table takes over. A correction that grows linearly from
             // 0 in `BLEND_FROM_YEAR` to this gap makes it meet the table.
@@ -136,7 +136,7 @@ fn iers_s(index: f64) -> f64 {
 
 /// Delta T by the spline; before or after its years, by the continuation of its first or last piece.
 fn spline_s(year: f64) -> f64 {
-    let row = SPLINE.iter().find(|r| year < r[1]).unwrap_or(&SPLINE[SPLINE.len() - 1]);
+    let row = SPLINE.iter().find(|[_, last_year, ..]| year < *last_year).unwrap_or(&SPLINE[SPLINE.len() - 1]);
     let [first_year, last_year, a3, a2, a1, a0] = *row;
     let u = (year - first_year) / (last_year - first_year);
     a0 + u * (a1 + u * (a2 + u * a3))

@@ -79,12 +79,12 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     Ok(Instant::from_utc_seconds(start_of_minute_s + second))
 }
 
-/// Parses exactly `digits` ASCII digits.
+/// Parses exactly `digits` ASCII digits; `None` for any other text.
 fn exact_digits(part: &str, digits: usize) -> Option<i64> {
     (part.len() == digits && part.bytes().all(|b| b.is_ascii_digit())).then(|| part.parse().ok()).flatten()
 }
 
-/// Parses `SS` or `SS.fff`.
+/// Parses `SS` or `SS.fff`; `None` for any other text.
 fn seconds(part: &str) -> Option<f64> {
     let (whole_part, fraction) = part.split_once('.').unwrap_or((part, "0"));
     exact_digits(whole_part, 2)?;

@@ -146,7 +146,7 @@ impl PartialView {
     fn add_pair(&mut self, pair: &str) -> Result<(), String> {
         let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", shortened(pair)))?;
         let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", shortened(pair)))?;
-        // A value that is not valid JSON is a string.
+        // A value that is not valid JSON is a string. An error `is_data` if the value is valid JSON but gives a field twice.
         let value = match json::value(&text) {
             Err(e) if e.is_data() => return Err(format!("`{}`: {e}", shortened(path))),
             found => found.unwrap_or(Value::String(text)),

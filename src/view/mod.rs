@@ -1,6 +1,6 @@
 //! The window: the user browses the solar system, runs time, sets effects and inspects the shaders of the drawn bodies.
 //!
-//! In: a session and input events. Out: a window; either the GPU that renders the images presents it, or the CPU. This module computes
+//! In: a session and input events. Out: a window, which the GPU that renders the images presents, or else the CPU. This module computes
 //! neither positions nor light; both come from the session.
 //!
 //! - `app`: the state, and the actions that change it.

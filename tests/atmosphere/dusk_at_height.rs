@@ -82,20 +82,29 @@ fn the_mean_over_the_entire_sky_is_not_what_a_view_shows() {
     }
 }
 
-/// High in the air an image of the sky is exposed for the light that this sky has, not for that of a sky on the ground: the view to the zenith from half of
-/// the air's height gets at least a stop more than from the ground. Negative control: a camera at twice eye level, which gets what one at eye level gets.
+/// High in the air an image of a dusk is exposed for the light that this sky has, not for that of a sky on the ground: the view to the zenith from half of
+/// the air's height gets at least a stop more than from the ground. A camera at twice eye level gets what one at eye level gets. By day the sky darkens with
+/// height: it is exposed as on the ground.
 #[test]
-fn a_darker_sky_at_height_is_exposed_longer() {
-    let stops = |id: NaifId, height_km: f64| {
-        let place = Place::at_height(id, -5.0, height_km);
+fn a_darker_sky_at_height_is_exposed_longer_in_dusk_alone() {
+    let stops_with_sun_at = |sun_altitude_deg: f64, id: NaifId, height_km: f64| {
+        let place = Place::at_height(id, sun_altitude_deg, height_km);
         SESSION.scene(&place.view(id, place.vertical, place.sunward, FOV_DEG)).expect("a scene").exposure.stops
     };
     for id in [EARTH, MARS] {
         let [eye_level_km, .., half_km] = heights_km(id);
-        let [on_ground, above_it, high] = [eye_level_km, 2.0 * eye_level_km, half_km].map(|height_km| stops(id, height_km));
-        println!("{id:?}: {on_ground:.2} stops on the ground, {high:.2} at {half_km} km");
+        let [on_ground, above_it, high] =
+            [eye_level_km, 2.0 * eye_level_km, half_km].map(|height_km| stops_with_sun_at(-5.0, id, height_km));
+        let [on_ground_by_day, high_by_day] = [eye_level_km, half_km].map(|height_km| stops_with_sun_at(10.0, id, height_km));
+        println!(
+            "{id:?}: {on_ground:.2} stops on the ground, {high:.2} at {half_km} km; by day {on_ground_by_day:.2} and {high_by_day:.2}"
+        );
         assert!(high - on_ground > 1.0, "{id:?}: {on_ground} stops on the ground, {high} at {half_km} km");
         assert!((above_it - on_ground).abs() < 0.01, "{id:?}: {on_ground} and {above_it} stops near the ground");
+        assert!(
+            (high_by_day - on_ground_by_day).abs() < 0.2,
+            "{id:?} by day: {on_ground_by_day} stops on the ground, {high_by_day} at {half_km} km"
+        );
     }
 }
 

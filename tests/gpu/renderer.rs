@@ -239,7 +239,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     let is_software = renderer.facts().kind == AdapterKind::Software;
     let automatic = if is_software { PresenterChange::Unchanged } else { PresenterChange::NewGpu };
     assert_eq!(session.presenter_change(None, DisplayPreference::Auto), automatic);
-    assert_eq!(session.presenter_change(None, DisplayPreference::Processor), PresenterChange::Unchanged);
+    assert_eq!(session.presenter_change(None, DisplayPreference::Cpu), PresenterChange::Unchanged);
     session.destroy_gpu();
     let after = draw();
     assert_eq!(after.drawn_by.renderer, "software");

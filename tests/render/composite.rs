@@ -297,7 +297,7 @@ fn disparity_follows_from_the_geometry() {
     let frames = CompositeFrames::of(SESSION.catalog(), SESSION.ephemeris(), &request).expect("frames");
     let Arrangement::Eyes(eyes) = frames.arrangement else { panic!("eyes") };
     let camera = &frames.meter.viewer.camera;
-    assert_eq!(eyes.columns, [27, 0], "a thirtieth of 800 pixels");
+    assert_eq!(eyes.first_columns, [27, 0], "a thirtieth of 800 pixels");
     let [left, right] = [0, 1].map(|k| &frames.frames[k].viewer.camera);
     assert!(((right.position_km - left.position_km).length() / eyes.separation_km - 1.0).abs() < 1e-6);
     let target = SESSION.ephemeris().light_time_position(NaifId(599), camera.position_km, at).expect("Jupiter").0;
@@ -305,7 +305,7 @@ fn disparity_follows_from_the_geometry() {
     let in_image = |k: usize, point_km: DVec3| {
         let eye = &frames.frames[k].viewer.camera;
         let clip = eye.clip(point_km - eye.position_km).expect("in front");
-        eye.pixel_from_clip(clip) - DVec2::new(f64::from(eyes.columns[k]), 0.0)
+        eye.pixel_from_clip(clip) - DVec2::new(f64::from(eyes.first_columns[k]), 0.0)
     };
     let (mut near, mut far) = (0, 0);
     for k in -40..=40 {
@@ -402,7 +402,7 @@ fn impossible_stereo_pairs_are_refused() {
 #[test]
 fn only_a_fisheye_can_have_the_zenith_in_its_middle() {
     for projection in Projection::ALL {
-        let composition = Composition { projection, zenith_centred: true, ..Composition::default() };
+        let composition = Composition { projection, is_zenith_centred: true, ..Composition::default() };
         let request = ViewRequest { composition, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
         let refusal = SESSION.plan(&request, SAMPLING).err().map(|e| e.to_string());
         assert_eq!(refusal.is_none(), projection == Projection::Fisheye, "{projection:?}: {refusal:?}");

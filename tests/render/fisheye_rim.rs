@@ -6,7 +6,7 @@ use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Up, ViewRequest};
-use orrery::scene::{GLARE_RADIUS_EXPONENT, POINT_RADIUS_PX};
+use orrery::scene::{GLARE_RADIUS_EXPONENT, MIN_POINT_RADIUS_PX};
 use orrery::session::DrawnFrame;
 use orrery::time::Instant;
 
@@ -120,7 +120,7 @@ fn the_glare_of_a_point_ends_at_the_circle() {
         assert!((distance_px - from_circle_px).abs() < 0.1, "{distance_px} pixels, {from_circle_px} expected");
         // A fisheye's pixels cover less sky farther from the middle, so the same light fills them with more radiance.
         let unlimited_px = widest_px * (angle / angle.sin()).powf(GLARE_RADIUS_EXPONENT);
-        let expected_px = unlimited_px.min(distance_px).max(POINT_RADIUS_PX);
+        let expected_px = unlimited_px.min(distance_px).max(MIN_POINT_RADIUS_PX);
         assert!((radius_px - expected_px).abs() < 0.001, "{radius_px} pixels, {distance_px} from the circle, {expected_px} expected");
     }
 }

@@ -275,23 +275,23 @@ fn one_more_segment_of_a_pixels_footprint_changes_nothing_visible() {
 
 #[test]
 fn invalid_queries_get_an_error_of_one_line() {
-    let prober_error = |question: Value| {
-        let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
-        Prober { session: &SESSION, renderer: &renderer }.answer(&question.to_string()).expect_err("wrong").to_string()
-    };
+    let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
+    let prober_error =
+        |question: Value| Prober { session: &SESSION, renderer: &renderer }.answer(&question.to_string()).expect_err("wrong").to_string();
     let with_geometry = |mut question: Value| {
         (question["point"], question["sun"]) = (json!([1.0, 0.0, 0.0]), json!([0.0, 0.0, 1.0]));
         question
     };
+    let rings: Value = (0..5000).map(|k| json!({"r_in": 1e4 + f64::from(k), "r_out": 10_001 + k, "tau_normal": 1.0})).collect();
     for (question, message_part) in [
         (with_geometry(json!({"q": "ring-transmission"})), "profile"),
         (with_geometry(json!({"q": "ring-transmission", "body": "nowhere"})), "nowhere"),
         (with_geometry(json!({"q": "ring-transmission", "profile": [{"r_in": 2.0, "r_out": 1.0, "tau_normal": 1.0}]})), "r_out above it"),
+        (with_geometry(json!({"q": "ring-transmission", "profile": rings})), "4096 or more intervals"),
         (with_geometry(json!({"q": "ring-shadow", "flattening": 1.5})), "flattening"),
         (json!({"q": "ring-shadow", "flattening": 0.1, "point": [1.5, 0, 0], "sun": [0, 0, 0]}), "sun"),
     ] {
-        let error = prober_error(question);
-        assert!(error.contains(message_part) && !error.contains('\n'), "{error}");
+        assert!(matches!(prober_error(question), error if error.contains(message_part) && !error.contains('\n')), "{message_part}");
     }
 }
 

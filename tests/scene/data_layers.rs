@@ -169,7 +169,7 @@ fn outlines_follow_their_coordinates() {
     let earth = scene.body(NaifId::EARTH).expect("the Earth").placement;
     let (body, segments) = scene.ground_lines.first().expect("lines");
     assert!(*body == NaifId::EARTH && segments.len() >= 4, "{}", segments.len());
-    let half = scene.camera.half_size();
+    let half = scene.camera.half_size_px();
     let ends: Vec<DVec2> =
         segments.iter().flat_map(|p| p.ends).map(|e| (e.truncate().as_dvec2() * DVec2::new(1.0, -1.0) + 1.0) * half).collect();
     // Each end lies on one of the two parallels or meridians.
@@ -359,6 +359,10 @@ fn wrong_files_of_each_format_are_refused() {
             .contains("a.kml:1: field coordinates: `x`")
     );
     assert!(refused("a.vot", "", b"<VOTABLE><RESOURCE/></VOTABLE>").contains("a.vot:1: no TABLE"));
+    // A service that fails while it writes the rows says so after them.
+    let cut_short = b"<VOTABLE><RESOURCE><TABLE><FIELD name=\"ra\"/><FIELD name=\"dec\"/><DATA><TABLEDATA><TR><TD>1</TD><TD>2</TD></TR></TABLEDATA></DATA></TABLE>\
+        <INFO name=\"QUERY_STATUS\" value=\"ERROR\">disk full</INFO></RESOURCE></VOTABLE>";
+    assert!(refused("a.vot", "", cut_short).contains("the service that wrote it says: disk full"));
     assert!(refused("a.fits", "", &fits(&[], [2, 2], &[1, 2, 3, 4])).contains("CTYPE1"));
     assert!(refused("a.fits", "", b"no image at all").contains("a.fits:1: header card 1: does not begin with SIMPLE"));
     assert!(refused("a.csv", "", b"\xff\xfe").contains("a.csv:1: not UTF-8 text"));

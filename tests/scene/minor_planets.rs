@@ -22,7 +22,7 @@ use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, 
 use orrery::scene::sky::minor_planets::MARKER_LEVEL;
 use orrery::scene::viewpoint::viewer;
 use orrery::scene::{
-    CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, POINT_RADIUS_PX, point_peak,
+    CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, MIN_POINT_RADIUS_PX, point_peak,
     point_spread,
 };
 use orrery::session::{Session, Sources};
@@ -95,13 +95,13 @@ fn keplers_equation_in_f32_agrees_with_f64() {
 /// The shader gives a sprite the profile of `scene::point_spread`, and an extent that grows with the same power of its peak.
 #[test]
 fn sprites_have_the_profile_of_other_points() {
-    let law = format!("vec4f({POINT_RADIUS_PX:?}, {GLARE_RADIUS_EXPONENT:?}, {MAX_RADIUS_PX:?}, {MAX_GLARE_FRACTION:?})");
+    let law = format!("vec4f({MIN_POINT_RADIUS_PX:?}, {GLARE_RADIUS_EXPONENT:?}, {MAX_RADIUS_PX:?}, {MAX_GLARE_FRACTION:?})");
     let value = format!("vec4f(point_shape(p.x, {law}, {CORE_SIGMA_PX:?}, {GLARE_SCALE_RADIUS_PX:?}), 0.0)");
     let shader = Emitted::new("minor_planets", &value);
     let peaks: Vec<f64> = (-20..=80).map(|k| 10_f64.powf(f64::from(k) / 10.0)).collect();
     let inputs: Vec<EvalInput> = peaks.iter().map(|p| [*p, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
     for (peak, found) in peaks.iter().zip(shader.evaluate_in::<f32>(&DrawUniforms::default(), None, &inputs)) {
-        let radius = (POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX);
+        let radius = (MIN_POINT_RADIUS_PX * peak.max(1.0).powf(GLARE_RADIUS_EXPONENT)).min(MAX_RADIUS_PX);
         let [core, glare] = point_spread(radius);
         assert!((found[0] / radius - 1.0).abs() < 1e-5, "{peak}: {found:?}");
         assert!(

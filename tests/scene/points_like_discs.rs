@@ -101,7 +101,7 @@ pub(super) const DISC_WITH_LOW_RIM: [u32; 2] = [96, 72];
 const FAR_RADII: f64 = 4000.0;
 
 /// The light of haze and dust (Titan, Mars, Pluto) and of rims that continue the disc. In green 12 % is allowed: Uranus has 8 % less light in its map's
-/// crescent, and the disc of Mars up to 8 % less at 24 pixels than at 36, because its bright rim is lower than a pixel.
+/// crescent.
 #[test]
 fn a_backlit_body_with_air_has_the_light_of_its_disc() {
     // Rings reach beyond the image of the disc. At 179 degrees those of Jupiter have as much light as its rim.

@@ -85,7 +85,7 @@ fn worst_px(camera: &Camera, placement: &Placement, formula: Formula) -> Option<
         rect,
         if matches!(formula, Formula::DifferenceOfSquares) { AnchorForm::Camera } else { AnchorForm::Auto },
     );
-    let step = 1.0 / camera.half_size();
+    let step = 1.0 / camera.half_size_px();
     let points = silhouette_points(camera, placement);
     let stride = (points.len() / 400).max(1);
     points

@@ -164,7 +164,7 @@ fn centroids_in_images_agree_with_the_reference() {
     let (mut worst, mut seen): (f64, usize) = (0.0, 0);
     for view_cases in cases.chunk_by(|a, b| a.view == b.view) {
         let drawn = draw(&SESSION, &linear(view_cases[0].request()));
-        let half = drawn.scene.camera.half_size();
+        let half = drawn.scene.camera.half_size_px();
         let sprites_px: Vec<DVec2> =
             drawn.scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half).collect();
         for case in view_cases {
@@ -303,7 +303,7 @@ fn cells_omit_no_visible_star() {
                 let placed = placer.place(star);
                 let inside = viewer.camera.clip(placed.direction).is_some_and(|c| c.abs().max_element() < 1.0);
                 let pixel_sr = viewer.camera.pixel_tangent().powi(2) * placed.direction.dot(viewer.camera.forward).powi(3);
-                let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * placed.brightening * PI / pixel_sr;
+                let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * placed.brightness_ratio * PI / pixel_sr;
                 inside && flux * 0.377 * stops.exp2() > 1.0 / 3295.0
             };
             let expected = catalog.stars().stars().iter().filter(is_visible).count();

@@ -1,4 +1,5 @@
-//! The light of a disc does not depend on the size of its image: crescents thinner than a pixel, and rims of air far lower than a pixel.
+//! The light of a disc does not depend on the size of its image: crescents thinner than a pixel, rims of air far lower than a pixel, and the air around a night
+//! side.
 
 use crate::support::folds::larger;
 use crate::support::session::SESSION;
@@ -104,7 +105,7 @@ fn a_thin_rim_of_air_has_the_same_light_at_every_size() {
 fn discs_under_air_have_the_same_light_at_every_size() {
     for (view, bounds) in [
         (FULL_EARTH, [(32, 0.052), (64, 0.02), (128, 0.01)]),
-        (CRESCENT_EARTH, [(32, 0.03), (64, 0.03), (128, 0.04)]),
+        (CRESCENT_EARTH, [(32, 0.03), (64, 0.035), (128, 0.04)]),
         (MARS, [(48, 0.02), (64, 0.02), (128, 0.01)]),
     ] {
         for (side, bound) in bounds {
@@ -212,4 +213,60 @@ fn a_crescent_in_a_file_of_linear_light_has_the_same_light_at_every_size() {
         println!("{side} pixels: {ratio}");
         assert!((ratio - 1.0).abs().max_element() < 0.1, "{side} pixels: {ratio}");
     }
+}
+
+/// A body between the Sun and the viewer, without the Sun: at 179.3 degrees of phase the Sun is beside the image, at 180 degrees it is behind the disc. Returns
+/// a factor, too, from the mean light of the image to a unit that does not depend on its size.
+fn night_side(body: NaifId, phase_deg: f64, diameter_px: f64) -> (Scene, f64) {
+    let time = Instant::parse("2024-10-10T00:00:00Z").expect("a time");
+    let sun_km = SESSION.ephemeris().state(NaifId::SUN, body, time, None).expect("a position").state.pos_km;
+    let towards_sun = sun_km.normalize();
+    let across = towards_sun.cross(DVec3::Z).normalize();
+    let (sin, cos) = phase_deg.to_radians().sin_cos();
+    let distance_radii = if phase_deg < 180.0 { 3000.0 } else { 100.0 };
+    let radius_km = SESSION.catalog().body(body).expect("in the catalog").radii_km.x;
+    let side = 8 * ((0.2 * diameter_px) as u32 + 2);
+    let side_per_diameter = f64::from(side) / diameter_px;
+    let offset_km = (towards_sun * cos + across * sin) * (distance_radii * radius_km);
+    let request = ViewRequest {
+        position: Position::Offset { body, offset_km, axes: Axes::Icrf },
+        fov_deg: Some((2.0 * (side_per_diameter / distance_radii).atan()).to_degrees()),
+        effects: EffectOverrides::parse("-planet-shine,-eclipse,-refracted-limb,sun:-glow,sun:-corona").expect("effects"),
+        exposure: ExposureRequest::Stops(0.0),
+        purpose: Purpose::LINEAR,
+        width: side,
+        height: side,
+        ..ViewRequest::of(body, time)
+    };
+    let mut scene = SESSION.scene(&request).expect("a scene");
+    scene.draws.retain(|d| d.body == body);
+    assert!(scene.draws.iter().any(|d| d.part == BodyPart::Sky), "{body:?} in {diameter_px} pixels has no rim");
+    (scene, side_per_diameter.powi(2))
+}
+
+/// All light of these discs comes from air at the limb. With rays of equal weight, without the lengths of the limb in each pixel, Venus in 4.1 pixels would
+/// have 1.6 times its light, and the Earth in 6 pixels 0.7 times.
+#[test]
+fn the_air_around_a_night_side_has_the_same_light_at_every_size() {
+    for (body, phase_deg) in
+        [(399, 179.3), (399, 180.0), (499, 179.3), (499, 180.0), (606, 179.3), (606, 180.0), (299, 179.3), (999, 179.3)]
+    {
+        let light_in = |diameter_px: f64| {
+            let (scene, factor) = night_side(NaifId(body), phase_deg, diameter_px);
+            light(&scene).element_sum() * factor
+        };
+        let reference = light_in(256.0);
+        for diameter_px in [4.1, 5.0, 6.0, 8.0, 12.0, 24.0, 48.0, 96.0] {
+            let ratio = light_in(diameter_px) / reference;
+            println!("{body} at {phase_deg} degrees in {diameter_px} pixels: {ratio}");
+            assert!((0.82..1.18).contains(&ratio), "{body} at {phase_deg} degrees in {diameter_px} pixels: {ratio}");
+        }
+    }
+    // Negative control: with one ray for each pixel of ground and clouds, as if the averages ended at 179 degrees.
+    let (mut scene, _factor) = night_side(NaifId::EARTH, 179.3, 5.0);
+    let averaged = light(&scene).element_sum();
+    let ground = scene.draws.iter_mut().filter(|d| d.part != BodyPart::Sky);
+    ground.for_each(|d| d.features.thin_limb = false);
+    let found = light(&scene).element_sum() / averaged;
+    assert!(found > 4.0, "{found}");
 }

@@ -97,7 +97,7 @@ fn libraries_are_compared_by_their_entries() {
     std::fs::create_dir(root.join("other")).expect("made");
     let entry = std::fs::read_dir(&generator_folder).expect("entries").next().expect("one").expect("an entry").path();
     std::fs::copy(&entry, root.join("other").join(entry.file_name().expect("a name"))).expect("copied");
-    assert!(matches!(open(old.path()), Err(RevisionError::Several { names, .. }) if names.len() == 2));
+    assert!(matches!(open(old.path()), Err(RevisionError::Several { found, .. }) if found.len() == 2));
     assert_eq!(open(&generator_folder).expect("the folder of one").ids().map(|ids| ids.len()), Some(3));
     // A damaged entry is an error that names its file; it does not count as an equal module.
     let bytes = std::fs::read(&entry).expect("read");

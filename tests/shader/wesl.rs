@@ -102,6 +102,20 @@ fn empty_lines_within_imports_and_conditions_are_left_out() {
     assert!(emitted.wgsl.contains("fn reflectance(a: f32, b: f32, c: f32) -> f32 {\n\n    return a;"), "{}", emitted.wgsl);
 }
 
+/// An `@else` ends its chain: an item after it would never be emitted.
+#[test]
+fn nothing_continues_a_chain_after_its_else() {
+    for (last, is_valid) in
+        [("@elif(lights_2)", true), ("@else", true), ("@else const k = 3;\n@else", false), ("@else const k = 3;\n@elif(lights_2)", false)]
+    {
+        let text =
+            format!("@if(lights_1) const k = 1;\n{last} const k = 2;\nfn reflectance(a: f32, b: f32, c: f32) -> f32 {{ return a; }}\n");
+        let error = emit_module_with(&with_fragment(&text), &"lambert.sun1.sphere".parse().expect("a key")).map(drop).err();
+        let is_refused = error.as_ref().is_some_and(|e| e.to_string().contains("ends the chain"));
+        assert_eq!((error.is_none(), is_refused), (is_valid, !is_valid), "{last}: {error:?}");
+    }
+}
+
 /// With forty `<` in one statement, the WESL parser does not terminate.
 #[test]
 fn a_fragment_that_the_parser_cannot_finish_is_refused_with_its_position() {

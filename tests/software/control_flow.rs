@@ -203,7 +203,7 @@ fn a_branch_on_the_size_of_a_texture_is_decided_per_draw() {
         "{:?}",
         program.lane_tape
     );
-    let (lanes, _) = run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
+    let (lanes, _) = run_with::<f32>(&program, KernelClass::in_use(), &[], ALL, &NoTextures);
     for (i, found) in lanes.iter().enumerate() {
         assert_eq!(found[..], [f64::from(lane_x(i)), f64::from(lane_y(i)), 1.0, 0.0]);
     }
@@ -461,9 +461,9 @@ fn iterations_run_without_copies_of_loop_variables() {
     let kernels = count(|i| matches!(i, Instr::Lane { .. } | Instr::FusedKernel { .. }));
     assert_eq!(copies, 2, "{iteration:?}");
     let instructions = |n: i32| {
-        let mut executor = Executor::<f32>::with_class(&program, KernelClass::detect()).expect("binds");
+        let mut executor = Executor::<f32>::with_class(&program, KernelClass::in_use()).expect("binds");
         (0..program.inputs.len()).for_each(|k| executor.set_input_constant(k, 0.5));
-        executor.run(&program.run_draw_tape::<f32>(&n.to_le_bytes(), KernelClass::detect(), &NoTextures), ALL, &NoTextures);
+        executor.run(&program.run_draw_tape::<f32>(&n.to_le_bytes(), KernelClass::in_use(), &NoTextures), ALL, &NoTextures);
         executor.counts().instructions
     };
     assert_eq!(instructions(12) - instructions(2), 10 * (kernels - copies));

@@ -195,7 +195,7 @@ fn the_operation_gives_the_values_of_the_fragment() {
     for (shipped, edit) in [("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"), ("- 0.5 * (taps - 1.0)", "- 0.5 * taps")] {
         assert!(renamed().contains(shipped));
         let edited_program = program(&renamed().replace(shipped, edit));
-        let sorted = differences::<f64>(&native, &edited_program, KernelClass::detect(), 8.0, random);
+        let sorted = differences::<f64>(&native, &edited_program, KernelClass::in_use(), 8.0, random);
         assert!(sorted[sorted.len() / 2] > 1e-3, "{edit} is not detected");
     }
 }
@@ -211,7 +211,7 @@ fn the_operation_gives_the_values_of_the_fragment_where_every_lane_is_magnified(
     let shipped = "let weight = fract(place);";
     assert!(renamed().contains(shipped));
     let edited_program = program(&renamed().replace(shipped, "let weight = fract(place) * fract(place);"));
-    let sorted = differences::<f64>(&native, &edited_program, KernelClass::detect(), 8.0, magnified);
+    let sorted = differences::<f64>(&native, &edited_program, KernelClass::in_use(), 8.0, magnified);
     assert!(sorted[sorted.len() / 2] > 1e-3, "other weights are not detected");
 }
 
@@ -247,7 +247,7 @@ fn a_footprint_far_longer_than_the_map_has_the_value_of_the_coarsest_level() {
     let limits = ", vec2f(-LONGEST_GRADIENT), vec2f(LONGEST_GRADIENT))";
     assert_eq!(renamed().matches(limits).count(), 2);
     let unlimited = program(&renamed().replace(limits, ", vec2f(-1.0e38), vec2f(1.0e38))"));
-    let error = error_of_vast::<f32>(&unlimited, KernelClass::detect(), 8.0);
+    let error = error_of_vast::<f32>(&unlimited, KernelClass::in_use(), 8.0);
     assert!(!error.is_finite(), "an overflow is not detected: {error}");
 }
 
@@ -294,7 +294,7 @@ fn no_jump_separates_magnification_from_minification() {
     }
     // The comparison must be able to fail: half the value where the footprint is at most a texel wide.
     let halved = edited(FINER_READ, &format!("select(1.0, 0.5, reach.level < 1.0e-6) * {FINER_READ}"));
-    let step = greatest_step::<f64>(&program(&format!("{halved}{ENTRY}")), KernelClass::detect(), growing);
+    let step = greatest_step::<f64>(&program(&format!("{halved}{ENTRY}")), KernelClass::in_use(), growing);
     assert!(step > 1e-2, "a jump of {step} is not detected");
 }
 
@@ -349,7 +349,7 @@ fn example_of_guide(function: &str) -> Program {
 
 /// The greatest error at magnified footprints against a filter of level 0.
 fn error_of_magnified(filter: &Program, max_taps: f32, weight: fn(f64) -> f64) -> f64 {
-    let (texture, class) = (noise(), KernelClass::detect());
+    let (texture, class) = (noise(), KernelClass::in_use());
     let values = batch::<f64>(filter, &bound(filter, &texture, class), class, max_taps, magnified);
     let errors = |lane: usize| {
         [0, 1, 2, 3].map(|k: usize| (values[lane][k] - by_definition(&texture.levels[0], magnified(lane).uv, k, weight)).abs())
@@ -366,7 +366,7 @@ fn the_examples_in_the_guide_magnify_by_their_filters_without_a_jump_and_keep_bi
         let (error, of_bilinear_reads) = (error_of_magnified(&example, 8.0, weight), error_of_magnified(&example, 0.0, linear_weight));
         assert!(error < 1e-9 && of_bilinear_reads < 1e-9, "{function}: {error}, without taps {of_bilinear_reads}");
         assert!(of_shipped(weight) > 1e-2, "{function}: the bilinear filter is not detected: {}", of_shipped(weight));
-        let step = greatest_step::<f64>(&example, KernelClass::detect(), growing);
+        let step = greatest_step::<f64>(&example, KernelClass::in_use(), growing);
         assert!(step < GREATEST_STEP_OF_GROWTH, "{function}: a step of {step}");
     }
 }
@@ -379,7 +379,7 @@ pub(super) fn edited(shipped: &str, edit: &str) -> String {
 
 #[test]
 fn an_edited_function_is_not_replaced() {
-    let class = KernelClass::detect();
+    let class = KernelClass::in_use();
     let native = program(&format!("{FRAGMENT}{ENTRY}"));
     for (shipped, edit) in [
         ("0.5 * log2(kept_sq)", "0.5 * log2(kept_sq) + 0.3"),

@@ -292,7 +292,7 @@ mod heavy;
 fn the_benches_draw_their_images() {
     // A new renderer for each, because a renderer caches its modules by name.
     let renderer = || {
-        SoftwareRenderer::new(Options { threads: 1, kernel_class: KernelClass::detect(), precision: Precision::F32, ..Options::default() })
+        SoftwareRenderer::new(Options { threads: 1, kernel_class: KernelClass::in_use(), precision: Precision::F32, ..Options::default() })
             .expect("a renderer")
     };
     let (frame, _) =

@@ -293,9 +293,9 @@ fn inactive_lanes_are_skipped_unless_derivatives_need_them() {
         ))
     };
     let reads = |program: &Program| {
-        let mut executor = Executor::<f32>::with_class(program, KernelClass::detect()).expect("binds");
+        let mut executor = Executor::<f32>::with_class(program, KernelClass::in_use()).expect("binds");
         (0..program.inputs.len()).for_each(|k| executor.set_input_constant(k, 1.0));
-        let alive = executor.run(&program.run_draw_tape::<f32>(&[], KernelClass::detect(), &EchoTextures), ALL, &EchoTextures);
+        let alive = executor.run(&program.run_draw_tape::<f32>(&[], KernelClass::in_use(), &EchoTextures), ALL, &EchoTextures);
         assert_eq!(alive, 0);
         executor.counts().texture_reads
     };
@@ -303,7 +303,7 @@ fn inactive_lanes_are_skipped_unless_derivatives_need_them() {
     assert_eq!(reads(&program("return textureSample(t, s, p);")), 1, "the sampler needs differences between lanes");
     // y falls by 0.5 per lane from 10, so lanes 0 to 120 are discarded; lane 121 needs the value of lane 120 for its derivative.
     let program = program("return vec4f(dpdx(q), 0.0, 0.0, 1.0);");
-    let (lanes, alive) = run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
+    let (lanes, alive) = run_with::<f32>(&program, KernelClass::in_use(), &[], ALL, &NoTextures);
     assert_eq!(alive, ALL << 121);
     let q = |i: usize| f64::from(lane_x(i)).powi(2);
     assert_eq!(lanes[121][0], q(121) - q(120), "the inactive lane 120 provides its value");
@@ -316,7 +316,7 @@ fn textures_get_their_arguments() {
         @fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {";
     let run = |body: &str| {
         let program = compile(&format!("{head} {body} }}"));
-        (run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &EchoTextures).0, program)
+        (run_with::<f32>(&program, KernelClass::in_use(), &[], ALL, &EchoTextures).0, program)
     };
     let (lanes, program) = run("return textureSample(t, s, p);");
     assert!(program.uses_derivatives && program.textures[0].sampler_binding == Some(8));
@@ -384,7 +384,7 @@ fn a_vertex_stage_has_its_inputs_and_outputs_in_order() {
     assert_eq!(program.inputs[..2], [LaneInput::VertexIndex, LaneInput::InstanceIndex]);
     assert_eq!(program.outputs[0], LaneOutput::Position { component: 0 });
     assert_eq!(program.outputs[7], LaneOutput::Location { index: 1, component: 0, flat: true });
-    let (lanes, _) = run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
+    let (lanes, _) = run_with::<f32>(&program, KernelClass::in_use(), &[], ALL, &NoTextures);
     assert_eq!(lanes[4][..7], [3.0, -1.0, 0.0, 1.0, f64::from(lane_x(4)), f64::from(lane_y(4)), 4.0]);
 }
 

@@ -120,7 +120,7 @@ fn taps_have_the_places_and_weights_of_their_definition() {
         }
         // The comparison must be able to fail: another weight. Two taps have equal weights in all.
         for other in WEIGHTS.iter().filter(|other| other.name != name) {
-            let error = error_of_taps(&filter, KernelClass::detect(), 8.0, other.by_definition);
+            let error = error_of_taps(&filter, KernelClass::in_use(), 8.0, other.by_definition);
             assert!(error > 1e-3, "{name}, {way}, is not told from {}: {error}", other.name);
         }
     }
@@ -148,7 +148,7 @@ fn lengthened(width: f64) -> impl Fn(f64) -> Footprint {
 
 #[test]
 fn an_added_tap_causes_no_jump() {
-    let class = KernelClass::detect();
+    let class = KernelClass::in_use();
     // A step is a thousandth of the width. It moves a tap by at most half of that, 0.75e-3 texels of the finer mip level, where these footprints are at most
     // 1.5 texels wide. Texels are noise between 0 and 1, so at this angle the value changes by at most 0.75e-3 (cos 0.6 + sin 0.6) = 1.04e-3; and, because the
     // weights change, by their growth. Both with a margin of 5 %.

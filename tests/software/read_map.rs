@@ -29,7 +29,7 @@ struct Draw { map_taps: f32 }
 }
 
 fn values<R: Real>(program: &Program, footprint_at: impl Fn(usize) -> Footprint) -> Vec<[f64; 4]> {
-    let (texture, class) = (noise(), KernelClass::detect());
+    let (texture, class) = (noise(), KernelClass::in_use());
     let textures = bound(program, &texture, class);
     (0..8).flat_map(|k| batch::<R>(program, &textures, class, 8.0, |lane| footprint_at(lane + LANES * k))).collect()
 }
@@ -81,10 +81,10 @@ fn no_jump_separates_smooth_from_filtered_maps() {
     // 16 000 steps of 5.9e-5 texels. The weight's slope is at most 1.5 per 0.09375 of the sum of squares, whose slope is at most 4 widths, 1 at a quarter of a
     // texel: 16 per texel; the two values differ by at most 1.
     const MAX_STEP: f64 = 16.0 * 5.9e-5;
-    let step = greatest_step::<f64>(&reading(READ_MAP, NEAR), KernelClass::detect(), growing);
+    let step = greatest_step::<f64>(&reading(READ_MAP, NEAR), KernelClass::in_use(), growing);
     assert!(step < MAX_STEP, "a step of {step}");
     let edited = READ_MAP.replace("smoothstep(SMOOTHING_IS_COMPLETE, SMOOTHING_BEGINS, ", "step(0.08, ");
     assert_ne!(edited, READ_MAP);
-    let step = greatest_step::<f64>(&reading(&edited, NEAR), KernelClass::detect(), growing);
+    let step = greatest_step::<f64>(&reading(&edited, NEAR), KernelClass::in_use(), growing);
     assert!(step > 10.0 * MAX_STEP, "a jump of {step} is not noticed");
 }

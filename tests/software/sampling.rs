@@ -43,7 +43,7 @@ fn noise(width: u32, height: u32) -> Texture {
 }
 
 fn bind(texture: &Texture, sampler: SamplerState) -> Textures<'_> {
-    bind_in(texture, sampler, KernelClass::detect())
+    bind_in(texture, sampler, KernelClass::in_use())
 }
 
 pub(super) fn bind_in(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Textures<'_> {

@@ -63,7 +63,7 @@ impl Emitted {
             true => uniform_bytes(&self.layout, uniforms, MAP_TAPS).expect("uniforms"),
             false => vec![0; self.layout.uniform_size as usize],
         };
-        let class = KernelClass::detect();
+        let class = KernelClass::in_use();
         let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, is_trilinear: true };
         let texels = texture.as_ref().map(|t| Arc::new(Texels::of_texture(t).expect("complete levels")));
         let bound = self

@@ -99,7 +99,7 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
         .collect();
     let mesh = WarpMesh::parse("screen", &format!("2\n4 3\n{nodes}")).expect("a mesh");
     let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.8, longitude_deg: -96.8, height_km: 0.002 };
-    let dome = Composition { zenith_centred: true, ..sphere(Projection::Fisheye) };
+    let dome = Composition { is_zenith_centred: true, ..sphere(Projection::Fisheye) };
     let near_mars = Position::AboveTarget { towards: None, distance_radii: Some(1.6) };
     vec![
         ("saturn-anaglyph", saturn(StereoLayout::Anaglyph)),

@@ -14,6 +14,14 @@ const JUPITER: NaifId = NaifId(599);
 const TIME: &str = "2017-05-17T00:00:00Z";
 const DAY_S: f64 = 86_400.0;
 const CLICKS: [fn(&mut Window, Pos2); 2] = [click, click_in_one_frame];
+/// The ways to click a button.
+const BUTTON_CLICKS: [fn(&mut Window, Pos2); 3] = [click, click_in_one_frame, click_by_screen_reader];
+
+/// The click of a screen reader, which has no pointer.
+fn click_by_screen_reader(window: &mut Window, place: Pos2) {
+    window.query_all_by_role(Role::Button).find(|button| button.rect().center() == place).expect("a button").click_accesskit();
+    window.run_steps(1);
+}
 
 fn utc(window: &Window) -> String {
     window.state().viewer.view.time().to_utc_iso()
@@ -49,7 +57,7 @@ fn window_with_calendar(utc: &str) -> Window {
 /// The days of May begin on a Monday in 2017, and on a Wednesday in 2024: the cell of the 15th was that of the 13th.
 #[test]
 fn a_typed_year_counts_for_the_day_that_was_pressed() {
-    for click_as_chosen in CLICKS {
+    for click_as_chosen in BUTTON_CLICKS {
         for (year, day, expected) in [
             ("2024", "15 May 2017", "2024-05-15T00:00:00Z"),
             ("2024", "3 June 2017", "2024-06-03T00:00:00Z"),
@@ -83,7 +91,7 @@ fn a_typed_year_counts_for_the_day_that_was_pressed() {
 
 #[test]
 fn a_day_that_the_typed_year_lacks_is_not_chosen() {
-    for click_as_chosen in CLICKS {
+    for click_as_chosen in BUTTON_CLICKS {
         let mut window = window_with_calendar("2016-02-10T00:00:00Z");
         type_into(&mut window, Role::SpinButton, "Year", "2017");
         let place = place_of_day(&window, "29 February 2016");

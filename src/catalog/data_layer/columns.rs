@@ -1,6 +1,7 @@
-//! Tables of points: finds the columns of a point's fields, and converts rows to points.
+//! Tables of points: finds the column of each field of a point (latitude, longitude, time, size, colour), and converts rows to points.
 //!
-//! In: the names of the columns, then rows of text. Out: points, or a message that names the wrong field. Always: other columns are ignored.
+//! In: the names of a table's columns, then its rows as texts. Out: points, or a message that names the field whose value is wrong. Always: columns of no field
+//! are ignored.
 
 use super::layer::{DataPoint, hex_colour};
 use crate::catalog::csv_line::{columns_of_fields, comparable_name, first_repeated};
@@ -8,7 +9,7 @@ use crate::time::Instant;
 use crate::wording::echo_within;
 
 /// The columns of a table that describe a point.
-pub(super) struct Columns {
+pub(super) struct PointColumns {
     /// Indices of the columns of latitude (or declination), longitude (or right ascension), time, size and colour; `None` for a column that the table lacks.
     indices: [Option<usize>; 5],
     /// Number of all columns of the table, including those that describe no point.
@@ -17,19 +18,19 @@ pub(super) struct Columns {
     coordinate_names: [&'static str; 2],
 }
 
-impl Columns {
-    /// Finds the columns by name. Only letters and digits are compared, without regard to case. `on_body`: the points are given by latitude and longitude, not
-    /// by declination and right ascension.
+impl PointColumns {
+    /// Finds the fields' columns by name. Only letters and digits are compared, without regard to case. `on_body`: the points are given by latitude and
+    /// longitude, not by declination and right ascension. The error is a message without its subject, the table: `has no column lat_deg`.
     pub fn of(names: &[String], on_body: bool) -> Result<Self, String> {
         let names: Vec<String> = names.iter().map(|name| comparable_name(name)).collect();
         let coordinates: [&[&str]; 2] = match on_body {
             true => [&["latdeg", "lat", "latitude"], &["londeg", "lon", "longitude", "lng"]],
             false => [&["decdeg", "dec", "dedeg", "deicrs", "dej2000"], &["radeg", "ra", "raicrs", "raj2000"]],
         };
-        let known: [&[&str]; 5] =
+        let names_of_fields: [&[&str]; 5] =
             [coordinates[0], coordinates[1], &["datetime", "time", "date"], &["sizepx", "size"], &["colour", "color"]];
         // The earlier of a field's names has precedence: `ra_deg` before `ra`, which may be in hours.
-        let indices = columns_of_fields(&names, known);
+        let indices = columns_of_fields(&names, names_of_fields);
         let coordinate_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
         // Messages use the customary order: latitude before longitude, but right ascension before declination.
         let message_order = if on_body { [0, 1] } else { [1, 0] };
@@ -42,7 +43,8 @@ impl Columns {
         Ok(Self { indices, column_count: names.len(), coordinate_names })
     }
 
-    /// The name of the first of the found columns (`indices`) whose normalized name a later column of the table has, too. `names`: those of all columns.
+    /// The name of a field's column if a later column has this name, too (compared as in [`PointColumns::of`]): that of the first such field, or `None`.
+    /// `names`: those of all columns.
     pub fn repeated_name<'n>(&self, names: &'n [String]) -> Option<&'n str> {
         let comparable_names: Vec<String> = names.iter().map(|name| comparable_name(name)).collect();
         first_repeated(&comparable_names, &self.indices).map(|column| names[column].as_str())
@@ -53,7 +55,7 @@ impl Columns {
         self.indices[..2].iter().flatten().copied()
     }
 
-    /// Converts the values of a row to a point.
+    /// Converts a row to a point. `values`: those of all columns; an empty time, size or colour counts as missing.
     pub fn point(&self, values: &[String]) -> Result<DataPoint, String> {
         if values.len() != self.column_count {
             return Err(format!("{} values; the table names {} columns", values.len(), self.column_count));
@@ -65,6 +67,7 @@ impl Columns {
             value.parse().ok().filter(|v| (min..=max).contains(v)).ok_or_else(|| invalid(field, value, allowed))
         };
         let coordinate = |k: usize, column: Option<usize>, max: f64| {
+            // The column is known: `PointColumns::of` requires both coordinates.
             let value = column.map_or("", |c| values[c].as_str());
             within(self.coordinate_names[k], value, [-max, max], &format!("degrees from -{max} to {max}"))
         };
@@ -85,14 +88,14 @@ impl Columns {
 mod tests {
     use super::*;
 
-    /// Values of the argument `on_body` of [`Columns::of`].
+    /// Values of the argument `on_body` of [`PointColumns::of`].
     const ON_SKY: bool = false;
     const ON_BODY: bool = true;
 
     #[test]
     fn the_most_explicit_name_counts() {
         let names = ["ra", "dec", "date", "RA_deg", "datetime", "dec_deg"].map(String::from);
-        let columns = Columns::of(&names, ON_SKY).expect("the columns of a point");
+        let columns = PointColumns::of(&names, ON_SKY).expect("the columns of a point");
         let point = columns.point(&["5.5", "x", "2024-04-08", "82.5", "2024-04-08T18:00:00Z", "-20"].map(String::from)).expect("a point");
         assert_eq!((point.lon_deg, point.lat_deg), (82.5, -20.0));
         assert_eq!(point.time.map(Instant::to_utc_iso).as_deref(), Some("2024-04-08T18:00:00Z"));
@@ -102,7 +105,7 @@ mod tests {
     #[test]
     fn the_message_of_a_wrong_size_names_the_range() {
         let names = ["lat", "lon", "size"].map(String::from);
-        let columns = Columns::of(&names, ON_BODY).expect("the columns of a point");
+        let columns = PointColumns::of(&names, ON_BODY).expect("the columns of a point");
         let point = |size: &str| columns.point(&["0", "0", size].map(String::from));
         for (size, is_allowed) in [("0", false), ("1e-4", false), ("9.99e-4", false), ("0.001", true), ("1000", true), ("1000.1", false)] {
             match point(size) {

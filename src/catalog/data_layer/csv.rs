@@ -2,7 +2,7 @@
 //!
 //! In: the text. Empty lines and lines that begin with # are skipped; the first other line names the columns. Out: points, or the wrong line and field.
 
-use super::columns::Columns;
+use super::columns::PointColumns;
 use super::layer::Content;
 use crate::catalog::csv_line::{repeated_column, values};
 use crate::wording::echo_within;
@@ -13,7 +13,7 @@ pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)
     let mut lines = (1..).zip(text.trim_start_matches('\u{feff}').lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
     let (head_line_number, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
     let names = values(head).map_err(|why| (head_line_number, why))?;
-    let columns = Columns::of(&names, on_body).map_err(|why| (head_line_number, format!("the line of column names {why}")))?;
+    let columns = PointColumns::of(&names, on_body).map_err(|why| (head_line_number, format!("the line of column names {why}")))?;
     // Checked here only: a VOTable, which a program writes, may have several columns of one name.
     if let Some(name) = columns.repeated_name(&names) {
         return Err((head_line_number, repeated_column(&echo_within(name, 40))));

@@ -1,7 +1,7 @@
-//! The content of a data layer: points, lines, or an image.
+//! Data layers, with points, lines or an image, and the points and lines that a file contains.
 //!
-//! In: points and lines, as the readers of the formats find them. Out: [`Content`] and [`DataLayer`], plain values. Always: numbers of positions and lengths of
-//! lines are limited, per layer and for all layers together.
+//! In: points and lines, as the readers of the formats find them. Out: [`Content`] and [`DataLayer`]. Always: the number of positions (points and vertices of
+//! lines) and the total length of the lines are limited, per layer and for all layers together.
 
 use super::fits::PlacedImage;
 use super::image_style::ImageStyle;
@@ -41,7 +41,7 @@ pub struct DataLayer {
     pub points: Arc<Vec<DataPoint>>,
     /// Lines from the file.
     pub lines: Arc<Vec<DataLine>>,
-    /// The image from the file.
+    /// The image from the file, if it has one.
     pub image: Option<Arc<PlacedImage>>,
     /// SHA-256 of the file, hexadecimal; empty until the file is read.
     pub digest: String,
@@ -71,12 +71,11 @@ pub struct DataLine {
     pub time: Option<Instant>,
 }
 
-/// The content of a file of points and lines.
+/// The points and lines of a file.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Content {
     pub points: Vec<DataPoint>,
     pub lines: Vec<DataLine>,
-    /// Number of points and line vertices.
     position_count: usize,
     /// Total length of the lines.
     length_deg: f64,
@@ -98,7 +97,7 @@ impl Content {
         Ok(())
     }
 
-    /// Adds the points and lines of another content.
+    /// Adds the points and lines of `other`.
     pub fn append(&mut self, other: Self) -> Result<(), String> {
         self.count_positions(other.position_count)?;
         self.add_length(other.length_deg)?;
@@ -107,7 +106,7 @@ impl Content {
         Ok(())
     }
 
-    /// Adds to the total length of the lines; an error if it is too long.
+    /// Adds to the total length of the lines; an error if the total is more than [`MAX_LENGTH_DEG`].
     fn add_length(&mut self, length_deg: f64) -> Result<(), String> {
         self.length_deg += length_deg;
         match self.length_deg > MAX_LENGTH_DEG {
@@ -133,13 +132,13 @@ pub(super) fn check_is_line(vertices: &[[f64; 2]]) -> Result<(), String> {
 }
 
 /// Length of a polyline, degrees: the sum over its segments of the changes of latitude and longitude, where longitude takes the shorter way around. Exception:
-/// a line of two vertices of the same latitude, 360 degrees apart, is drawn as a whole parallel.
+/// a line of two vertices at the same latitude, a whole turn or more apart, is drawn along the parallel all the way.
 fn length_deg(vertices: &[[f64; 2]]) -> f64 {
     let segment_length = |[a, b]: &[[f64; 2]; 2]| {
         let longitude_change = (b[1] - a[1]).abs();
         // Slightly less than 360, for the rounding of coordinates.
         if vertices.len() == 2 && a[0] == b[0] && longitude_change > 359.999_999 {
-            return (b[0] - a[0]).abs() + longitude_change;
+            return longitude_change;
         }
         // Longitudes from -360 to 360 degrees may differ by almost two turns.
         let within_turn = longitude_change.rem_euclid(360.0);
@@ -148,7 +147,8 @@ fn length_deg(vertices: &[[f64; 2]]) -> f64 {
     vertices.array_windows().map(segment_length).sum()
 }
 
-/// The size of all layers of a catalog together. It is limited because a small catalog may name the same file thousands of times.
+/// Number of positions and total length of the lines in all layers of a catalog. They are limited because a small catalog may name the same file thousands of
+/// times.
 #[derive(Debug, Default)]
 pub(in crate::catalog) struct TotalSize {
     position_count: usize,
@@ -187,7 +187,7 @@ pub(super) fn checked_position(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], S
     Ok([lat_deg, lon_deg])
 }
 
-/// Parses `#rrggbb`.
+/// Parses `#rrggbb`; `None` for any other text.
 pub(super) fn hex_colour(text: &str) -> Option<[u8; 3]> {
     let digits = text.trim().strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
     let channel = |k: usize| u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).ok();
@@ -230,6 +230,7 @@ mod tests {
         };
         assert!(geojson::read(&line(max_segments)).is_ok() && geojson::read(&line(max_segments + 1)).is_err());
         let content = collection([max_segments / 2; 2]).expect("within the limit");
+        // Each of the two lines has one vertex more than segments.
         assert_eq!((content.lines.len(), content.position_count), (2, max_segments + 2));
         let (_, why) = collection([max_segments / 2, max_segments / 2 + 1]).expect_err("together too long");
         assert!(why.contains("4000 times around the globe"), "{why}");

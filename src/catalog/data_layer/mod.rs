@@ -1,9 +1,9 @@
 //! User data on a body or in the sky: the table `[[layer]]` of a catalog file, and the file that it names.
 //!
-//! In: the TOML table, then the bytes of the file. Out: a [`DataLayer`] with its points, lines or image, or the line of the text and the field that
-//! are wrong. Always: one wrong line of the text rejects the entire file. The ending of the file's name determines the format:
+//! In: the TOML table, then the bytes of the file. Out: a [`DataLayer`] with its points, lines or image, or a message that names the first wrong line of the
+//! text and its field. Always: one wrong line rejects the entire file. The ending of the file's name determines the format:
 //! - CSV and VOTable: points. On a body by `lat_deg` (planetographic) and `lon_deg` (east), in the sky by `ra_deg` and `dec_deg` (ICRF); `time`, `size_px` and
-//!   `colour` are optional.
+//!   `colour` are optional. Other names of these columns: columns.rs.
 //! - GeoJSON and KML: points and outlines on a body.
 //! - FITS: an image on a body or in the sky.
 
@@ -69,7 +69,8 @@ pub fn layer_extensions() -> String {
     FORMATS.map(|(ending, _)| ending).join(", ")
 }
 
-/// Reads a `[[layer]]`: the name of its body, which the caller looks up, and the layer without its content.
+/// Reads a `[[layer]]`: the name of its body, which the caller looks up (`None`: the sky), and the layer without its body and content. `None` if its name or
+/// file is missing or wrong. Every mistake is also added to the problems of the catalog file.
 pub(super) fn layer(mut table: TableReader) -> Option<(Option<WithLine<String>>, DataLayer)> {
     let name = table.required("name", ALLOWED_NAME, is_name);
     let allowed = format!("a file name without folders that ends in one of {}", layer_extensions());
@@ -89,6 +90,7 @@ pub(super) fn layer(mut table: TableReader) -> Option<(Option<WithLine<String>>,
     let colour_map =
         optional_word(&mut table, "colour_map", &[("grey", ColourMap::Grey), ("viridis", ColourMap::Viridis), ("heat", ColourMap::Heat)]);
     let opacity = table.optional("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
+    // For readers of the catalog file: only the type is checked.
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     let mut layer = DataLayer::new(name?.value, file?.value);
@@ -123,11 +125,12 @@ impl DataLayer {
         }
     }
 
-    /// The layer with the content of its file. `file`: the file's name in messages.
+    /// The layer with the content of its file. `file`: the file's name in messages; [`DataLayer::file`] determines the format.
     ///
     /// # Errors
     /// The first wrong line. For a FITS file the line is the number of the wrong header card.
     pub fn with_content(mut self, file: &str, bytes: &[u8]) -> Result<Self, Problem> {
+        // From the line or header card, and the message.
         let problem = |(line, message): (usize, String)| Problem { file: file.to_owned(), line, message };
         self.digest = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let format = format(&self.file);
@@ -157,12 +160,14 @@ impl DataLayer {
         Ok(self)
     }
 
-    /// The name under which the session stores the image as a texture. It contains the file's digest, so that it differs from every name of a map file.
+    /// The name under which the session stores the image as a texture. With the file's digest in it, no map file has this name, nor another content of the
+    /// layer.
     pub fn image_name(&self) -> String {
         format!("layer {} {}", self.name, self.digest)
     }
 
-    /// The image of a layer on a body, as an overlay on the ground.
+    /// The image of a layer on a body, as an overlay on the ground; `None` for a layer without an image or in the sky. FITS calls the equirectangular
+    /// projection plate carrée.
     pub(super) fn overlay(&self) -> Option<Overlay> {
         let image = self.image.as_ref().filter(|_| self.body.is_some())?;
         let ImageWcs::PlateCarree { west_deg, east_deg, south_deg, north_deg, .. } = image.wcs else { return None };
@@ -181,7 +186,7 @@ mod tests {
     use super::*;
     use crate::catalog::NaifId;
 
-    /// The body of a layer in the sky.
+    /// [`DataLayer::body`] of a layer in the sky.
     const IN_SKY: Option<NaifId> = None;
 
     fn layer_on(body: Option<NaifId>) -> DataLayer {
@@ -198,6 +203,7 @@ mod tests {
         assert_eq!((first.lat_deg, first.lon_deg, first.size_px, first.colour), (38.297, 142.373, Some(9.1), Some([255, 0, 0])));
         assert_eq!(first.time.map(|t| t.to_utc_iso()[..19].to_owned()), Some("2011-03-11T05:46:24".into()));
         assert_eq!((layer.points[1].time, layer.points[1].size_px), (None, None));
+        // In the sky `lon_deg` is the right ascension.
         assert_eq!(layer_on(IN_SKY).with_content("sky.csv", b"ra,dec\n10,20\n").expect("read").points[0].lon_deg, 10.0);
         // A byte order mark, before a comment or before the names of the columns.
         for text in ["\u{feff}# stars\r\nra,dec\r\n10,20\r\n", "\u{feff}ra,dec\n10,20\n"] {
@@ -235,7 +241,7 @@ mod tests {
         let layer = read("a.vot", IN_SKY, VOTABLE).expect("read");
         assert_eq!(layer.points.iter().map(|p| (p.lon_deg, p.lat_deg)).collect::<Vec<_>>(), [(10.5, -20.0), (11.0, -21.0)]);
         assert!(layer.points[0].time.is_some() && layer.points[1].time.is_none());
-        // Column names have precedence over UCDs.
+        // Column names have precedence over UCDs: with these names the columns `id` and `time` are read as coordinates.
         let named = VOTABLE.replace("name=\"id\"", "name=\"RA\"").replace("name=\"time\"", "name=\"Dec\"");
         let error = read("a.vot", IN_SKY, &named).expect_err("text in place of a number");
         assert!(error.contains("field dec_deg: `2024-04-08T18:00:00Z`"), "{error}");
@@ -261,6 +267,7 @@ mod tests {
 
     #[test]
     fn nulls_of_votables_are_no_values() {
+        // The first column becomes the size. `field`: the rest of its FIELD; `null`: a text that means that there is no value.
         for (field, null) in
             [("datatype=\"int\"><VALUES null=\"-99\"/></FIELD>", "-99"), ("datatype=\"double\"/>", "NaN"), ("datatype=\"double\"/>", " ")]
         {
@@ -276,12 +283,14 @@ mod tests {
     fn binary_votables_give_the_same_points() {
         use base64::Engine;
         use base64::prelude::BASE64_STANDARD;
+        // A text of variable length: its number of bytes, big-endian, and its bytes.
         let text = |t: &str| [&i32::try_from(t.len()).expect("short").to_be_bytes()[..], t.as_bytes()].concat();
         let row = |flags: &[u8], [id, time]: [&str; 2], [ra, dec]: [f64; 2]| {
             [flags.to_vec(), text(id), ra.to_be_bytes().to_vec(), dec.to_be_bytes().to_vec(), text(time)].concat()
         };
         let from = VOTABLE.find("<TABLEDATA>").expect("there");
         let to = VOTABLE.find("</DATA>").expect("there");
+        // `form`: BINARY or BINARY2.
         let as_form = |form: &str, bytes: &[u8]| {
             let stream = format!("<{form}><STREAM encoding=\"base64\">\n{}\n</STREAM></{form}>", BASE64_STANDARD.encode(bytes));
             format!("{}{stream}{}", &VOTABLE[..from], &VOTABLE[to..])
@@ -290,7 +299,7 @@ mod tests {
             [row(flags[0], ["A & B", "2024-04-08T18:00:00Z"], [10.5, -20.0]), row(flags[1], ["", "never"], [11.0, -21.0])].concat()
         };
         let text_layer = read("a.vot", IN_SKY, VOTABLE).expect("read");
-        // The flag of the fourth column, `time`, is set in the second row.
+        // Each row of BINARY2 begins with null flags, the highest bit for the first column. In the second row the flag of the fourth column, `time`, is set.
         let flagged = read("a.vot", IN_SKY, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]]))).expect("read");
         assert_eq!(flagged.points, text_layer.points);
         // BINARY has no null flags, so the text `never` is read as a time.
@@ -325,6 +334,7 @@ mod tests {
         let layer = read("a.geojson", Some(NaifId::EARTH), GEOJSON).expect("read");
         let point = layer.points[0];
         assert_eq!((layer.points.len(), point.lat_deg, point.lon_deg), (1, 20.0, 10.0));
+        // The outline and the hole of the polygon, and the line.
         assert_eq!(layer.lines.iter().map(|l| l.vertices.len()).collect::<Vec<_>>(), [4, 4, 2]);
         // The same instant as text and as milliseconds.
         let [text, ms] = [point.time, layer.lines[0].time].map(|t| t.expect("a time").tdb_seconds_past_j2000());
@@ -347,6 +357,7 @@ mod tests {
             ("\"Polygon\"", "\"Circle\"", "a.geojson:4: field coordinates: not those of a Circle"),
             ("[[170, 1], [190, 1]]", "[[170, 1]]", "a.geojson:5: a line with 1 position;"),
             ("CRS84", "EPSG::3857", "a.geojson:1: field crs: `urn:ogc:def:crs:OGC:1.3:EPSG::3857` is not longitude"),
+            // The end of the file is missing.
             ("null}\n]}", "null}\n", "a.geojson:"),
         ] {
             let error_text = why(from, to);
@@ -393,7 +404,7 @@ mod tests {
             assert_eq!(with_mark, error_text);
         }
         assert!(read("a.kml", Some(NaifId::EARTH), "<kml><Document/></kml>").expect_err("none").contains("no Placemark"));
-        // The place of a photograph is not a Placemark's.
+        // A photograph has a place, too, but is not a Placemark.
         let photograph = "<PhotoOverlay><Point><coordinates>50,60</coordinates></Point></PhotoOverlay>";
         let layer = read("a.kml", Some(NaifId::EARTH), &KML.replace("<Folder>", &format!("<Folder>{photograph}"))).expect("read");
         assert_eq!((layer.points.len(), layer.points[0].lat_deg), (1, 20.0));

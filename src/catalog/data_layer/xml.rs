@@ -41,6 +41,7 @@ struct LineCounter<'a> {
     text: &'a [u8],
     /// Byte offset up to which line breaks are counted.
     counted_to: usize,
+    /// The line that contains this offset, starting at 1.
     line: usize,
 }
 
@@ -92,6 +93,7 @@ pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<
                 handler.start_element(&path).map_err(|why| (line, why))?;
             }
             Event::Empty(start) => {
+                // An empty element contains no others, so the depth is not checked.
                 has_root = true;
                 path.push(element(&start, line).map_err(|why| (line, why))?);
                 handler.start_element(&path).and_then(|()| handler.end_element(&path)).map_err(|why| (line, why))?;
@@ -115,9 +117,9 @@ pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<
                 }
             }
             Event::GeneralRef(reference) => {
-                let character = reference.resolve_char_ref().map_err(|e| not_xml(&e))?;
-                let named = reference.decode().map_err(|e| not_xml(&e))?;
-                let c = character.or(match named.as_ref() {
+                let by_number = reference.resolve_char_ref().map_err(|e| not_xml(&e))?;
+                let name = reference.decode().map_err(|e| not_xml(&e))?;
+                let character = by_number.or(match name.as_ref() {
                     "amp" => Some('&'),
                     "lt" => Some('<'),
                     "gt" => Some('>'),
@@ -125,9 +127,10 @@ pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<
                     "apos" => Some('\''),
                     _ => None,
                 });
-                let c = c.ok_or_else(|| (line, format!("the entity &{}; is not predefined in XML", echo_within(&named, 40))))?;
+                let character =
+                    character.ok_or_else(|| (line, format!("the entity &{}; is not predefined in XML", echo_within(&name, 40))))?;
                 if let Some(open) = path.last_mut() {
-                    open.text.push(c);
+                    open.text.push(character);
                 }
             }
             Event::Eof if !path.is_empty() => {

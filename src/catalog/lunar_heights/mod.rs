@@ -1,9 +1,9 @@
 //! The user's height map of the entire Moon: kilometres above a reference sphere.
 //!
-//! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_image`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which gives the height
-//! in any direction. Always: every height is finite and within [`MAX_HEIGHT_KM`] of the sphere. A value of the map is the height at the centre of its cell;
-//! between centres heights are interpolated linearly in longitude and latitude; between the first or last row and the pole they are constant along each
-//! meridian. No height map is embedded. Not supported: maps of a part of the Moon, other projections, other bodies.
+//! In: bytes of a PNG, a TIFF, or a label of NASA's Planetary Data System (PDS) and its image ([`HeightMap::of_image`], [`HeightMap::of_pds`]). Out:
+//! [`HeightMap`], which gives the height in any direction. Always: every height is finite and within [`MAX_HEIGHT_KM`] of the sphere. A value of the map is the
+//! height at the centre of its cell; between centres heights are interpolated linearly in longitude and latitude; between the first or last row and the pole
+//! they are constant along each meridian. No height map is embedded. Not supported: maps of a part of the Moon, other projections, other bodies.
 
 mod image_file;
 mod label;
@@ -13,7 +13,7 @@ use crate::wording::{echo, one_line};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Radius of the reference sphere of maps without a label: that of the LOLA maps.
+/// Radius of the reference sphere of maps without a label: that of the maps of LOLA (Lunar Orbiter Laser Altimeter).
 pub const DEFAULT_SPHERE_KM: f64 = 1737.4;
 /// Largest accepted height above or below the sphere. Those of the Moon lie between -9.2 and 10.8 km (LOLA).
 pub const MAX_HEIGHT_KM: f64 = 20.0;

@@ -125,8 +125,8 @@ impl SmallBodies {
     }
 
     /// An invented main belt of `count` bodies, for measurements of speed. It is the same at each call. Semi-major axes, eccentricities and inclinations are
-    /// those of embedded bodies between the 4:1 and 2:1 resonances with Jupiter (2.06 to 3.28 au), with small random offsets in axis and eccentricity; the
-    /// other angles are uniformly distributed.
+    /// those of embedded bodies between the 4:1 and 2:1 resonances with Jupiter (2.06 to 3.28 au), with small random offsets in axis and eccentricity. Node,
+    /// perihelion and time of passage are uniformly distributed.
     pub fn synthetic_belt(count: usize) -> Self {
         let semi_major_axis_au = |orbit: &HeliocentricOrbit| orbit.perihelion_au / (1.0 - orbit.eccentricity);
         let embedded = Self::embedded();

@@ -8,7 +8,7 @@ use super::rows::{
     PERIHELION_DISTANCE, PERIHELION_PASSAGE, SEMI_MAJOR_AXIS, Values, body, number,
 };
 use super::{SmallBody, SmallBodyFileError, mpcorb};
-use crate::catalog::csv_line::{cells, comparable_name, unique_columns_of_fields};
+use crate::catalog::csv_line::{borrowed_values, comparable_name, unique_columns_of_fields};
 use crate::wording::{echo, echo_within, json_error_text};
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -113,12 +113,12 @@ fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     for (line_number, line) in text.lines().enumerate().map(|(k, line)| (k + 1, line.trim())).filter(|(_, line)| !line.is_empty()) {
         if let Some(columns) = &columns {
             if !line.starts_with('#') {
-                let body = cells(line).and_then(|cells| columns.body(&cells));
+                let body = borrowed_values(line).and_then(|cells| columns.body(&cells));
                 all.push(body.map_err(|e| (line_number, e))?);
             }
             continue;
         }
-        let names: Vec<String> = match cells(line.trim_start_matches('#')) {
+        let names: Vec<String> = match borrowed_values(line.trim_start_matches('#')) {
             Ok(cells) => cells.iter().map(|n| comparable_name(n)).collect(),
             Err(_) if line.starts_with('#') => continue,
             Err(why) => return Err((line_number, why)),

@@ -42,7 +42,8 @@ const fn field(name: &'static str, columns: &'static [&'static str], [min, max]:
     Field { name, columns, min, max, expected }
 }
 
-/// Indices in [`FIELDS`] and [`Values`]. Names of columns such as `om`, `w`, `ma` and `tp` are those of JPL's Small-Body Database.
+/// Indices in [`FIELDS`] and [`Values`]. M1 and K1 are a comet's total absolute magnitude and the slope of its brightness. Names of columns such as `om`, `w`,
+/// `ma` and `tp` are those of JPL's Small-Body Database.
 pub(super) const ECCENTRICITY: usize = 0;
 pub(super) const INCLINATION: usize = 1;
 pub(super) const ASCENDING_NODE: usize = 2;

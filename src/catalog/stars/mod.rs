@@ -61,7 +61,7 @@ pub struct StarCatalog {
     cells: Vec<SkyCell>,
 }
 
-/// An error in a star catalog, in one line: file, line, field, what to do.
+/// An error in the file of a star catalog. Its text is one line: file, line, field, what to do.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{file}:{line}: {message}")]
 pub struct StarFileError {

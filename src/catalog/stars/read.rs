@@ -5,7 +5,7 @@
 //! 2007, CDS I/311), whose positions are of J1991.25. Not read: the measurement errors of the values.
 
 use super::{Star, StarFileError, julian_epoch};
-use crate::catalog::csv_line::{cells, comparable_name, unique_columns_of_fields};
+use crate::catalog::csv_line::{borrowed_values, comparable_name, unique_columns_of_fields};
 use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, RAD_PER_ARCSEC, SECONDS_PER_DAY};
 use crate::wording::{echo, echo_within};
 use glam::DVec3;
@@ -24,9 +24,10 @@ struct Field {
     name: &'static str,
     /// The accepted names of its column, reduced to lower-case letters and digits. Earlier ones have precedence.
     columns: &'static [&'static str],
+    /// The least and the greatest value, in the unit of the name.
     min: f64,
     max: f64,
-    /// What messages call an allowed value.
+    /// Unit or kind of the value, for messages.
     expected: &'static str,
     /// Whether only whole numbers are allowed.
     is_whole: bool,
@@ -53,6 +54,7 @@ const FIELDS: [Field; 9] = [
     field("ra_deg", &["radeg", "ra"], [0.0, 360.0], "degrees"),
     field("dec_deg", &["decdeg", "dec", "dedeg"], [-90.0, 90.0], "degrees"),
     field("v_mag", &["vmag", "v", "mag"], [-30.0, 30.0], "magnitudes"),
+    // Up to a number that fits into u32, since `id` may be the table's own number.
     Field { is_whole: true, ..field("hip", &["hip", "id"], [0.0, 4.0e9], "a whole number") },
     field("plx_mas", &["plxmas", "plx", "parallax"], [-1000.0, 10_000.0], "milliarcseconds"),
     field("pm_ra_mas_yr", &["pmramasyr", "pmracosdecmasyr", "pmra"], [-1e5, 1e5], "milliarcseconds a year, times cos dec"),
@@ -61,7 +63,7 @@ const FIELDS: [Field; 9] = [
     field("rv_km_s", &["rvkms", "radialvelocitykms", "rv"], [-1e4, 1e4], "kilometres a second"),
 ];
 
-/// Byte ranges of the fields in hip2.dat (ReadMe of catalog I/311). V is not among them: it is computed from Hp, the magnitude in Hipparcos' own band.
+/// Index and byte range of each field in hip2.dat (ReadMe of catalog I/311). V is not among them: it is computed from Hp, the magnitude in Hipparcos' own band.
 const HIP2: [(usize, Range<usize>); 7] =
     [(HIP, 0..6), (RA, 15..28), (DEC, 29..42), (PARALLAX, 43..50), (PM_RA, 51..59), (PM_DEC, 60..68), (B_V, 152..158)];
 /// Byte range of the magnitude Hp.
@@ -94,10 +96,10 @@ fn without_brackets(line: &str) -> String {
 }
 
 impl Columns {
-    /// The columns that a table's first line names; `None` if it contains no names, so that the file must be hip2.dat.
+    /// The columns that a table's first line names; `None` if no title begins with a letter, so that the file must be hip2.dat.
     fn named(line: &str) -> Option<Result<Self, String>> {
         let line_without_brackets = without_brackets(line);
-        let titles = match cells(&line_without_brackets) {
+        let titles = match borrowed_values(&line_without_brackets) {
             Ok(titles) => titles,
             Err(why) => return Some(Err(why)),
         };
@@ -114,6 +116,7 @@ impl Columns {
             let f = &FIELDS[missing];
             return Some(Err(format!("no column `{}` ({}); the first line must name it", f.name, f.expected)));
         }
+        // Words such as J2 or J0437 in a title are no years.
         let words = line.split(|c: char| !(c.is_ascii_alphanumeric() || c == '.'));
         let years = words.filter_map(|w| w.strip_prefix('J')?.parse::<f64>().ok());
         let epoch = years.into_iter().find(|y| (1000.0..3000.0).contains(y)).unwrap_or(2000.0);
@@ -127,7 +130,7 @@ fn number(f: &Field, text: &str) -> Result<f64, String> {
     value.ok_or_else(|| format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text.trim(), 40), f.expected, f.min, f.max))
 }
 
-/// A star from its fields; the required fields must be present.
+/// A star from its fields; the required fields must be present, and the others count as 0 if they are missing, except B-V.
 fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
     let value = |k: usize| values[k].unwrap_or(0.0);
     let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (value(RA).to_radians().sin_cos(), value(DEC).to_radians().sin_cos());
@@ -136,7 +139,7 @@ fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
     let rad_per_mas = RAD_PER_ARCSEC / 1000.0;
     // The measured parallax of a distant star can be negative because of its error; it then counts as not measured.
     let parallax_rad = value(PARALLAX).max(0.0) * rad_per_mas;
-    // Radial velocity divided by distance.
+    // Radial velocity in au a year, divided by the distance in au.
     let radial_per_year = value(RADIAL_VELOCITY) / KM_S_PER_AU_YR * parallax_rad;
     Star {
         hip: value(HIP) as u32,
@@ -150,7 +153,7 @@ fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
 
 /// The star of a row of a table.
 fn star_from_row(line: &str, columns: &Columns) -> Result<Star, String> {
-    let cells = cells(line)?;
+    let cells = borrowed_values(line)?;
     if cells.len() != columns.column_count {
         return Err(format!("{} values, and the first line names {} columns", cells.len(), columns.column_count));
     }
@@ -167,7 +170,8 @@ fn star_from_row(line: &str, columns: &Columns) -> Result<Star, String> {
 }
 
 /// V from Hipparcos' magnitude Hp and B-V (Harmanec 1998, Astron. Astrophys. 335, 173, with U-B = 0): within 0.02 magnitudes for
-/// common stars. The polynomial of ESA SP-1200, volume 1, table 1.3.5 differs by less than 0.005 at B-V of 0.6 and 1.2.
+/// common stars. The polynomial of ESA SP-1200, volume 1, table 1.3.5 differs by less than 0.005 at B-V of 0.6 and 1.2, which were compared. B-V outside -0.3
+/// to 1.6, as few stars have it, counts as the nearer limit.
 fn v_from_hp(hp: f64, b_v: f64) -> f64 {
     let x = b_v.clamp(-0.3, 1.6);
     hp + 0.0072 + x * (-0.2964 + x * (0.1110 + x * 0.0157))
@@ -179,11 +183,11 @@ fn star_from_hip2(line: &str) -> Result<Star, String> {
     if line.len() < HIP2_BYTES {
         return Err(too_short());
     }
-    let cell = |columns: &Range<usize>| line.get(columns.clone()).ok_or_else(too_short);
+    let cell = |bytes: &Range<usize>| line.get(bytes.clone()).ok_or_else(too_short);
     let mut values = [None; FIELDS.len()];
-    for (k, columns) in &HIP2 {
-        let text = cell(columns)?;
-        // The positions of hip2.dat are in radians.
+    for (k, bytes) in &HIP2 {
+        let text = cell(bytes)?;
+        // The positions of hip2.dat are in radians. They are converted as text, because `number` takes text; text that is no number goes into its message.
         let text = if matches!(*k, RA | DEC) {
             text.trim().parse::<f64>().map_or(text.to_owned(), |v| v.to_degrees().to_string())
         } else {
@@ -196,9 +200,9 @@ fn star_from_hip2(line: &str) -> Result<Star, String> {
     Ok(star(&values))
 }
 
-/// Reads a catalog: its epoch as a Julian date (TT), and its stars.
-pub(super) fn read(file: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileError> {
-    let file_error = |line: usize, message: String| StarFileError { file: echo(file), line, message };
+/// Reads a catalog: its epoch as a Julian date (TT), and its stars. `file_name`: for errors.
+pub(super) fn read(file_name: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileError> {
+    let file_error = |line: usize, message: String| StarFileError { file: echo(file_name), line, message };
     let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty()).peekable();
     let Some((first_line_number, line)) = lines.peek().copied() else { return Err(file_error(1, "no stars: the file is empty".into())) };
     let columns = Columns::named(line.trim_start_matches(['#', '\u{feff}'])).transpose().map_err(|e| file_error(first_line_number, e))?;
@@ -242,11 +246,11 @@ mod tests {
         );
         let (epoch, table_stars) = read("a.csv", &table).expect("a table");
         let (hip2_epoch, hip2_stars) = read("hip2.dat", &hip2(ra_deg.to_radians(), dec_deg.to_radians(), "0.0868")).expect("hip2.dat");
-        assert_eq!((epoch, epoch), (hip2_epoch, julian_epoch(1991.25)));
+        assert!(epoch == hip2_epoch && epoch == julian_epoch(1991.25));
         let (a, b) = (table_stars[0], hip2_stars[0]);
         assert!(a.direction.distance(b.direction) < 1e-9 && a.motion_per_year.distance(b.motion_per_year) < 1e-12);
         assert_eq!((a.parallax_rad, a.b_v, b.hip), (b.parallax_rad, b.b_v, 91_262));
-        // Vega's Hp is 0.0868 and its V 0.03.
+        // Vega's Hp is 0.0868, from which `v_from_hp` gives 0.094; its V in the table is 0.03.
         assert!((a.v_magnitude - b.v_magnitude).abs() < 0.07, "{} {}", a.v_magnitude, b.v_magnitude);
         assert_eq!(read("b.csv", "ra,dec,mag\n0,0,1\n").expect("few columns").0, julian_epoch(2000.0));
         // `id` (the table's own number) is not taken for the Hipparcos number, nor `ra` (in hours) for degrees.

@@ -47,7 +47,7 @@ mod tests {
         let sky = StarCatalog::synthetic(200_000);
         assert_eq!(sky.stars().len(), 200_000);
         let count_to = |limit: f32| sky.stars().iter().filter(|s| s.v_magnitude <= limit).count() as f64;
-        // Poisson noise of 38 000 stars is half a per cent.
+        // The 47 000 stars down to magnitude 8 have a Poisson noise of half a per cent.
         let slope = (count_to(9.0) / count_to(8.0)).log10();
         assert!((slope - DECADES_PER_MAGNITUDE).abs() < 0.02, "{slope}");
         assert_eq!(count_to(6.5), StarCatalog::embedded().stars().iter().filter(|s| s.v_magnitude <= 6.5).count() as f64);

@@ -13,7 +13,7 @@ use crate::time::Instant;
 use crate::units::JD_J2000;
 use glam::{DMat3, DVec3};
 
-/// The PCK that is embedded in the program.
+/// The PCK (text file of SPICE with poles and meridians of bodies) that is embedded in the program.
 pub use orrery_catalogs::PLANETARY_CONSTANTS as EMBEDDED_PCK;
 
 /// Right-handed rotation of the axes by `angle_rad` about z: R3 of the literature.
@@ -46,7 +46,7 @@ impl PoleAndMeridian {
     }
 }
 
-/// The Earth's rotation from GCRS to ITRS by IAU 2006/2000A and UT1, without polar motion.
+/// The Earth's rotation from GCRS (axes of the ICRF) to ITRS (axes fixed to the Earth) by IAU 2006/2000A and UT1, without polar motion.
 pub fn earth_itrs_from_gcrs(t: Instant) -> DMat3 {
     itrs_from_gcrs_via(&intermediate_from_gcrs(t), t)
 }

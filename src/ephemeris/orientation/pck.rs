@@ -2,33 +2,34 @@
 //!
 //! In: the text of the kernel. Out: right ascension and declination of the north pole and the angle W of the prime meridian, by the models
 //! of Archinal et al. 2018 (IAU WGCCRE 2015), which the kernel transcribes. Of the kernel's `\begindata` blocks, assignments of numbers (`=`, `+=`)
-//! are read; strings and dates are ignored.
+//! are read; strings and dates are ignored. The names of the assignments (`BODY599_POLE_RA`) are those of NAIF's PCK Required Reading.
 
 use crate::catalog::NaifId;
 use crate::units::{DAYS_PER_JULIAN_CENTURY, SECONDS_PER_DAY};
 use std::collections::HashMap;
 
-/// Why a text kernel was rejected: a number that cannot be parsed, or a body with more terms than its system has angles.
+/// Why a text kernel was rejected: a number that cannot be parsed, or a body with more sines or cosines than its system has angles.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PckError {
     #[error("PCK line {line}: `{text}` is not a number")]
-    Number { line: usize, text: String },
+    NotANumber { line: usize, text: String },
     #[error("PCK: body {body} uses {terms} angles, its system {system} has {angles}")]
-    Angles { body: i32, system: i32, terms: usize, angles: usize },
+    MissingAngles { body: i32, system: i32, terms: usize, angles: usize },
 }
 
 /// Pole and prime meridian of one body at one time, degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoleAndMeridian {
-    /// Right ascension of the north pole, ICRF.
+    /// Right ascension of the north pole, ICRF; not reduced to 0..360.
     pub pole_ra_deg: f64,
     /// Declination of the north pole, ICRF.
     pub pole_dec_deg: f64,
-    /// WGCCRE's W: along the equator from its ascending node on the ICRF equator east to the prime meridian.
+    /// WGCCRE's W, 0..360: the angle along the body's equator, eastwards, from the equator's ascending node on the ICRF equator to the prime meridian.
     pub w_deg: f64,
 }
 
-/// One body's model: polynomials in degrees, plus sines and cosines of angles that all bodies of a planet's system share.
+/// One body's model, in degrees: for right ascension and W, a polynomial plus the sum of amplitude times sine of each angle of the planet's system; for
+/// declination, with cosines. Coefficients of polynomials start with the constant.
 #[derive(Clone, Debug, Default)]
 struct Model {
     /// Polynomial in Julian centuries from J2000.
@@ -37,11 +38,11 @@ struct Model {
     pole_dec: Vec<f64>,
     /// Polynomial in days from J2000.
     w: Vec<f64>,
-    /// Amplitudes of the sines of the system's angles, degrees, in the order of the angles.
-    ra_terms: Vec<f64>,
-    /// Amplitudes of the cosines of the same angles, degrees.
-    dec_terms: Vec<f64>,
-    /// Amplitudes of the sines of the same angles, degrees.
+    /// Amplitudes of the sines in the right ascension, in the order of the system's angles.
+    pole_ra_terms: Vec<f64>,
+    /// Amplitudes of the cosines in the declination, in the same order.
+    pole_dec_terms: Vec<f64>,
+    /// Amplitudes of the sines in W, in the same order.
     w_terms: Vec<f64>,
 }
 
@@ -50,7 +51,7 @@ struct Model {
 pub struct Pck {
     /// By NAIF code of the body.
     models: HashMap<i32, Model>,
-    /// By code of the planet's system: for each angle its polynomial in Julian centuries, degrees.
+    /// By code of the planet's system (that of its barycentre, 5 for Jupiter's): for each angle its polynomial in Julian centuries from J2000, degrees.
     angles: HashMap<i32, Vec<Vec<f64>>>,
 }
 
@@ -78,13 +79,14 @@ fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
             rest = right;
         }
         for word in rest.split(|c: char| c.is_whitespace() || matches!(c, '(' | ')' | ',')).filter(|w| !w.is_empty()) {
-            // Strings and dates (`@2000-JAN-1`) are not orientation data.
+            // Strings, of which a line may hold several words, and dates (`@2000-JAN-1`) are not orientation data.
             let quotes = word.matches('\'').count();
             if in_quotes || quotes > 0 || word.starts_with('@') {
                 in_quotes ^= quotes % 2 == 1;
                 continue;
             }
-            let number = word.replace(['D', 'd'], "e").parse().map_err(|_| PckError::Number { line: index + 1, text: word.into() })?;
+            // SPICE also writes exponents as in Fortran: `1.0D0`.
+            let number = word.replace(['D', 'd'], "e").parse().map_err(|_| PckError::NotANumber { line: index + 1, text: word.into() })?;
             values.entry(name).or_default().push(number);
         }
     }
@@ -96,7 +98,8 @@ fn polynomial(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// Code of the system whose angles a body's terms use: 4 for Mars (499) and Phobos (401), 3 for the Moon (301).
+/// Code of the system whose angles a body's terms use: 4 for Mars (499) and Phobos (401), 3 for the Moon (301). For the Sun and small bodies, which have no
+/// terms, a number without angles.
 fn system_of(body: i32) -> i32 {
     body / 100
 }
@@ -110,6 +113,7 @@ impl Pck {
             let Some((code, item)) = name.strip_prefix("BODY").and_then(|n| n.split_once('_')) else { continue };
             let Ok(code) = code.parse::<i32>() else { continue };
             if item == "NUT_PREC_ANGLES" {
+                // Angles are linear in time unless the kernel gives a degree.
                 let degree = values.get(format!("BODY{code}_MAX_PHASE_DEGREE").as_str()).and_then(|v| v.first()).map_or(1, |d| *d as usize);
                 pck.angles.insert(code, numbers.chunks(degree.saturating_add(1)).map(<[f64]>::to_vec).collect());
                 continue;
@@ -118,20 +122,21 @@ impl Pck {
                 "POLE_RA" => |m| &mut m.pole_ra,
                 "POLE_DEC" => |m| &mut m.pole_dec,
                 "PM" => |m| &mut m.w,
-                "NUT_PREC_RA" => |m| &mut m.ra_terms,
-                "NUT_PREC_DEC" => |m| &mut m.dec_terms,
+                "NUT_PREC_RA" => |m| &mut m.pole_ra_terms,
+                "NUT_PREC_DEC" => |m| &mut m.pole_dec_terms,
                 "NUT_PREC_PM" => |m| &mut m.w_terms,
                 _ => continue,
             };
             *field(pck.models.entry(code).or_default()) = numbers.clone();
         }
+        // Without one of the three polynomials a body has no orientation.
         pck.models.retain(|_, m| !m.pole_ra.is_empty() && !m.pole_dec.is_empty() && !m.w.is_empty());
         for (body, model) in &pck.models {
-            let terms = model.ra_terms.len().max(model.dec_terms.len()).max(model.w_terms.len());
+            let terms = model.pole_ra_terms.len().max(model.pole_dec_terms.len()).max(model.w_terms.len());
             let system = system_of(*body);
             let angles = pck.angles.get(&system).map_or(0, Vec::len);
             if terms > angles {
-                return Err(PckError::Angles { body: *body, system, terms, angles });
+                return Err(PckError::MissingAngles { body: *body, system, terms, angles });
             }
         }
         Ok(pck)
@@ -146,7 +151,7 @@ impl Pck {
         self.models.is_empty()
     }
 
-    /// Pole and prime meridian at TDB seconds past J2000; `None` if the kernel lacks the body. W is within 0..360.
+    /// Pole and prime meridian at TDB seconds past J2000; `None` if the kernel has no complete model of the body.
     pub fn pole_and_meridian(&self, body: NaifId, tdb_s: f64) -> Option<PoleAndMeridian> {
         let model = self.models.get(&body.0)?;
         let days = tdb_s / SECONDS_PER_DAY;
@@ -158,10 +163,11 @@ impl Pck {
         };
         let none = Vec::new();
         for (k, angle) in self.angles.get(&system_of(body.0)).unwrap_or(&none).iter().enumerate() {
+            // Whole turns are removed in degrees, where this is exact.
             let (sin, cos) = (polynomial(angle, centuries) % 360.0).to_radians().sin_cos();
             let term = |terms: &[f64]| terms.get(k).copied().unwrap_or(0.0);
-            result.pole_ra_deg += term(&model.ra_terms) * sin;
-            result.pole_dec_deg += term(&model.dec_terms) * cos;
+            result.pole_ra_deg += term(&model.pole_ra_terms) * sin;
+            result.pole_dec_deg += term(&model.pole_dec_terms) * cos;
             result.w_deg += term(&model.w_terms) * sin;
         }
         result.w_deg = result.w_deg.rem_euclid(360.0);
@@ -173,16 +179,18 @@ impl Pck {
 mod tests {
     use super::*;
 
-    const SMALL: &str = "text BODY499_PM = ( 9 )\n\\begindata\n BODY599_POLE_RA = ( 268.0 -0.01 0. )\n BODY599_POLE_DEC = ( 64.5 )\n\
-                         BODY599_PM = ( 284.95 870.536D0 )\n BODY599_LONG_NAME = ( 'a b' )\n BODY5_NUT_PREC_ANGLES = ( 90.0 0.0\n 0.0 36000.0 )\n\
-                         BODY599_NUT_PREC_RA = ( 2.0 )\n BODY599_NUT_PREC_RA += ( 1.0 )\n\\begintext\n";
+    /// Jupiter, with two angles: 90 degrees, and 36 000 degrees per century. The assignment to Mars is outside the data block.
+    const KERNEL: &str = "text BODY499_PM = ( 9 )\n\\begindata\n BODY599_POLE_RA = ( 268.0 -0.01 0. )\n BODY599_POLE_DEC = ( 64.5 )\n\
+                          BODY599_PM = ( 284.95 870.536D0 )\n BODY599_LONG_NAME = ( 'a b' )\n\
+                          BODY5_NUT_PREC_ANGLES = ( 90.0 0.0\n 0.0 36000.0 )\n\
+                          BODY599_NUT_PREC_RA = ( 2.0 )\n BODY599_NUT_PREC_RA += ( 1.0 )\n\\begintext\n";
 
     #[test]
     fn only_data_blocks_are_read() {
-        let pck = Pck::parse(SMALL).expect("reads");
+        let pck = Pck::parse(KERNEL).expect("a valid kernel");
         assert_eq!(pck.len(), 1);
         let jupiter = pck.pole_and_meridian(NaifId(599), 0.0).expect("Jupiter");
-        assert!((jupiter.pole_ra_deg - 270.0).abs() < 1e-12, "the first angle is 90 degrees: {jupiter:?}");
+        assert!((jupiter.pole_ra_deg - 270.0).abs() < 1e-12, "268 + 2 sin(90 deg) + 1 sin(0 deg): {jupiter:?}");
         let a_day_later = pck.pole_and_meridian(NaifId(599), SECONDS_PER_DAY).expect("Jupiter");
         assert!((a_day_later.w_deg - (284.95 + 870.536_f64).rem_euclid(360.0)).abs() < 1e-9);
         assert_eq!(pck.pole_and_meridian(NaifId(499), 0.0), None);
@@ -190,9 +198,9 @@ mod tests {
 
     #[test]
     fn a_broken_number_and_a_missing_angle_are_named() {
-        let broken = SMALL.replace("64.5", "64.x");
+        let broken = KERNEL.replace("64.5", "64.x");
         assert_eq!(Pck::parse(&broken).map(|_| ()).map_err(|e| e.to_string()), Err("PCK line 4: `64.x` is not a number".into()));
-        let missing = SMALL.replace("+= ( 1.0 )", "+= ( 1.0 1.0 )");
-        assert!(matches!(Pck::parse(&missing), Err(PckError::Angles { body: 599, terms: 3, angles: 2, .. })));
+        let missing = KERNEL.replace("+= ( 1.0 )", "+= ( 1.0 1.0 )");
+        assert!(matches!(Pck::parse(&missing), Err(PckError::MissingAngles { body: 599, terms: 3, angles: 2, .. })));
     }
 }

@@ -8,7 +8,7 @@ use crate::catalog::{MeanElements, NaifId};
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, SECONDS_PER_DAY};
 
-/// Degrees along the orbit: at the epoch, and per year from it.
+/// Error of a position, degrees along the orbit: at the elements' epoch, and its growth per year from it.
 struct Drift {
     at_epoch_deg: f64,
     deg_per_yr: f64,

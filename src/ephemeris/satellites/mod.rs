@@ -1,9 +1,9 @@
 //! Theories of the large moons. In: an instant. Out: a state relative to the planet's centre, ICRF, km and km/s.
 //!
-//! Both theories give six elements that are sums of periodic terms: semi-major axis or mean motion, mean longitude λ, eccentricity
-//! z = e·exp(iϖ) and inclination ζ = sin(I/2)·exp(iΩ). The elements are osculating, so the velocity is computed as that of two-body motion on them. It differs
-//! from the slope of the computed positions by up to 4e-4 of the speed (Callisto), for Hyperion by 1.5e-3.
-//! Omitted: terms that the tables omit; `error_km` of each theory states the error. No planet's position is needed here.
+//! Both theories (L1.2 of Jupiter's moons, TASS 1.7 of Saturn's) give six elements that are sums of periodic terms: semi-major axis or mean motion, mean
+//! longitude λ, eccentricity z = e·exp(iϖ) and inclination ζ = sin(I/2)·exp(iΩ). The elements are osculating, so the velocity is computed as that of two-body
+//! motion on them. It differs from the slope of the computed positions by up to 4e-4 of the speed (Callisto), for Hyperion by 1.5e-3.
+//! `error_km` of each theory states the error by the periodic terms that its tables lack. No planet's position is needed here.
 
 pub mod drift;
 pub mod galilean;
@@ -157,7 +157,7 @@ mod tests {
         let mut largest_km = |is_saturn: bool, step_s: f64| {
             theories.galilean.set_step(step_s);
             theories.saturn.set_step(step_s);
-            let mut largest_km: f64 = 0.0;
+            let mut found_km: f64 = 0.0;
             for k in -60..60 {
                 let t = Instant::from_tdb_seconds_past_j2000(f64::from(k) * 5.1e7 + 0.5 * step_s);
                 for i in 0..if is_saturn { 8 } else { 4 } {
@@ -165,10 +165,10 @@ mod tests {
                         true => (theories.saturn.state(i, t), theories.saturn.state_without_grid(i, t)),
                         false => (theories.galilean.state(i, t), theories.galilean.state_without_grid(i, t)),
                     };
-                    largest_km = largest_km.max(cached.expect("a moon").pos_km.distance(exact.expect("a moon").pos_km));
+                    found_km = found_km.max(cached.expect("a moon").pos_km.distance(exact.expect("a moon").pos_km));
                 }
             }
-            largest_km
+            found_km
         };
         for (is_saturn, step_s) in [(false, galilean::STEP_S), (true, tass::STEP_S)] {
             let (error_km, coarse_error_km) = (largest_km(is_saturn, step_s), largest_km(is_saturn, 16.0 * step_s));

@@ -7,8 +7,8 @@
 //! obliquity of VSOP87 converts that to ICRF (the remaining offset of the frames is under 0.1 arcsec: 2 km at Iapetus).
 //!
 //! Each element is a sum of groups of periodic terms. The terms of a group have one angle in common, which is added to their arguments: an integer combination
-//! of the moons' slow longitude variations. The variation of a moon is the first group of its own longitude series, so these groups are summed before the
-//! others, for all moons on which the others depend.
+//! of the moons' slow longitude variations. The variation of a moon is the first group of its own longitude series. So these first groups are summed before
+//! the others, for all moons whose variations the others need.
 
 use super::{Derivatives, Elements, Sums, SumsGrid, Term, tt_days_past};
 use crate::ephemeris::State;

@@ -155,6 +155,7 @@ fn open_device(AdapterCandidate { facts, adapter, instance }: AdapterCandidate) 
     if !half_float_flags.contains(required_flags | TextureFormatFeatureFlags::BLENDABLE) {
         return Err(unusable("it cannot blend into targets of half floats with 4 samples".into()));
     }
+    // WebGPU does not guarantee multisampled targets of 32-bit floats, so their support is a feature of the adapter.
     let f32_features = Features::FLOAT32_BLENDABLE | Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES;
     let blends_f32 = adapter.features().contains(f32_features)
         && adapter

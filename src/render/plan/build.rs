@@ -159,7 +159,7 @@ pub(super) fn hdr_steps(
             let (occlusion, refraction) = limb.map(|l| simple_draws::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(occlusion.flatten().filter(|_| is_first_run).map(|draw| over_hdr("unrefracted Sun", vec![draw])));
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
-                // Draw `k` with the first rows of its subimages in the coarse image of the air.
+                // Draw `k`, with the positions of its parts of the coarse image of the air in its uniforms.
                 let with_subimage_rows = |k| coarse_air::with_subimage_rows(&scene.draws, k, [width, height]);
                 let indices = draw_index..draw_index + layers.len();
                 let draws = indices.map(|k| body_draw(&with_subimage_rows(k), width, height, provider, sampling));

@@ -113,12 +113,12 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
         images.push(last_pass(&combined));
     }
     // The left eye's image begins at `left_column` and ends at the last column of its frame. The right eye's image is as wide.
-    let [left_column, _] = eyes.columns;
+    let [left_column, _] = eyes.first_columns;
     let eye_px = images.first().map_or([1, 1], |(_, [w, h])| [w - left_column, *h]);
     let is_side_by_side = eyes.layout == StereoLayout::SideBySide;
     let size = if is_side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
     let draw = full_screen_draw(stereo_module(eyes.layout), size, provider, |w| {
-        w.vec2("first_columns_px", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
+        w.vec2("first_columns_px", Vec2::from_array(eyes.first_columns.map(|c| c as f32)))?;
         if is_side_by_side { w.f32("eye_width_px", eye_px[0] as f32) } else { Ok(()) }
     })?;
     let textures =
@@ -141,11 +141,12 @@ fn plan_faces(
         let transparent = [0.0; 4];
         let no_faces = None;
         let mut face_plan = graph::compile(&hdr_steps(scene, provider, sampling, transparent, no_faces)?, HDR_TARGET)?;
-        // Only in the pass of the face itself: the images that it reads, such as the coarse image of the air, have other pixel coordinates.
+        // Only the draws of the face's own pass are clipped to the visible rectangle: the images that this pass reads, such as the coarse image of the air,
+        // have other pixel coordinates.
         for draw in face_plan.passes.iter_mut().filter(|p| p.name == HDR_TARGET).flat_map(|p| &mut p.draws) {
-            let [x0, y0, x1, y1] = draw.scissor;
-            let [x0, y0] = [x0.max(visible_rect[0]), y0.max(visible_rect[1])];
-            draw.scissor = [x0, y0, x1.min(visible_rect[2]).max(x0), y1.min(visible_rect[3]).max(y0)];
+            let ([x0, y0, x1, y1], [left, top, right, bottom]) = (draw.scissor, *visible_rect);
+            let [x0, y0] = [x0.max(left), y0.max(top)];
+            draw.scissor = [x0, y0, x1.min(right).max(x0), y1.min(bottom).max(y0)];
         }
         append(&mut combined, face_plan.passes);
         hdr_passes.push(combined.passes.len() - 1);

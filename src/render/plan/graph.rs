@@ -17,7 +17,7 @@ pub struct TargetDescriptor {
     pub format: ColourFormat,
     /// Samples per pixel, 1 or 4.
     pub samples: u8,
-    /// Clear colour, as stored in the target.
+    /// Clear colour: red, green, blue, alpha, as the format stores them.
     pub clear: [f32; 4],
     /// Whether a depth buffer belongs to the target.
     pub has_depth: bool,
@@ -32,7 +32,7 @@ pub enum Write {
     Over(&'static str),
 }
 
-/// A finished resource that a step's draws read as a texture, and its binding.
+/// A finished resource that a step's draws read as a texture, and its binding in bind group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Read {
     pub resource: &'static str,
@@ -48,6 +48,7 @@ pub struct PassStep {
     pub draws: Vec<PlanDraw>,
 }
 
+/// Why steps do not form a plan.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GraphError {
     #[error("steps `{first}` and `{second}` both create `{resource}`")]
@@ -72,8 +73,8 @@ impl PassStep {
     }
 }
 
-/// Topological order of the resources: each comes after those that its steps read. `by_resource`: the steps that write each resource.
-fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image: &'static str) -> Result<Vec<&'static str>, GraphError> {
+/// Topological order of the resources: each comes after those that its steps read. `writers`: the steps that write each resource.
+fn topological_order(writers: &BTreeMap<&'static str, Vec<&PassStep>>, image: &'static str) -> Result<Vec<&'static str>, GraphError> {
     #[derive(Clone, Copy, PartialEq)]
     enum VisitState {
         InProgress,
@@ -82,17 +83,17 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image
     /// Depth-first: appends `resource` to `order` after all resources that its steps read.
     fn visit(
         resource: &'static str,
-        by_resource: &BTreeMap<&'static str, Vec<&PassStep>>,
+        writers: &BTreeMap<&'static str, Vec<&PassStep>>,
         states: &mut BTreeMap<&'static str, VisitState>,
         order: &mut Vec<&'static str>,
     ) -> Result<(), GraphError> {
         states.insert(resource, VisitState::InProgress);
-        for step in &by_resource[resource] {
+        for step in &writers[resource] {
             for read in &step.reads {
                 match states.get(read.resource) {
                     Some(VisitState::Done) => {}
                     Some(VisitState::InProgress) => return Err(GraphError::Circular { step: step.name, resource: read.resource }),
-                    None => visit(read.resource, by_resource, states, order)?,
+                    None => visit(read.resource, writers, states, order)?,
                 }
             }
         }
@@ -101,7 +102,7 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image
         Ok(())
     }
     let mut order = Vec::new();
-    visit(image, by_resource, &mut BTreeMap::new(), &mut order)?;
+    visit(image, writers, &mut BTreeMap::new(), &mut order)?;
     Ok(order)
 }
 
@@ -118,27 +119,28 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
             return Err(GraphError::CreatedTwice { resource: target.resource, first: first.name, second: step.name });
         }
     }
-    let mut by_resource: BTreeMap<&'static str, Vec<&PassStep>> = BTreeMap::new();
+    let mut writers: BTreeMap<&'static str, Vec<&PassStep>> = BTreeMap::new();
     for step in steps {
         for resource in step.reads.iter().map(|r| r.resource).chain([step.resource()]) {
             if !creators.contains_key(resource) {
                 return Err(GraphError::NotCreated { step: step.name, resource });
             }
         }
-        by_resource.entry(step.resource()).or_default().push(step);
+        writers.entry(step.resource()).or_default().push(step);
     }
     if !creators.contains_key(image) {
         return Err(GraphError::NoImage(image));
     }
-    let order = topological_order(&by_resource, image)?;
+    let order = topological_order(&writers, image)?;
     // The order contains only resources on which the image depends, so a cycle among other resources is reported as unconnected, not as circular.
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
     }
+    // Every resource that a step reads is in the order, so 0 is never used.
     let pass_index_of = |resource: &str| order.iter().position(|r| *r == resource).unwrap_or(0);
     let passes = order.iter().map(|resource| {
         let (_, target) = creators[resource];
-        let draws = by_resource[resource].iter().flat_map(|step| {
+        let draws = writers[resource].iter().flat_map(|step| {
             step.draws.iter().map(|draw| {
                 let mut draw = draw.clone();
                 let texture_binding =
@@ -224,24 +226,25 @@ mod tests {
         assert_eq!(names(&steps), ["light", "halo", "image"]);
         let reversed: Vec<PassStep> = steps.iter().rev().cloned().collect();
         assert_eq!(names(&reversed), ["light", "halo", "image"]);
+        // A step that draws over a resource adds no pass.
         assert_eq!(
-            names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("t", "image", &["light"])]),
+            names(&[creates("bodies", "light", &[]), over("points", "light", &[]), creates("tone map", "image", &["light"])]),
             ["light", "image"]
         );
     }
 
     #[test]
-    fn each_error_names_its_step() {
+    fn each_error_names_its_step_or_the_image() {
         let why = |steps: &[PassStep]| compile(steps, "image").expect_err("a mistake").to_string();
-        let end = || creates("tone map", "image", &["light"]);
-        assert!(why(&[creates("a", "light", &[]), creates("b", "light", &[]), end()]).contains("`a` and `b` both create `light`"));
-        assert!(why(&[end()]).contains("`tone map` needs `light`"));
+        let tone_map = || creates("tone map", "image", &["light"]);
+        assert!(why(&[creates("a", "light", &[]), creates("b", "light", &[]), tone_map()]).contains("`a` and `b` both create `light`"));
+        assert!(why(&[tone_map()]).contains("`tone map` needs `light`"));
         assert!(why(&[over("points", "stars", &[])]).contains("`points` needs `stars`"));
-        assert!(why(&[creates("a", "light", &[]), creates("lost", "mask", &[]), end()]).contains("`lost` draws into `mask`"));
-        assert!(why(&[creates("a", "light", &["mask"]), creates("m", "mask", &["light"]), end()]).contains("not finished before"));
-        assert!(why(&[creates("a", "light", &["light"]), end()]).contains("not finished before"));
+        assert!(why(&[creates("a", "light", &[]), creates("lost", "mask", &[]), tone_map()]).contains("`lost` draws into `mask`"));
+        assert!(why(&[creates("a", "light", &["mask"]), creates("m", "mask", &["light"]), tone_map()]).contains("not finished before"));
+        assert!(why(&[creates("a", "light", &["light"]), tone_map()]).contains("not finished before"));
         assert!(why(&[creates("a", "light", &[])]).contains("no step creates the image"));
-        let cycle = [creates("a", "light", &[]), end(), creates("m", "mask", &["other"]), creates("o", "other", &["mask"])];
+        let cycle = [creates("a", "light", &[]), tone_map(), creates("m", "mask", &["other"]), creates("o", "other", &["mask"])];
         assert!(why(&cycle).contains("`m` draws into `mask`"));
     }
 }

@@ -23,16 +23,16 @@ const LINE_LABEL_OPACITY: f32 = 0.85;
 /// Opacity of the shadows that keep texts and bars readable on a bright background.
 const SHADOW_OPACITY: f32 = 0.7;
 
-/// Offset of a shadow from its text, in x and y: whole pixels, one for texts of 13 pixels, the smallest size.
+/// Offset of a shadow from its text, to the right and down: one pixel per 13 pixels of text size, in whole pixels, at least one.
 fn shadow_offset_px(glyph_px: f64) -> f64 {
     (glyph_px / 13.0).round().max(1.0)
 }
 
-/// A rectangle of the glyph atlas drawn into the image: a character, the ring of a marker, or a part of the filled square.
+/// A rectangle of the glyph atlas drawn into the image: a character, the ring of a marker, or a part of a bar.
 struct GlyphQuad {
     /// Top-left corner in the image.
     corner_px: [f32; 2],
-    /// Rectangle in the atlas: x, y, width, height in texels.
+    /// A glyph's cell in the atlas, or a part of it: x, y, width, height in texels.
     cell: [f32; 4],
     /// sRGB-encoded, 0 to 1, and opacity.
     colour: [f32; 4],
@@ -45,12 +45,12 @@ fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -
     GlyphQuad { corner_px, cell: [x, y, w, h], colour: [r, g, b, opacity] }
 }
 
-/// The ring around a point of the image. The half pixel: a pen position is a pixel's top-left corner, and the ring surrounds the middle of that pixel.
+/// The ring around a point of the image. The ring glyph surrounds the middle of the pixel whose top-left corner is the pen position, hence `- 0.5`.
 fn ring_quad(glyphs: &GlyphAtlas, [x, y]: [f64; 2], colour: [f32; 3], opacity: f32) -> GlyphQuad {
     glyph_quad(&glyphs.ring, [x - 0.5, y - 0.5], colour, opacity)
 }
 
-/// Markers and names of bodies, each name over its own shadow. The least important come first, so that more important ones cover them.
+/// Markers and names of bodies, each name over its own shadow. `layer.labels` begins with the most important body; its label is drawn last, over the others.
 fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let metrics = LabelMetrics::of_size(layer.glyph_px);
     let shadow_px = shadow_offset_px(layer.glyph_px);
@@ -59,13 +59,15 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
         let is_selected = label.body == layer.selected;
         let text_colour = colour(if is_selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
         let centre = label.centre_px.to_array();
+        // A disc larger than the marker needs none.
         if label.radius_px < MARKER_RADIUS * layer.glyph_px {
             quads.push(ring_quad(glyphs, centre, text_colour, if is_selected { OPAQUE } else { MARKER_OPACITY }));
         }
+        // `None`: the name does not fit, or the body fills the image.
         if let Some(side) = label.name_side {
-            let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
+            let [dx, dy] = side.offset_px(&metrics, label.radius_px).to_array();
             let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, glyph)| f64::from(x + glyph.advance));
-            let left_end_px = [centre[0] + x - if side.is_left { width } else { 0.0 }, centre[1] + y];
+            let left_end_px = [centre[0] + dx - if side.is_left { width } else { 0.0 }, centre[1] + dy];
             quads.extend(text_quads(&label.name, left_end_px, text_colour, OPAQUE, glyphs, shadow_px));
         }
     }
@@ -99,7 +101,7 @@ fn line_labels(layer: &TextLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     layer.texts.iter().flat_map(quads).collect()
 }
 
-/// A filled rectangle of whole pixels, tiled with the filled square of the glyph atlas.
+/// A filled rectangle of whole pixels, tiled with the solid square of the glyph atlas.
 fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let [r, g, b] = colour(bar.colour).to_array();
     let square = glyphs.solid_square;
@@ -116,8 +118,7 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     (0..columns * rows).map(tile).collect()
 }
 
-/// Caption, scale bar and compass; also the names of surface features, which the scene puts into the same lists. Of these, the compass and landing sites have
-/// rings.
+/// Caption, scale bar and compass; also the names of surface features and the rings of landing sites, which the scene's `margin` contains, too.
 fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.glyph_px);
     let margin = &layer.margin;
@@ -133,7 +134,7 @@ fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     margin.rings.iter().map(ring).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
 }
 
-/// In an image whose left edge continues the right one, adds to what crosses one of these edges a copy at the other edge. `ends`: left and right end of an
+/// In an image whose left edge continues the right one, repeats each item that crosses one of these edges at the other edge. `ends`: left and right end of an
 /// item, pixels; `shifted`: an item moved to the right by this many pixels.
 fn repeated_across_edges<T>(scene: &Scene, items: Vec<T>, ends: impl Fn(&T) -> [f64; 2], shifted: impl Fn(&T, f64) -> T) -> Vec<T> {
     if !scene.geometry.is_periodic() {
@@ -156,6 +157,7 @@ fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<
     let ends = |d: &Dot| [d.centre_px.x - d.radius_px, d.centre_px.x + d.radius_px];
     let shifted = |d: &Dot, right_px: f64| Dot { centre_px: d.centre_px + glam::DVec2::new(right_px, 0.0), ..*d };
     let all = repeated_across_edges(scene, all.to_vec(), ends, shifted);
+    // Attributes, each with its number of components: centre and radius in pixels; colour and opacity.
     let (vertices, instances) = instanced_rectangles::<Dot>(
         &all,
         &[
@@ -170,6 +172,7 @@ fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<
 /// The draws of all annotations: data points first, then all others in one draw.
 pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let labels = scene.labels.as_ref();
+    // Both layers have the same text size.
     let Some(glyph_px) = labels.map(|l| l.glyph_px).or(scene.line_texts.as_ref().map(|t| t.glyph_px)) else {
         return Ok(Vec::new());
     };

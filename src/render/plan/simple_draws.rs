@@ -1,8 +1,8 @@
 //! The draws of simple shaders: stars, points, lines, corona, refracted limbs, glare, tone map, bloom, outline.
 //!
 //! A simple shader is one fixed module, `shaders/entry/<name>.wesl`, whereas the module of a body is generated from the body's features. In: the scene and the
-//! layouts of the simple shaders. Out: draws and steps with their uniform bytes filled by field name. Always: only modules
-//! that [`modules`] returns are used. Not here: the draws of bodies, labels and small bodies; the choice of what is drawn (scene).
+//! layouts of the shaders' uniform blocks. Out: draws and steps with their uniform bytes filled by field name. Always: only modules that [`modules`] returns
+//! are used. Not here: the draws of bodies, of labels, and of minor planets, comets' tails and orbits (`small_bodies`); the choice of what is drawn (scene).
 
 use super::error::PlanError;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
@@ -16,7 +16,7 @@ use crate::scene::labels::SELECTED_COLOUR;
 use crate::scene::orbits;
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
-use crate::scene::{CORE_SIGMA_PX, GLARE_SCALE_RADIUS_PX, POINT_RADIUS_PX, Scene, disc_glare_spread, point_spread};
+use crate::scene::{CORE_SIGMA_PX, GLARE_SCALE_RADIUS_PX, MIN_POINT_RADIUS_PX, Scene, disc_glare_spread, point_spread};
 use crate::shader::ModuleId;
 use crate::shader::UniformWriter;
 use crate::shader::reflect::LayoutError;
@@ -34,25 +34,26 @@ pub(super) struct Halo {
     /// Fraction of the radiance above white that is added.
     pub fraction: f32,
     /// Standard deviation as a fraction of the image height.
-    pub sigma: f32,
+    pub relative_sigma: f32,
 }
 
 /// The narrow and the wide halo of bloom. Chosen by eye to resemble the halo of a clean camera lens; not measured.
-pub(super) const BLOOM_NARROW: Halo = Halo { fraction: 0.10, sigma: 0.006 };
-pub(super) const BLOOM_WIDE: Halo = Halo { fraction: 0.05, sigma: 0.03 };
+pub(super) const BLOOM_NARROW: Halo = Halo { fraction: 0.10, relative_sigma: 0.006 };
+pub(super) const BLOOM_WIDE: Halo = Halo { fraction: 0.05, relative_sigma: 0.03 };
 /// Upper limit of the radiance above white that blooms, in units of white. The Sun's disc, up to a million times white, has its own glare (`glow`).
 pub(super) const BLOOM_MAX_EXCESS: f32 = 16.0;
 /// Factor by which each of bloom's two downsampling steps reduces the sides of the image.
 const DOWNSAMPLING: u32 = 4;
 
 /// Standard deviation of the outline's blur as a fraction of the image height, and its minimum in pixels. Chosen by eye.
-const OUTLINE_SIGMA: f32 = 0.0025;
+const OUTLINE_RELATIVE_SIGMA: f32 = 0.0025;
 const OUTLINE_MIN_SIGMA_PX: f32 = 1.5;
 /// Radius of a blur in standard deviations, as in shaders/entry/blur.wesl.
 const BLUR_RADIUS_SIGMAS: f32 = 3.0;
 
 /// The simple shaders that a scene's plan runs.
 pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
+    // `times` of the minor planets has one entry per body.
     let conditions = [
         (scene.background.is_some(), "sky_background"),
         (!scene.sky_images.is_empty(), "sky_image"),
@@ -130,7 +131,8 @@ pub(super) fn instanced_rectangles<T>(items: &[T], attributes: &[InstanceAttribu
 /// The depth state of draws that can be hidden by nearer bodies and hide nothing themselves.
 pub(super) const DEPTH_TESTED: DepthState = DepthState { test: true, write: false };
 
-/// A sprite's radius in pixels, the amplitudes of its core and its glare for a flux of 1 (see [`point_spread`]), and `stretch`, its width over its height.
+/// A sprite's radius in pixels, the amplitudes of its core and its glare for a flux of 1 (see [`point_spread`]), and `stretch`, its width over its height
+/// (above 1 away from the equator of an equirectangular image).
 fn sprite_attribute(radius_px: f32, stretch: f32) -> Vec<f32> {
     // A wider sprite spreads the same flux over a greater area.
     let [core, glare] = point_spread(f64::from(radius_px)).map(|amplitude| amplitude / f64::from(stretch));
@@ -139,12 +141,12 @@ fn sprite_attribute(radius_px: f32, stretch: f32) -> Vec<f32> {
 
 /// As [`sprite_attribute`], for the glare of a disc, which has no core.
 fn disc_glare_attribute(point: &Point) -> Vec<f32> {
-    let [_, amplitude] = disc_glare_spread(point.radius_px.into(), point.disc_radius_px.into());
+    let [_scale_radius_px, amplitude] = disc_glare_spread(point.radius_px.into(), point.disc_radius_px.into());
     vec![point.radius_px, 0.0, amplitude as f32 / point.stretch, point.stretch]
 }
 
-/// Point sprites, blended additively unless the caller changes that: one draw, or none without items. `glare_scale_radius_px`: [`GLARE_SCALE_RADIUS_PX`],
-/// except for the glare of a disc.
+/// Point sprites, blended additively unless the caller changes that: one draw, or none without items. `glare_scale_radius_px`: scale radius
+/// of the glare's profile, [`GLARE_SCALE_RADIUS_PX`] except for the glare of a disc, which is wider.
 pub(super) fn sprites<T>(
     label: &str,
     items: &[T],
@@ -179,28 +181,29 @@ pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
 }
 
 /// Largest hidden area, in pixels, for which a point gets no draw that hides its background. Even in front of white, such an area changes a pixel by less than
-/// half a level of 255, because at most 0.38 of the area falls on one pixel.
+/// half a level of 255, because a pixel gets at most 0.38 of the area: the peak of the sprite, `point_peak` in scene/point.rs.
 const MIN_COVERED_PX: f32 = 1.0 / 255.0;
 
 /// The draws of points: first the sprites that hide what is behind the points, then the sprites of the points' light and of the glare of discs, each with its
 /// own profile. In this order no point hides the light of another: from that light the scene has already removed what nearer bodies hide.
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    // The last attribute: light in red, green and blue, then the hidden area in pixels.
     let centre: InstanceAttribute<Point> = (3, |p| p.centre.to_array().to_vec());
+    // Light in red, green and blue, then the hidden area in pixels: 0 here, because these draws hide nothing.
     let flux: InstanceAttribute<Point> = (4, |p| p.flux.extend(0.0).to_array().to_vec());
-    let light = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), flux];
-    let glare = [centre, (4, disc_glare_attribute), flux];
-    // Without glare: the sprite's size does not depend on the point's light.
-    let cover =
-        [centre, (4, |p: &Point| sprite_attribute(POINT_RADIUS_PX as f32, p.stretch)), (4, |p: &Point| vec![0.0, 0.0, 0.0, p.covered_px])];
+    let light_attributes = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), flux];
+    let glare_attributes = [centre, (4, disc_glare_attribute), flux];
+    let hidden_area: InstanceAttribute<Point> = (4, |p| vec![0.0, 0.0, 0.0, p.covered_px]);
+    // A sprite of this radius is all core, without glare: its size does not depend on the point's light.
+    let cover_attributes = [centre, (4, |p| sprite_attribute(MIN_POINT_RADIUS_PX as f32, p.stretch)), hidden_area];
     let covering: Vec<Point> = scene.points.iter().filter(|p| p.covered_px > MIN_COVERED_PX).cloned().collect();
-    let covers = sprites("cover of points", &covering, &cover, GLARE_SCALE_RADIUS_PX, scene, provider)?;
+    let covers = sprites("cover of points", &covering, &cover_attributes, GLARE_SCALE_RADIUS_PX, scene, provider)?;
     let covers = covers.into_iter().map(|draw| PlanDraw { blend: Blend::PremultipliedOver, ..draw });
     let (discs, points): (Vec<Point>, Vec<Point>) = scene.points.iter().cloned().partition(Point::is_disc_glare);
-    let mut draws: Vec<PlanDraw> = covers.chain(sprites("points", &points, &light, GLARE_SCALE_RADIUS_PX, scene, provider)?).collect();
+    let mut draws: Vec<PlanDraw> =
+        covers.chain(sprites("points", &points, &light_attributes, GLARE_SCALE_RADIUS_PX, scene, provider)?).collect();
     for disc in &discs {
-        let [scale_radius_px, _] = disc_glare_spread(disc.radius_px.into(), disc.disc_radius_px.into());
-        draws.extend(sprites("glare of a disc", std::slice::from_ref(disc), &glare, scale_radius_px, scene, provider)?);
+        let [scale_radius_px, _amplitude] = disc_glare_spread(disc.radius_px.into(), disc.disc_radius_px.into());
+        draws.extend(sprites("glare of a disc", std::slice::from_ref(disc), &glare_attributes, scale_radius_px, scene, provider)?);
     }
     Ok(draws)
 }
@@ -243,6 +246,7 @@ fn segment_draws(
     );
     let draw = simple_draw("line", scene, provider, |w| {
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
+        // All lines are as wide and as bright as orbits.
         w.f32("half_width_px", orbits::HALF_WIDTH_PX)?;
         w.f32("radiance", orbits::RELATIVE_RADIANCE / scene.exposure.factor_f32())
     })?;
@@ -290,7 +294,8 @@ pub(super) fn refracted_limb(
     limb: &RefractedLimb,
     provider: &impl ResourceProvider,
 ) -> Result<(Option<PlanDraw>, PlanDraw), PlanError> {
-    // A value of the uniform `removes_sun`.
+    // The value of the uniform `removes_sun` for the draw that adds the refracted light; otherwise it is the fraction of the unrefracted Sun that the draw
+    // removes.
     const ADDS_LIGHT: f32 = 0.0;
     let limb_draw = |rays: &ViewRays, removes_sun: f32| -> Result<PlanDraw, PlanError> {
         let draw = simple_draw("refracted_limb", scene, provider, |w| {
@@ -327,7 +332,8 @@ struct HaloImages {
 }
 
 /// The images of the narrow halo are made from the radiance above white (bright pass), and have a quarter of the image's width and height. Those of the wide
-/// halo are made from the narrow one, and have a sixteenth. The names are keys of the pass times in JSON reports, and therefore do not change.
+/// halo are made from the narrow one, and have a sixteenth. A pass has the name of its target, by which JSON reports state its time: therefore these names do
+/// not change.
 const NARROW_HALO: HaloImages = HaloImages { downsampled: "beyond white", blurred_x: "beyond white across", blurred: "near halo" };
 const WIDE_HALO: HaloImages = HaloImages { downsampled: "near halo shrunk", blurred_x: "near halo across", blurred: "far halo" };
 
@@ -368,8 +374,10 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
     let white = 1.0;
     let height = scene.camera.height as f32;
     // In pixels of the downsampled images.
-    let [narrow_sigma_px, wide_sigma_px] =
-        [BLOOM_NARROW.sigma * height / DOWNSAMPLING as f32, BLOOM_WIDE.sigma * height / (DOWNSAMPLING * DOWNSAMPLING) as f32];
+    let [narrow_sigma_px, wide_sigma_px] = [
+        BLOOM_NARROW.relative_sigma * height / DOWNSAMPLING as f32,
+        BLOOM_WIDE.relative_sigma * height / (DOWNSAMPLING * DOWNSAMPLING) as f32,
+    ];
     let blur = |axis: Vec2, sigma_px: f32| blur(scene, provider, axis, sigma_px);
     Ok(vec![
         screen_step(
@@ -415,6 +423,7 @@ pub(super) fn tone_map_step(
     display: &'static str,
 ) -> Result<PassStep, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
+    // Other pixel views show quantities instead of light.
     let is_filmic = scene.pixel_view == PixelView::Final && scene.tone_map == ToneMap::Filmic;
     let (module, reads) =
         if scene.has_bloom { ("tone_map_bloom", &[hdr, NARROW_HALO.blurred, WIDE_HALO.blurred][..]) } else { ("tone_map", &[hdr][..]) };
@@ -434,8 +443,7 @@ pub(super) fn tone_map_step(
     Ok(screen_step("tone map", reads, target, draw))
 }
 
-/// Resource names of the outline's masks: the body's shape, the shape blurred along x, and along both axes. They are keys of the pass times in JSON reports,
-/// and therefore do not change.
+/// Resource names of the outline's masks: the body's shape, the shape blurred along x, and along both axes. They do not change, as those of [`HaloImages`].
 const OUTLINE_RESOURCES: [&str; 3] = ["shape", "shape blurred across", "shape blurred"];
 
 /// sRGB bytes scaled to 0..=1, without decoding.
@@ -452,7 +460,8 @@ pub(super) fn outline_steps(
     display: &'static str,
 ) -> Result<Vec<PassStep>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
-    let sigma_px = (OUTLINE_SIGMA * height as f32).max(OUTLINE_MIN_SIGMA_PX);
+    let sigma_px = (OUTLINE_RELATIVE_SIGMA * height as f32).max(OUTLINE_MIN_SIGMA_PX);
+    // The reach of the blur, and a pixel to spare.
     let margin_px = (BLUR_RADIUS_SIGMAS * sigma_px).ceil() as u32 + 1;
     let [x0, y0, x1, y1] = shape.scissor;
     let blurred_rect = [

@@ -17,7 +17,7 @@ const BACKGROUND_MODULE: &str = "sky_background";
 /// Bindings of the texture and the sampler in this module and in sky_image.wesl.
 const MAP_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
-/// Binding of the texture of bright values in the first of them.
+/// Binding of the texture of bright values in [`BACKGROUND_MODULE`].
 const BRIGHT_MAP_BINDING: u32 = 3;
 
 /// How a panorama of the sky is decoded.

@@ -13,7 +13,7 @@ use crate::scene::orbits;
 use crate::scene::sky::comets::TailSegment;
 use crate::scene::sky::minor_planets::{LIGHT_TIME_PER_AU, NEAR_AU};
 use crate::scene::{
-    CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene,
+    CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, MIN_POINT_RADIUS_PX, Scene,
 };
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.vec3("colour", minor_planets.colour)?;
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
         // How the size of a sprite and its glare follow from its brightest pixel: `law` of `point_shape` in shaders/lib/point_shape.wesl.
-        w.vec4("point_law", [POINT_RADIUS_PX, GLARE_RADIUS_EXPONENT, MAX_RADIUS_PX, MAX_GLARE_FRACTION].map(|v| v as f32).into())?;
+        w.vec4("point_law", [MIN_POINT_RADIUS_PX, GLARE_RADIUS_EXPONENT, MAX_RADIUS_PX, MAX_GLARE_FRACTION].map(|v| v as f32).into())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
         w.f32("glare_scale_radius_px", GLARE_SCALE_RADIUS_PX as f32)?;
         w.f32("flux_per_irradiance", minor_planets.flux_per_irradiance)?;

@@ -24,7 +24,7 @@ pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> 
             // span is faster, two show fewer moire patterns. A view without anisotropic filtering takes the faster way for rings, too.
             name @ "ring_spans" => writer.f32(name, if map_taps > 1 { 2.0 } else { 1.0 })?,
             name => {
-                let mut value = uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?;
+                let mut value = uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::UnknownField(name.to_owned()))?;
                 // Lights have one row each, the Sun's first. A module may evaluate only the first few, for example the Sun alone; then it has fewer rows.
                 if let (UniformValue::Rows(lights), "light_direction" | "light_irradiance") = (&mut value, name) {
                     lights.to_mut().truncate(rows);

@@ -54,7 +54,7 @@ const fn cell_of_quad(quad: usize, point_count: usize) -> usize {
 
 /// Position of a pixel's centre in its cell: 0 at the cell's first point, 1 at its second.
 const fn position_in_cell(pixel: usize, point_count: usize) -> f32 {
-    // In half pixels, like the centre, 2 * pixel + 1.
+    // Both positions are in half pixels: the centre of a pixel is at 2 * pixel + 1.
     let first_point = (2 * cell_of_quad(pixel / 2, point_count) + 1) * SPACING;
     ((2 * pixel + 1) as f32 - first_point as f32) / (2 * SPACING) as f32
 }
@@ -206,15 +206,15 @@ impl InterpolatedLight {
         [&self.block_buffers[r], &self.block_buffers[g], &self.block_buffers[b]]
     }
 
-    /// Shades the points of half a tile and adds the light to its blocks. `first`: the half's first quad. Returns false, and draws nothing, if the light is
+    /// Shades the points of half a tile and adds the light to its blocks. `first_quad`: that of the half. Returns false, and draws nothing, if the light is
     /// not smooth.
-    fn draw<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
+    fn draw<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, first_quad: Quad, tile: &mut Tile<'_>) -> bool {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
-            return unsafe { self.draw_avx2(draw, run, first, tile) };
+            return unsafe { self.draw_avx2(draw, run, first_quad, tile) };
         }
-        self.draw_generic(draw, run, first, tile)
+        self.draw_generic(draw, run, first_quad, tile)
     }
 
     /// [`Self::draw_generic`] compiled for AVX2: wider vectors, the same rounding.
@@ -226,22 +226,28 @@ impl InterpolatedLight {
         &mut self,
         draw: &PreparedDraw<'_, R>,
         run: &mut dyn LaneRun<R>,
-        first: Quad,
+        first_quad: Quad,
         tile: &mut Tile<'_>,
     ) -> bool {
-        self.draw_generic(draw, run, first, tile)
+        self.draw_generic(draw, run, first_quad, tile)
     }
 
     #[inline(always)]
-    fn draw_generic<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
-        let mut points = [[0.0; LANES]; 2];
-        for (points, centres) in points.iter_mut().zip([&tile.pixel_centres.x, &tile.pixel_centres.y]) {
-            for (point, centre) in points.iter_mut().zip(centres) {
-                *point = centre * SPACING as f32;
+    fn draw_generic<R: Real>(
+        &mut self,
+        draw: &PreparedDraw<'_, R>,
+        run: &mut dyn LaneRun<R>,
+        first_quad: Quad,
+        tile: &mut Tile<'_>,
+    ) -> bool {
+        let mut point_positions = [[0.0; LANES]; 2];
+        for (positions, centres) in point_positions.iter_mut().zip([&tile.pixel_centres.x, &tile.pixel_centres.y]) {
+            for (position, centre) in positions.iter_mut().zip(centres) {
+                *position = centre * SPACING as f32;
             }
         }
-        let [x, y] = &points;
-        lane_inputs::fill_block(draw, run, first, [x, y], tile.corner);
+        let [x, y] = &point_positions;
+        lane_inputs::fill_block(draw, run, first_quad, [x, y], tile.corner);
         if run.run(LaneMask::MAX) != LaneMask::MAX {
             return false;
         }
@@ -252,7 +258,7 @@ impl InterpolatedLight {
         if a.iter().fold(0, |bits, a| bits | a.to_bits()) != 0 || !self.interpolate([r, g, b]) {
             return false;
         }
-        let first_block = usize::from(first.index) / QUADS_PER_BATCH;
+        let first_block = usize::from(first_quad.index) / QUADS_PER_BATCH;
         for block in 0..HALF_TILE_BLOCKS {
             tile.target.add_light(first_block + block, self.block(block));
         }
@@ -289,8 +295,8 @@ pub(super) fn shade_coarsely<R: Real>(
         if !covers_rectangle(triangle, half_tile) {
             continue;
         }
-        let first = Quad { index: (first_block * QUADS_PER_BATCH) as u16, coverage: 0, source_triangle: triangle.source_triangle };
-        if light.draw(draw, run, first, tile) {
+        let first_quad = Quad { index: (first_block * QUADS_PER_BATCH) as u16, coverage: 0, source_triangle: triangle.source_triangle };
+        if light.draw(draw, run, first_quad, tile) {
             drawn |= ((1 << HALF_TILE_BLOCKS) - 1) << first_block;
         }
     }

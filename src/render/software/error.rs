@@ -2,7 +2,7 @@
 
 use super::MAX_SIDE_PX;
 
-/// Each message is one line that states the error, the draw or pass if it concerns one, and a remedy if there is one.
+/// Why a plan could not be executed. Each message is one line that states the error, the draw or pass if it concerns one, and a remedy if there is one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RenderError {
     #[error("pass {pass}: {width}x{height} pixels; each side must be 1 to {MAX_SIDE_PX}")]

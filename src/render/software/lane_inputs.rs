@@ -1,4 +1,4 @@
-//! Fills the lane inputs of a batch of quads: pixel positions, depth, varyings.
+//! Fills the lane inputs of a batch of quads (2 x 2 pixels): pixel positions, depth, varyings.
 //!
 //! In: the quads of a batch, in which the quads of one source triangle (a triangle before clipping) are consecutive, and the draw's geometry. Out: the inputs
 //! of the fragment stage for all lanes. Always: planes (linear functions of the pixel's position) are evaluated at offsets from the triangle's first quad in
@@ -16,7 +16,7 @@ use super::stage::{LANES, LaneRun};
 use smallvec::SmallVec;
 use std::ops::Range;
 
-/// Number of lanes in a quad.
+/// Number of lanes in a quad: one per pixel, row by row.
 const QUAD_LANES: usize = 4;
 
 /// Consecutive quads of one source triangle.
@@ -25,38 +25,38 @@ struct Span<'a> {
     start: usize,
     end: usize,
     triangle: &'a SourceTriangle,
-    /// Top-left pixel of the first quad, in the target.
-    first_pixel: [f64; 2],
-    /// The same pixel, relative to the origin of the triangle's planes.
+    /// Top-left corner of the first quad, in pixels of the target.
+    first_corner: [f64; 2],
+    /// The same corner, relative to the origin of the triangle's planes.
     from_plane_origin: [f64; 2],
 }
 
 impl Span<'_> {
     /// The lanes of this span, quad by quad.
     #[inline(always)]
-    fn lanes<'l, R>(&self, lanes: &'l mut [R; LANES]) -> &'l mut [[R; QUAD_LANES]] {
+    fn quads_of<'l, R>(&self, lanes: &'l mut [R; LANES]) -> &'l mut [[R; QUAD_LANES]] {
         &mut lanes.as_chunks_mut::<QUAD_LANES>().0[self.start..self.end]
     }
 
-    /// Evaluates a plane at positions that are given in pixels, relative to the top-left pixel of the span's first quad.
+    /// Evaluates a plane at the position of each lane: `x`, `y`, in pixels, relative to the top-left corner of the span's first quad.
     #[inline(always)]
     fn evaluate<R: Real>(&self, lanes: &mut [R; LANES], [x, y]: [&[R; LANES]; 2], plane: &Plane) {
-        let at_first_pixel = R::from_f64(plane.at(self.from_plane_origin[0], self.from_plane_origin[1]));
+        let at_first_corner = R::from_f64(plane.at(self.from_plane_origin[0], self.from_plane_origin[1]));
         if plane.dx == 0.0 && plane.dy == 0.0 {
-            return self.fill(lanes, at_first_pixel);
+            return self.fill(lanes, at_first_corner);
         }
         let (dx, dy) = (R::from_f64(plane.dx), R::from_f64(plane.dy));
         if self.end - self.start == QUADS_PER_BATCH {
             // One loop over all lanes is fully vectorised.
             for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
-                *lane = at_first_pixel + dx * *x + dy * *y;
+                *lane = at_first_corner + dx * *x + dy * *y;
             }
             return;
         }
         let (x, y) = (&x.as_chunks::<QUAD_LANES>().0[self.start..self.end], &y.as_chunks::<QUAD_LANES>().0[self.start..self.end]);
-        for ((lanes, x), y) in self.lanes(lanes).iter_mut().zip(x).zip(y) {
+        for ((lanes, x), y) in self.quads_of(lanes).iter_mut().zip(x).zip(y) {
             for i in 0..QUAD_LANES {
-                lanes[i] = at_first_pixel + dx * x[i] + dy * y[i];
+                lanes[i] = at_first_corner + dx * x[i] + dy * y[i];
             }
         }
     }
@@ -67,7 +67,7 @@ impl Span<'_> {
         if self.end - self.start == QUADS_PER_BATCH {
             return lanes.fill(value);
         }
-        self.lanes(lanes).fill([value; QUAD_LANES]);
+        self.quads_of(lanes).fill([value; QUAD_LANES]);
     }
 
     /// Sets lane = combine(lane, other) for the lanes of this span.
@@ -80,7 +80,7 @@ impl Span<'_> {
             return;
         }
         let other = &other.as_chunks::<QUAD_LANES>().0[self.start..self.end];
-        for (lanes, other) in self.lanes(lanes).iter_mut().zip(other) {
+        for (lanes, other) in self.quads_of(lanes).iter_mut().zip(other) {
             for i in 0..QUAD_LANES {
                 lanes[i] = combine(lanes[i], other[i]);
             }
@@ -88,14 +88,21 @@ impl Span<'_> {
     }
 }
 
-/// Fills the lanes of the quads in `range` with one coordinate of their pixel centres minus `offset`. `centres`: this coordinate for all pixels of the tile.
+/// Fills the lanes of the quads in `range` with one coordinate of their pixel centres, relative to `origin`. `centres`: this coordinate of all pixels of the
+/// tile, quad by quad.
 #[inline(always)]
-fn offset_quads<R: Real>(lanes: &mut [R; LANES], centres: &[f32], quads: &[Quad; QUADS_PER_BATCH], range: Range<usize>, offset: f32) {
+fn fill_relative_centres<R: Real>(
+    lanes: &mut [R; LANES],
+    centres: &[f32],
+    quads: &[Quad; QUADS_PER_BATCH],
+    range: Range<usize>,
+    origin: f32,
+) {
     let centres = centres.as_chunks::<QUAD_LANES>().0;
     for (lanes, quad) in lanes.as_chunks_mut::<QUAD_LANES>().0[range.clone()].iter_mut().zip(&quads[range]) {
         // Copied before the lanes are written, so that the compiler uses vectors.
-        let offsets: [f32; QUAD_LANES] = centres[usize::from(quad.index)].map(|centre| centre - offset);
-        *lanes = offsets.map(|offset| R::from_f32_bits(offset.to_bits()));
+        let relative: [f32; QUAD_LANES] = centres[usize::from(quad.index)].map(|centre| centre - origin);
+        *lanes = relative.map(|value| R::from_f32_bits(value.to_bits()));
     }
 }
 
@@ -105,9 +112,9 @@ impl<'a> Span<'a> {
     fn new<R: Real>(draw: &'a PreparedDraw<'_, R>, [start, end]: [usize; 2], first: Quad, tile_corner: [u32; 2]) -> Self {
         let quad_corner = quad_position(first.index.into());
         let triangle = &draw.geometry.source_triangles[first.source_triangle as usize];
-        let first_pixel = [0, 1].map(|axis: usize| f64::from(tile_corner[axis] + quad_corner[axis]));
-        let from_plane_origin = [first_pixel[0] - triangle.origin[0], first_pixel[1] - triangle.origin[1]];
-        Self { start, end, triangle, first_pixel, from_plane_origin }
+        let first_corner = [0, 1].map(|axis: usize| f64::from(tile_corner[axis] + quad_corner[axis]));
+        let from_plane_origin = [first_corner[0] - triangle.origin[0], first_corner[1] - triangle.origin[1]];
+        Self { start, end, triangle, first_corner, from_plane_origin }
     }
 }
 
@@ -120,53 +127,55 @@ pub(super) fn fill_quads<R: Real>(
     pixel_centres: &PixelCentres,
     tile_corner: [u32; 2],
 ) {
-    // Pixel centres relative to the top-left pixel of their span's first quad.
+    // Pixel centres relative to the top-left corner of their span's first quad.
     let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
     let mut spans = SmallVec::<[Span<'_>; QUADS_PER_BATCH]>::new();
     let mut start = 0;
     while let Some(first) = quads.get(start) {
         let end = start + quads[start..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
         let quad_corner = quad_position(first.index.into());
-        offset_quads(&mut x, &pixel_centres.x, quads, start..end, quad_corner[0] as f32);
-        offset_quads(&mut y, &pixel_centres.y, quads, start..end, quad_corner[1] as f32);
+        fill_relative_centres(&mut x, &pixel_centres.x, quads, start..end, quad_corner[0] as f32);
+        fill_relative_centres(&mut y, &pixel_centres.y, quads, start..end, quad_corner[1] as f32);
         spans.push(Span::new(draw, [start, end], *first, tile_corner));
         start = end;
     }
-    fill(draw, run, &spans, [&x, &y]);
+    fill_spans(draw, run, &spans, [&x, &y]);
 }
 
-/// As [`fill_quads`] for a batch of one triangle. `points`: x and y of the lanes in pixels, relative to the top-left pixel of the quad `first`.
+/// As [`fill_quads`] for a batch of one triangle. `points`: x and y of each lane in pixels, relative to the top-left corner of `first_quad`; values after the
+/// first [`LANES`] are ignored.
 #[inline(always)]
 pub(super) fn fill_block<R: Real>(
     draw: &PreparedDraw<'_, R>,
     run: &mut dyn LaneRun<R>,
-    first: Quad,
+    first_quad: Quad,
     points: [&[f32]; 2],
     tile_corner: [u32; 2],
 ) {
-    let spans = [Span::new(draw, [0, QUADS_PER_BATCH], first, tile_corner)];
+    let spans = [Span::new(draw, [0, QUADS_PER_BATCH], first_quad, tile_corner)];
     let [Some(x), Some(y)] = points.map(|along_axis| along_axis.first_chunk::<LANES>()) else { return };
     let lanes = |values| R::from_f32_slice(values).and_then(|lanes| lanes.first_chunk::<LANES>());
     match (lanes(x), lanes(y)) {
-        (Some(x), Some(y)) => fill(draw, run, &spans, [x, y]),
+        // The lanes are f32, so the points are used without a copy.
+        (Some(x), Some(y)) => fill_spans(draw, run, &spans, [x, y]),
         _ => {
             let [x, y] = [x, y].map(|values| values.map(|value| R::from_f64(value.into())));
-            fill(draw, run, &spans, [&x, &y]);
+            fill_spans(draw, run, &spans, [&x, &y]);
         }
     }
 }
 
-/// Fills the lane inputs of spans that together make up the batch. `x`, `y`: each lane's position relative to the top-left pixel of its span's first quad.
+/// Fills the lane inputs of spans that together make up the batch. `x`, `y`: each lane's position relative to the top-left corner of its span's first quad.
 #[inline(always)]
-fn fill<R: Real>(draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, spans: &[Span<'_>], [x, y]: [&[R; LANES]; 2]) {
+fn fill_spans<R: Real>(draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, spans: &[Span<'_>], [x, y]: [&[R; LANES]; 2]) {
     let sources = &draw.fragment_setup.input_sources;
-    let is_perspective = spans.iter().any(|s| !s.triangle.is_affine);
+    let any_perspective = spans.iter().any(|s| !s.triangle.is_affine);
     // Clip-space w of each lane, needed only to interpolate varyings in perspective; 1 in the lanes of affine triangles.
-    let w = (is_perspective && sources.iter().any(|s| matches!(s, FragmentInputSource::Interpolated(_)))).then(|| {
+    let w = (any_perspective && sources.iter().any(|s| matches!(s, FragmentInputSource::Interpolated(_)))).then(|| {
         let mut w = [R::ONE; LANES];
         for span in spans.iter().filter(|s| !s.triangle.is_affine) {
             span.evaluate(&mut w, [x, y], &span.triangle.inverse_w);
-            span.lanes(&mut w).iter_mut().for_each(|w| *w = w.map(|w| R::ONE / w));
+            span.quads_of(&mut w).iter_mut().for_each(|w| *w = w.map(|w| R::ONE / w));
         }
         w
     });
@@ -177,8 +186,8 @@ fn fill<R: Real>(draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, spans: &[
             match *source {
                 FragmentInputSource::PixelX | FragmentInputSource::PixelY => {
                     let (axis, offsets) = if *source == FragmentInputSource::PixelX { (0, x) } else { (1, y) };
-                    let first_pixel = R::from_f64(span.first_pixel[axis]);
-                    span.combine(lanes, offsets, |_, offset| first_pixel + offset);
+                    let first_corner = R::from_f64(span.first_corner[axis]);
+                    span.combine(lanes, offsets, |_, offset| first_corner + offset);
                 }
                 FragmentInputSource::Depth => span.evaluate(lanes, [x, y], &triangle.depth),
                 FragmentInputSource::InverseW => span.evaluate(lanes, [x, y], &triangle.inverse_w),

@@ -55,7 +55,7 @@ struct PreparedPass<'a, R: Real> {
 
 /// A second pass that is executed tile by tile with the first. Its first draw covers the target and reads the first pass's image.
 struct FusedPass<'a, R: Real> {
-    /// That first draw.
+    /// Its first draw.
     full_screen: PreparedDraw<'a, R>,
     /// The other draws of the second pass, such as labels.
     overlay: PreparedPass<'a, R>,
@@ -159,7 +159,7 @@ pub(crate) fn execute_fused<R: Real>(
         [triangle] => covers_all(triangle, [second.width, second.height]) && draw.fragment_setup.draws_every_covered_pixel(),
         _ => false,
     };
-    // The image that the full-screen draw reads does not exist yet.
+    // What runs once per draw cannot read the size of the first pass's image, which does not exist yet.
     let can_be_fused = |draw: &PreparedDraw<'_, R>| is_full_screen(draw) && !draw.fragment.reads_texture_size_per_draw();
     if !overlay.draws.first().is_some_and(can_be_fused) {
         return Ok(None);
@@ -380,7 +380,7 @@ impl<'a, R: Real> Worker<'a, R> {
         {
             let start = Instant::now();
             if fused.mapped_clear_colour.is_none() {
-                self.first.target.fill_unwritten();
+                self.first.target.prepare_all_blocks();
             }
             // `can_fuse_with_next_pass` admits only a second pass without depth.
             let uses_depth = false;
@@ -409,7 +409,7 @@ impl<'a, R: Real> Worker<'a, R> {
         let block = 0;
         let (samples, uses_depth) = (1, false);
         self.first.target.clear(pass.clear, uses_depth);
-        self.first.target.fill_unwritten();
+        self.first.target.prepare_all_blocks();
         let mut mapped = TileTarget::new(samples);
         mapped.clear([0.0; 4], uses_depth);
         let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);

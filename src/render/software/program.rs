@@ -2,8 +2,8 @@
 //! of lanes. `lower` makes programs and `exec` runs them; the rasteriser sees only their inputs and outputs (`stage`).
 //!
 //! A program runs over batches of lanes in structure-of-arrays form. Fragment lanes are arranged in 2x2 quads: lanes 4q to 4q + 3
-//! are the top-left, top-right, bottom-left, bottom-right pixel of quad q. So `dpdx` is the difference between a lane and lane ^ 1, `dpdy` between a lane and
-//! lane ^ 2.
+//! are the top-left, top-right, bottom-left, bottom-right pixel of quad q. So `dpdx` (right minus left) is computed from a lane and lane ^ 1, `dpdy` (lower
+//! minus upper) from a lane and lane ^ 2.
 //!
 //! Always: every operand refers to a register or slot below the counts stored here ([`Program::check`] verifies this for bytes
 //! from a file), and no lane operation writes a slot that it reads.
@@ -26,7 +26,8 @@ pub enum LaneInput {
         component: u32,
         flat: bool,
     },
-    /// Component 0..=3 of `@builtin(position)` in the fragment stage: x and y of the pixel's centre in pixels, depth, 1/w.
+    /// Component 0..=3 of `@builtin(position)` in the fragment stage: x and y of the pixel's centre in pixels from the top left of the target, reversed depth,
+    /// and 1/w of the clip-space position.
     FragCoord {
         component: u32,
     },
@@ -64,11 +65,12 @@ pub struct TextureUse {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Constant {
     Float(f64),
+    /// The bits of an i32 or u32.
     Int(u32),
     Bool(bool),
 }
 
-/// Why stored programs cannot be run.
+/// Why the programs of a file cannot be run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProgramError {
     /// The bytes are not a serialized program.
@@ -83,6 +85,7 @@ pub enum ProgramError {
 /// computes); slots contain one value per lane.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Program {
+    /// Name of the entry point.
     pub name: String,
     pub stage: ShaderStage,
     /// Lane inputs in order. When a run starts, input k is in slot k, and the mask of active lanes is in the slot after the last input.
@@ -90,7 +93,8 @@ pub struct Program {
     /// For each input, whether any instruction reads it.
     pub inputs_read: Vec<bool>,
     pub outputs: Vec<LaneOutput>,
-    /// For each output, the slot that contains it after the run. `BoundProgram::new` refuses a register, here and in `discarded`.
+    /// For each output, the slot that contains it after the run. A register, which only a damaged file can have here or in `discarded`, is refused by
+    /// `BoundProgram::new`.
     pub output_operands: Vec<Operand>,
     pub textures: Vec<TextureUse>,
     pub uses_discard: bool,
@@ -114,7 +118,8 @@ pub struct Program {
 pub(crate) const SLOT_OR_REGISTER_LIMIT: u32 = 60_000;
 
 impl Program {
-    /// Each kind of lane operation with its number of occurrences on the tape (a loop's body counts once), most frequent first.
+    /// Each kind of lane operation with its number of occurrences on the tape, alone or in chains (a loop's body counts once): most frequent first, equally
+    /// frequent ones in the order of [`Op`].
     pub fn op_statistics(&self) -> Vec<(Op, usize)> {
         let mut counts: Vec<(Op, usize)> = Vec::new();
         for instr in &self.lane_tape {
@@ -140,6 +145,7 @@ impl Program {
             Operand::Slot(s) => u32::from(s) < self.slot_count,
             Operand::Reg(r) => u32::from(r) < self.register_count,
         };
+        // The slot after the inputs is that of the mask of active lanes. A jump may go to the end of the tape.
         let is_valid = self.inputs.len() < self.slot_count as usize
             && self.inputs_read.len() == self.inputs.len()
             && self.slot_count < SLOT_OR_REGISTER_LIMIT

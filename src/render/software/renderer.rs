@@ -51,7 +51,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { threads: 0, kernel_class: KernelClass::detect(), precision: Precision::F32, vertex_grid: VertexGrid::default() }
+        Self { threads: 0, kernel_class: KernelClass::in_use(), precision: Precision::F32, vertex_grid: VertexGrid::default() }
     }
 }
 
@@ -219,7 +219,8 @@ impl SoftwareRenderer {
         Ok((image, timings, prepare_ms))
     }
 
-    /// Executes two passes as one, with results as in `execute_pass`; `None` if they cannot be fused.
+    /// Executes two passes as one, with results as in `execute_pass`; `None` if [`execute_fused`] finds that they cannot be fused, which the plan alone does
+    /// not show.
     fn execute_fused_passes<R: Real>(
         &self,
         [first, second]: [&Pass; 2],
@@ -343,7 +344,9 @@ fn texels_of(image: &PassImage, width: u32, height: u32) -> Result<Arc<Texels<'_
     Texels::new(format, std::iter::once((width, height, bytes))).map(Arc::new)
 }
 
-/// The marks by which a draw discards pixels (see [`MarkedImage`](crate::render::plan::MarkedImage)). `pass_outputs`: images of earlier passes.
+/// The marks by which a draw discards pixels (see [`MarkedImage`](crate::render::plan::MarkedImage)); `None` if it has none, or if they cannot be read in
+/// advance.
+/// `pass_outputs`: images of earlier passes.
 fn marks_of(draw: &PlanDraw, pass_outputs: &[Result<Arc<Texels<'_>>, String>]) -> Option<TexelMarks> {
     let marked = draw.extent?.marked?;
     match &draw.textures.iter().find(|t| t.binding == marked.binding)?.source {

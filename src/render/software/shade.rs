@@ -77,7 +77,7 @@ impl Default for Batch {
     }
 }
 
-/// A run that reads `texture` in place of the bound textures.
+/// A `LaneRun` (the working state of the fragment program) that reads `texture` in place of the bound textures.
 struct RunWithTexture<'a, R: Real> {
     run: &'a mut dyn LaneRun<R>,
     texture: &'a dyn TextureUnit<R>,
@@ -166,30 +166,30 @@ impl TileShader<'_> {
             // their own.
             let mut extent_edge_blocks = 0_u64;
             let mut latest_partly_covered: Option<PartlyCoveredBlock> = None;
-            walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
-                if coarsely_shaded_blocks >> (first / QUADS_PER_BATCH) & 1 == 1 {
+            walk_tile(triangle, tile_x, tile_y, samples, |first_quad, count, coverage| {
+                if coarsely_shaded_blocks >> (first_quad / QUADS_PER_BATCH) & 1 == 1 {
                     return;
                 }
                 // All quads of a fully covered block are visited at once.
                 if let Some(extent) = draw.extent.as_ref().filter(|_| count == QUADS_PER_BATCH) {
-                    let block = block_on_screen([tile_x, tile_y], first);
+                    let block = block_on_screen([tile_x, tile_y], first_quad);
                     if extent.misses(block) {
                         return;
                     }
                     if !extent.covers(block) {
-                        extent_edge_blocks |= 1 << (first / QUADS_PER_BATCH);
+                        extent_edge_blocks |= 1 << (first_quad / QUADS_PER_BATCH);
                         return;
                     }
                 }
                 // A fully covered block fills a batch of its own, unless earlier quads wait in the batch or the depth test may drop quads of the block.
                 if count == QUADS_PER_BATCH && batch.count == 0 && early_depth.is_none() {
-                    self.shade_block(draw, first, triangle.source_triangle, run, batch);
+                    self.shade_block(draw, first_quad, triangle.source_triangle, run, batch);
                     return;
                 }
                 // The quads of a partly covered block are visited one by one. The extent is tested for the block first, then for each quad.
                 let mut extent = draw.extent.as_ref().filter(|_| count != QUADS_PER_BATCH);
                 if let Some(draw_extent) = extent {
-                    let first_of_block = first / QUADS_PER_BATCH * QUADS_PER_BATCH;
+                    let first_of_block = first_quad / QUADS_PER_BATCH * QUADS_PER_BATCH;
                     let block = match latest_partly_covered.take().filter(|block| block.first_quad == first_of_block) {
                         Some(block) => block,
                         None => {
@@ -207,7 +207,7 @@ impl TileShader<'_> {
                     }
                     extent = extent.filter(|_| !block.extent_covers);
                 }
-                for index in first..first + count {
+                for index in first_quad..first_quad + count {
                     if extent.is_some_and(|extent| extent.misses(quad_on_screen([tile_x, tile_y], index))) {
                         continue;
                     }
@@ -359,7 +359,7 @@ impl TileShader<'_> {
         }
         let undiscarded = run.run(active);
         let setup = &draw.fragment_setup;
-        // No closure in this loop, nor where `fully_drawn_block` is replaced: it would be compiled without this function's instruction set, and called.
+        // No closures in this loop, nor where `fully_drawn_block` is replaced: they would be compiled without this function's instruction set, and called.
         let mut outputs = [None; 4];
         for (lanes, output) in outputs.iter_mut().zip(setup.colour_outputs) {
             if let Some(output) = output {

@@ -14,11 +14,12 @@ pub enum Operand {
 
 macro_rules! ops {
     ($($name:ident $arity:literal,)*) => {
-        /// A scalar operation, applied lane by lane. A prefix or suffix names the type of the operands: F floats, U unsigned integers, B masks (booleans), I
-        /// signed integers; I also stands for both kinds of integers where their results have the same bits, as in IAdd. An arithmetic operation without such a
-        /// letter is for floats, a bitwise one for integers and masks; Copy and Select are for all types. `XFromY` converts Y to X; F16 stands for the bits of
-        /// a half float, in the lower half of an integer. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b. Comparisons yield masks. The operands of Select are
-        /// the mask, the result where it is set, and the result elsewhere (in WGSL the last two are in the opposite order, and the condition is last).
+        /// A scalar operation, applied lane by lane (Dpdx and Dpdy, the screen-space derivatives, also read neighbouring lanes). A prefix or suffix names the
+        /// type of the operands: F floats, U unsigned integers, B masks (booleans), I signed integers; I also stands for both kinds of integers where their
+        /// results have the same bits, as in IAdd. An arithmetic operation without such a letter is for floats, a bitwise one for integers and masks; Copy and
+        /// Select are for all types. `XFromY` converts Y to X; F16 stands for the bits of a half float, in the lower half of an integer, and Bits for the bits
+        /// of a float, unchanged. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b. Comparisons yield masks. The operands of Select are the mask, the result where
+        /// it is set, and the result elsewhere (in WGSL the last two are in the opposite order, and the condition is last).
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         pub enum Op { $($name,)* }
         impl Op {
@@ -167,8 +168,8 @@ impl Instr {
             && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
     }
 
-    /// Whether the number and the kinds of the operands are valid, and the result slots of a texture instruction differ. Not checked here: the operands of a
-    /// chain, which [`super::exec`] checks before the first run.
+    /// Whether the number of operands is right, operands that must be registers are, and the result slots of a texture instruction differ. Not checked here:
+    /// the operands of a chain, which [`super::exec`] checks before the first run.
     pub(crate) fn is_well_formed(&self) -> bool {
         let is_register = |o: &Operand| matches!(o, Operand::Reg(_));
         match self {

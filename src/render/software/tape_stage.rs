@@ -1,4 +1,4 @@
-//! Shader stages that run the tape (list of instructions) of a lowered module.
+//! Shader stages that run the tapes of a lowered module.
 //!
 //! In: a [`Program`] (a lowered entry point), a draw's uniform bytes and textures. Out: a [`LaneStage`], the
 //! rasteriser's view of a shader stage. Always: after a batch was stopped at a loop limit, no further batch runs. Not here: how a tape is executed (`exec`).
@@ -20,10 +20,12 @@ pub(crate) struct TapeStage<'a, R: Real> {
     /// The program's uniforms, and the values that it computes from them once per draw.
     draw_values: DrawTapeValues<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
+    /// The program's lane tape, bound to kernels.
     bound_program: Arc<BoundProgram<R>>,
     /// If set, the native tone map with these uniforms runs in place of the program.
     tone_map: Option<ToneMapUniforms>,
-    /// Marks of texels of an earlier pass's image: the program discards the pixels whose four nearest texels are all marked.
+    /// Marks of texels of an earlier pass's image: the program discards the pixels whose four nearest texels are all marked (see `texel_marks`). `None`: the
+    /// program decides for each pixel.
     marks: Option<TexelMarks>,
     /// A batch was stopped at a loop limit; no further batch is run.
     hit_loop_limit: AtomicBool,
@@ -44,10 +46,11 @@ impl<'a, R: Real> TapeStage<'a, R> {
 
     /// Replaces the program by the native tone map with these uniforms, if they are given and the lanes are f32.
     pub(crate) fn with_tone_map(self, tone_map: Option<ToneMapUniforms>) -> Self {
-        Self { tone_map: tone_map.filter(|_| R::as_f32(&[]).is_some()), ..self }
+        let lanes_are_f32 = R::as_f32(&[]).is_some();
+        Self { tone_map: tone_map.filter(|_| lanes_are_f32), ..self }
     }
 
-    /// Sets the marks of texels for whose pixels the program is known to discard (see `texel_marks`).
+    /// Sets the marks of texels, by which the rasteriser can leave out pixels that the program would discard.
     pub(crate) fn with_marks(self, marks: Option<TexelMarks>) -> Self {
         Self { marks, ..self }
     }
@@ -77,7 +80,7 @@ impl<R: Real> LaneStage<R> for TapeStage<'_, R> {
         self.program.draw_tape.iter().any(|instr| instr.texture().is_some())
     }
     fn is_position_independent(&self) -> bool {
-        // The pixel's position then affects a result only by the choice of the texels that are loaded.
+        // A program that uses the pixel's position only to select the texels that it loads counts as independent.
         self.program.is_position_independent()
     }
     fn tone_map(&self) -> Option<ToneMapUniforms> {
@@ -95,6 +98,7 @@ impl<R: Real> LaneStage<R> for TapeStage<'_, R> {
     }
 }
 
+/// The state of one thread that runs the tape.
 struct TapeRun<'a, R: Real> {
     stage: &'a TapeStage<'a, R>,
     executor: Executor<R>,
@@ -110,6 +114,7 @@ impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
     }
     fn run_with_textures(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         if self.stage.hit_loop_limit() {
+            // No lane is left.
             return 0;
         }
         let undiscarded = self.executor.run(&self.stage.draw_values, active, textures);

@@ -12,21 +12,21 @@ pub(super) fn has_bit(mask: impl Into<u32>, k: usize) -> bool {
     mask.into() >> k & 1 == 1
 }
 
-/// Reversed depth of a tile's samples, pixels in lane order.
+/// Reversed depth of a tile's samples. The index of a pixel, here and in the methods, is that in lane order ([`super::raster::coverage`]).
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TileDepth {
-    /// Four samples per pixel. With one sample per pixel, only the first is meaningful. [`Self::test_all`] nevertheless tests and writes all four: the other
-    /// three can at worst make that test fail, and the caller then tests the covered samples alone.
+    /// Four samples per pixel; empty until a tile uses depth. With one sample per pixel, only the first is meaningful. [`Self::test_all`] nevertheless tests
+    /// and writes all four. If one of the other three fails, so does that test, and the caller tests the covered samples alone.
     samples: Vec<[f32; 4]>,
     /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels count as infinitely far.
     valid_blocks: u32,
 }
 
 impl TileDepth {
-    /// Starts a new tile, infinitely far everywhere. `is_used`: whether the tile tests or writes depth.
-    pub(crate) fn clear(&mut self, is_used: bool) {
+    /// Starts a new tile, infinitely far everywhere. `uses_depth`: whether the tile tests or writes depth.
+    pub(crate) fn clear(&mut self, uses_depth: bool) {
         self.valid_blocks = 0;
-        if is_used && self.samples.is_empty() {
+        if uses_depth && self.samples.is_empty() {
             self.samples.resize(TILE_PIXELS, [0.0; 4]);
         }
     }
@@ -43,8 +43,8 @@ impl TileDepth {
         }
     }
 
-    /// Depth test of one pixel. `new`: the new depth of each sample. Returns the samples of `covered` (four bits) whose new depth is greater (nearer), or all
-    /// of `covered` if `test` is false, and stores their depth if `write`.
+    /// Depth test of one pixel. `new`: the new depth of each sample. Returns the samples of `covered` (bit `s`: sample `s`, 0 to 3) whose new depth is greater
+    /// (nearer), or all of `covered` if `test` is false, and stores their depth if `write`, except NaN.
     #[inline(always)]
     pub(crate) fn test(&mut self, pixel: usize, covered: u16, new: [f32; 4], DepthState { test, write }: DepthState) -> u16 {
         self.prepare(pixel);
@@ -60,8 +60,8 @@ impl TileDepth {
     }
 
     /// Depth test of the four pixels of a quad, of which `pixel` is the first. `new`: one depth per pixel, which all its samples have. Returns the samples of
-    /// `covered` (sixteen bits) that pass, as in [`Self::test`], and stores their depth if `write`. All samples are computed in the same way, without branches,
-    /// so that the loop is vectorised.
+    /// `covered` (bit `4 k + s`: sample `s` of pixel `k` of the quad) that pass, and stores their depth, as [`Self::test`] does; 0 for a tile without depth.
+    /// All samples are computed in the same way, without branches, so that the loop is vectorised.
     #[inline(always)]
     pub(crate) fn test_quad(&mut self, pixel: usize, covered: u16, new: &[f32; 4], DepthState { test, write }: DepthState) -> u16 {
         self.prepare(pixel);
@@ -79,15 +79,15 @@ impl TileDepth {
         passed
     }
 
-    /// Depth test of consecutive, fully covered pixels of one block, of which `pixel` is the first. `new`: one depth per pixel. If all samples pass, returns
-    /// true and stores their depth if `write`; otherwise returns false and changes nothing. A NaN never passes here, even if `test` is false: the caller then
-    /// tests pixel by pixel, which does not store the NaN.
+    /// Depth test of consecutive, fully covered pixels of one block at once; `pixel` is the first. `new`: one depth per pixel. If all samples pass, returns
+    /// true and stores their depth if `write`; otherwise, or for a tile without depth, returns false and changes no depth. A NaN never passes here, even if
+    /// `test` is false: the caller then tests pixel by pixel, which does not store the NaN.
     #[inline(always)]
     pub(crate) fn test_all(&mut self, pixel: usize, new: &[f32], DepthState { test, write }: DepthState) -> bool {
         let block = pixel / BLOCK_PIXELS;
         if new.len() == BLOCK_PIXELS && !has_bit(self.valid_blocks, block) {
+            // The pixels are those of the complete block, and nothing was drawn on it: it is infinitely far, at depth 0.
             let Some(pixels) = self.samples.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) else { return false };
-            // Nothing was drawn on the block: it is infinitely far, at depth 0.
             let all_pass = new.iter().fold(true, |all, new| all & ((!test & !new.is_nan()) | (*new > 0.0)));
             if all_pass && write {
                 self.valid_blocks |= 1 << block;
@@ -125,11 +125,12 @@ mod tests {
     fn clearing_a_tile_resets_its_depth() {
         let mut t = TileDepth::default();
         t.clear(USES_DEPTH);
-        t.test(200, 1, [0.9; 4], TEST_AND_WRITE);
-        assert_eq!(t.test(200, 1, [0.5; 4], TEST_AND_WRITE), 0);
+        let (pixel, first_of_next_quad, first_sample) = (200, 204, 1);
+        t.test(pixel, first_sample, [0.9; 4], TEST_AND_WRITE);
+        assert_eq!(t.test(pixel, first_sample, [0.5; 4], TEST_AND_WRITE), 0);
         t.clear(USES_DEPTH);
-        assert_eq!(t.test(200, 1, [0.5; 4], TEST_AND_WRITE), 1);
-        assert!(t.test_all(204, &[0.1; 4], TEST_AND_WRITE));
+        assert_eq!(t.test(pixel, first_sample, [0.5; 4], TEST_AND_WRITE), first_sample);
+        assert!(t.test_all(first_of_next_quad, &[0.1; 4], TEST_AND_WRITE));
     }
 
     #[test]
@@ -190,7 +191,7 @@ mod tests {
         }
         let mut without_depth = TileDepth::default();
         without_depth.clear(!USES_DEPTH);
-        assert!(!without_depth.test_all(0, &[0.5; BLOCK_PIXELS], TEST_AND_WRITE));
+        assert!(!without_depth.test_all(0, &[0.5; BLOCK_PIXELS], TEST_AND_WRITE), "a tile without depth");
     }
 
     /// The test of a quad gives what the tests of its pixels give, for every combination of depths and for partial coverage.

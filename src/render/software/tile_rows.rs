@@ -248,7 +248,8 @@ mod tests {
         let uses_depth = false;
         t.clear(clear, uses_depth);
         for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != UNDRAWN_BLOCK) {
-            t.store(p, 1, Blend::Replace, [*x, *y, p as f32, -*x]);
+            let covered = 1;
+            t.store(p, covered, Blend::Replace, [*x, *y, p as f32, -*x]);
         }
         let [undrawn_x, undrawn_y] = block_position(UNDRAWN_BLOCK).map(|v| v as usize);
         for (width, height) in [(64, 64), (33, 64), (64, 9), (1, 1), (50, 47)] {

@@ -15,17 +15,17 @@ use std::ops::Range;
 /// Whether all bits of these lanes are 0, so that blending them changes nothing. No early exit, so that the compiler vectorises the loop.
 #[inline(always)]
 fn are_zero(lanes: &[f32]) -> bool {
-    lanes.iter().fold(0, |all, v| all | v.to_bits()) == 0
+    lanes.iter().fold(0, |bits, v| bits | v.to_bits()) == 0
 }
 
 /// Entry of [`TileTarget::split_index`] for a pixel whose samples are all equal.
 const UNSPLIT: u16 = u16::MAX;
 
-/// The samples of a tile. Pixels are indexed in lane order (see [`super::raster::coverage`]).
+/// The colours (red, green, blue, alpha) of a tile's samples. Pixels are indexed in lane order (see [`super::raster::coverage`]).
 #[derive(Clone, Debug)]
 pub(crate) struct TileTarget {
-    /// Samples per pixel: 1 or 4.
-    samples: u8,
+    /// 1 or 4.
+    samples_per_pixel: u8,
     /// Colour of unsplit pixels, one array per component.
     colour: [Vec<f32>; 4],
     /// Per pixel, its index in `split_colour`, or [`UNSPLIT`].
@@ -44,10 +44,10 @@ pub(crate) struct TileTarget {
 }
 
 impl TileTarget {
-    pub(crate) fn new(samples: u8) -> Self {
+    pub(crate) fn new(samples_per_pixel: u8) -> Self {
         let plane = || vec![0.0; TILE_PIXELS];
         Self {
-            samples,
+            samples_per_pixel,
             colour: [plane(), plane(), plane(), plane()],
             split_index: vec![UNSPLIT; TILE_PIXELS],
             split_colour: Vec::new(),
@@ -61,14 +61,15 @@ impl TileTarget {
 
     /// Starts a new tile. `uses_depth`: whether the tile tests or writes depth; if so, depth is cleared to infinitely far.
     pub(crate) fn clear(&mut self, colour: [f32; 4], uses_depth: bool) {
-        // Removes the split pixels of the previous tile.
+        // No pixel of the new tile is split.
         self.resolve();
         self.clear_colour = colour;
         (self.written_blocks, self.grey_blocks) = (0, 0);
         self.depth.clear(uses_depth);
     }
 
-    /// Makes all that is stored for a block valid: fills it with the clear colour on the first write, or copies a grey block's red to green and blue.
+    /// Makes all that is stored for a block valid: fills it with the clear colour on the first write, or copies a grey block's red to green and blue. A grey
+    /// block was written.
     #[inline(always)]
     fn prepare_block(&mut self, block: usize) {
         if has_bit(self.grey_blocks, block) {
@@ -89,8 +90,8 @@ impl TileTarget {
         }
     }
 
-    /// Makes all blocks valid: unwritten ones get the clear colour. Called before the complete tile is read.
-    pub(crate) fn fill_unwritten(&mut self) {
+    /// Makes all blocks valid, as [`Self::prepare_block`] does. Called before the complete tile is read.
+    pub(crate) fn prepare_all_blocks(&mut self) {
         for block in 0..TILE_BLOCKS {
             self.prepare_block(block);
         }
@@ -103,12 +104,12 @@ impl TileTarget {
         if blend != Blend::Replace && are_zero(&source) {
             return;
         }
-        let fully_covered = if self.samples == 4 { 0xf } else { 1 };
+        let all_samples = if self.samples_per_pixel == 4 { 0xf } else { 1 };
         self.prepare_block(pixel / BLOCK_PIXELS);
         if self.split_index[pixel] == UNSPLIT {
             let target: [f32; 4] = std::array::from_fn(|k| self.colour[k][pixel]);
             let new = blend_pixel(blend, source, target);
-            if covered == fully_covered {
+            if covered == all_samples {
                 for (plane, value) in self.colour.iter_mut().zip(new) {
                     plane[pixel] = value;
                 }
@@ -128,7 +129,7 @@ impl TileTarget {
     }
 
     /// Blends into all samples of the split pixels in `range`. The caller then blends all pixels of `range` as if none were split: the value that it stores
-    /// for a split pixel is overwritten by the resolve. `source`: the colour for the pixel at an index in `range`.
+    /// for a split pixel is overwritten by the resolve. `source`: the colour for the pixel at an index from the start of `range`.
     #[inline(always)]
     fn blend_split_pixels(&mut self, range: Range<usize>, blend: Blend, source: impl Fn(usize) -> [f32; 4]) {
         if self.split_pixels.is_empty() {
@@ -136,7 +137,7 @@ impl TileTarget {
         }
         let split_index = &self.split_index[range];
         // No early exit, so that the compiler vectorises the loop.
-        if split_index.iter().fold(false, |any, s| any | (*s != UNSPLIT)) {
+        if split_index.iter().fold(false, |any, index| any | (*index != UNSPLIT)) {
             for (k, index) in split_index.iter().enumerate().filter(|(_, index)| **index != UNSPLIT) {
                 let source = source(k);
                 for sample in &mut self.split_colour[usize::from(*index)] {
@@ -155,34 +156,34 @@ impl TileTarget {
             return;
         }
         self.blend_split_pixels(range.clone(), blend, |lane| source.map(|lanes| lanes[lane]));
-        let first = range.start / BLOCK_PIXELS;
-        let is_complete_block = range.start == first * BLOCK_PIXELS && range.len() == BLOCK_PIXELS;
-        if is_complete_block && !has_bit(self.written_blocks, first) {
+        let first_block = range.start / BLOCK_PIXELS;
+        let is_complete_block = range.start == first_block * BLOCK_PIXELS && range.len() == BLOCK_PIXELS;
+        if is_complete_block && !has_bit(self.written_blocks, first_block) {
             // The block has the clear colour, which is blended from here instead of being stored first.
-            self.written_blocks |= 1 << first;
+            self.written_blocks |= 1 << first_block;
             let [r, g, b, a] = &mut self.colour;
             let planes = [&mut r[range.clone()], &mut g[range.clone()], &mut b[range.clone()], &mut a[range]];
             blend_onto_colour(blend, source, self.clear_colour, planes);
             return;
         }
-        for block in first..range.end.div_ceil(BLOCK_PIXELS) {
+        for block in first_block..range.end.div_ceil(BLOCK_PIXELS) {
             self.prepare_block(block);
         }
         let [r, g, b, a] = &mut self.colour;
         blend_lanes(blend, source, [&mut r[range.clone()], &mut g[range.clone()], &mut b[range.clone()], &mut a[range]]);
     }
 
-    /// Adds light to all pixels of a block. Grey light is given as one array three times.
+    /// Adds light (red, green, blue) to all pixels of a block. Grey light is given as one array three times, and recognised by the equal addresses.
     #[inline(always)]
     pub(crate) fn add_light(&mut self, block: usize, light: [&[f32; BLOCK_PIXELS]; 3]) {
         let pixels = block * BLOCK_PIXELS..(block + 1) * BLOCK_PIXELS;
-        let ([colour @ .., alpha], [clear_colour @ .., clear_alpha]) = (&mut self.colour, self.clear_colour);
+        let ([colour @ .., alpha], [clear_rgb @ .., clear_alpha]) = (&mut self.colour, self.clear_colour);
         if !has_bit(self.written_blocks, block) {
             self.written_blocks |= 1 << block;
-            let is_grey = std::ptr::eq(light[0], light[1]) && std::ptr::eq(light[0], light[2]) && clear_colour == [clear_colour[0]; 3];
+            let is_grey = std::ptr::eq(light[0], light[1]) && std::ptr::eq(light[0], light[2]) && clear_rgb == [clear_rgb[0]; 3];
             self.grey_blocks |= u32::from(is_grey) << block;
             let stored_components = if is_grey { 1 } else { 3 };
-            for ((plane, light), clear) in colour.iter_mut().zip(light).zip(clear_colour).take(stored_components) {
+            for ((plane, light), clear) in colour.iter_mut().zip(light).zip(clear_rgb).take(stored_components) {
                 for (pixel, light) in plane[pixels.clone()].iter_mut().zip(light) {
                     *pixel = clear + light;
                 }
@@ -234,7 +235,7 @@ mod tests {
 
     const WITHOUT_DEPTH: bool = false;
 
-    fn pixel(t: &TileTarget, pixel: usize) -> [f32; 4] {
+    fn colour_of(t: &TileTarget, pixel: usize) -> [f32; 4] {
         match t.block(pixel / BLOCK_PIXELS).filter(|_| t.is_written(pixel / BLOCK_PIXELS)) {
             Some(planes) => planes.map(|plane| plane[pixel % BLOCK_PIXELS]),
             None => t.clear_colour,
@@ -246,22 +247,24 @@ mod tests {
         let mut t = TileTarget::new(4);
         t.clear([0.0, 0.0, 0.0, 1.0], WITHOUT_DEPTH);
         t.store(7, 0b0101, Blend::Replace, [1.0, 2.0, 4.0, 1.0]);
+        // Two of the four samples have the new colour.
         let mut resolved = t.clone();
         resolved.resolve();
-        assert_eq!(pixel(&resolved, 7), [0.5, 1.0, 2.0, 1.0]);
+        assert_eq!(colour_of(&resolved, 7), [0.5, 1.0, 2.0, 1.0]);
         t.store(7, 0b1111, Blend::Add, [1.0, 0.0, 0.0, 0.0]);
         t.store(8, 0b0001, Blend::Add, [0.0; 4]);
         t.store(9, 0b0001, Blend::PremultipliedOver, [0.0; 4]);
         assert!((t.split_index[8], t.split_index[9]) == (UNSPLIT, UNSPLIT), "nothing was blended");
         t.resolve();
-        assert_eq!(pixel(&t, 7), [1.5, 1.0, 2.0, 1.0]);
+        assert_eq!(colour_of(&t, 7), [1.5, 1.0, 2.0, 1.0]);
         t.store_lanes(8, Blend::Replace, [&[3.0; 4]; 4]);
-        assert_eq!(pixel(&t, 11), [3.0; 4]);
+        assert_eq!(colour_of(&t, 11), [3.0; 4]);
         t.store_lanes(4, Blend::Replace, [&[2.0; 4]; 4]);
-        assert_eq!(pixel(&t, 7), [2.0; 4], "the pixel is not split any more");
+        assert_eq!(colour_of(&t, 7), [2.0; 4], "the pixel is not split any more");
+        // A split pixel does not outlast its tile.
         t.store(7, 0b0001, Blend::Replace, [9.0; 4]);
         t.clear([0.25; 4], WITHOUT_DEPTH);
-        assert_eq!(pixel(&t, 7), [0.25; 4]);
+        assert_eq!(colour_of(&t, 7), [0.25; 4]);
     }
 
     #[test]
@@ -280,17 +283,18 @@ mod tests {
         t.store_lanes(0, Blend::Add, [&[0.0; 8], &[0.0, 0.0, 1e-30, 0.0, 0.0, 0.0, 0.0, 0.0], &[0.0; 8], &[0.0; 8]]);
         assert_eq!(written(&t), [0]);
         t.store(5 * BLOCK_PIXELS + 100, 1, Blend::Add, [2.0; 4]);
-        assert_eq!(pixel(&t, 5 * BLOCK_PIXELS + 1), [0.0; 4], "the first write to a block clears its other pixels");
-        assert_eq!(pixel(&t, 5 * BLOCK_PIXELS + 100), [2.0; 4]);
-        t.fill_unwritten();
+        assert_eq!(colour_of(&t, 5 * BLOCK_PIXELS + 1), [0.0; 4], "the first write to a block clears its other pixels");
+        assert_eq!(colour_of(&t, 5 * BLOCK_PIXELS + 100), [2.0; 4]);
+        t.prepare_all_blocks();
         assert_eq!(written(&t).len(), TILE_BLOCKS);
-        assert_eq!(pixel(&t, 5 * BLOCK_PIXELS - 1), [0.0; 4]);
+        assert_eq!(colour_of(&t, 5 * BLOCK_PIXELS - 1), [0.0; 4]);
     }
 
     /// Light that is added to a block gives the same pixels as if it were blended: grey or coloured, over a grey clear colour or not, before or after other
     /// draws, over split pixels too.
     #[test]
     fn added_light_is_blended_light() {
+        // Integers, whose sums are exact.
         let planes: [[f32; BLOCK_PIXELS]; 3] = std::array::from_fn(|k| std::array::from_fn(|i| (k * 1000 + i) as f32));
         let [r, g, b] = &planes;
         let draw = |t: &mut TileTarget| t.store(3 * BLOCK_PIXELS + 9, 0b0110, Blend::Add, [1.0, 2.0, 3.0, 0.5]);
@@ -318,9 +322,9 @@ mod tests {
                         t.resolve();
                     }
                     for p in 2 * BLOCK_PIXELS..5 * BLOCK_PIXELS {
-                        assert_eq!(pixel(&added, p), pixel(&blended, p), "{p}");
+                        assert_eq!(colour_of(&added, p), colour_of(&blended, p), "{p}");
                     }
-                    assert_ne!(pixel(&added, 3 * BLOCK_PIXELS + 10), clear);
+                    assert_ne!(colour_of(&added, 3 * BLOCK_PIXELS + 10), clear, "light was added");
                 }
             }
         }

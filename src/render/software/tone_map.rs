@@ -20,7 +20,7 @@ const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
 const MODULE: &str = "tone_map";
 /// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] computes. If the WGSL has another digest, its tape is executed instead.
 /// After a change of its fragments (WESL source files), adapt `compress` and record the new digest here.
-const COMPRESS_WGSL_SHA256: &str = "4957efc4e05e613e5f27ae30922319fa147473e88aced261e469ebddce89fb84";
+const COMPRESS_WGSL_SHA256: &str = "9e377d8af9b8acb07e4c74c39894d549cdaa3e20f670e69b56fec3e3d9875308";
 
 /// Offsets of the shipped tone map's uniforms, in bytes.
 #[derive(Clone, Copy, Debug)]
@@ -108,7 +108,7 @@ fn packed([r, g, b]: [u32; 3]) -> u32 {
     r >> CELL_BITS | (g >> CELL_BITS) << 8 | (b >> CELL_BITS) << 16 | 0xff00_0000
 }
 
-/// Encodes linear values, none of which is negative or NaN, as opaque RGBA.
+/// Encodes linear values, none of which is negative or NaN, as opaque RGBA, without instructions of a particular processor.
 #[inline(always)]
 fn encode_generic(linear: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
     let levels = &**LEVELS;
@@ -136,18 +136,18 @@ mod avx2 {
     #[inline]
     #[target_feature(enable = "avx2")]
     fn levels(table: &[u32; CELLS], factor: f32, values: &[f32; 8]) -> __m256i {
-        let word = |bits: u32| _mm256_set1_epi32(bits.cast_signed());
+        let splat = |bits: u32| _mm256_set1_epi32(bits.cast_signed());
         // SAFETY: eight words in either form.
         let values = _mm256_mul_ps(unsafe { transmute::<[f32; 8], __m256>(*values) }, _mm256_set1_ps(factor));
         // If one operand is NaN, the maximum is the second operand.
-        let at_least_first = _mm256_max_ps(values, _mm256_castsi256_ps(word(FIRST_BITS)));
-        let bits = _mm256_castps_si256(_mm256_min_ps(at_least_first, _mm256_castsi256_ps(word(LAST_BITS))));
+        let at_least_first = _mm256_max_ps(values, _mm256_castsi256_ps(splat(FIRST_BITS)));
+        let bits = _mm256_castps_si256(_mm256_min_ps(at_least_first, _mm256_castsi256_ps(splat(LAST_BITS))));
         // The low bits of FIRST_BITS are zero, so that FIRST_BITS can be subtracted after the shift. Here it is subtracted from the table's address.
         const { assert!(FIRST_BITS.trailing_zeros() >= CELL_BITS) };
         let origin = table.as_ptr().cast::<i32>().wrapping_sub((FIRST_BITS >> CELL_BITS) as usize);
         // SAFETY: bits are within FIRST_BITS..=LAST_BITS, so that the addresses are those of the table's entries 0..CELLS.
         let entries = unsafe { _mm256_i32gather_epi32::<4>(origin, _mm256_srli_epi32::<{ CELL_BITS as i32 }>(bits)) };
-        _mm256_add_epi32(entries, _mm256_and_si256(bits, word((1 << CELL_BITS) - 1)))
+        _mm256_add_epi32(entries, _mm256_and_si256(bits, splat((1 << CELL_BITS) - 1)))
     }
 
     /// Opaque RGBA of the values `8 * k..8 * (k + 1)` of each channel times `factor`. `GREY`: the channels are equal, so that one is enough.
@@ -183,17 +183,17 @@ mod avx2 {
     #[target_feature(enable = "avx2")]
     pub(super) fn encode_rows<const GREY: bool>(linear: [&[f32; LANES]; 3], factor: f32, rows: &mut BlockRows) {
         let (table, planes) = (&**LEVELS, linear.map(|plane| plane.as_chunks::<8>().0));
-        // Two rows of the block are eight quads, in four vectors of two quads. The halves of a quad are pairs of pixels.
+        // Two rows of the block are eight quads, in four vectors of two quads. Each quad has a pair of pixels in each row.
         for (k, rows) in rows.as_chunks_mut::<2>().0.iter_mut().enumerate() {
             let quads = |pair: usize| encode_eight::<GREY>(table, factor, planes, 4 * k + pair);
-            let mut halves = [[_mm256_set1_epi32(0); 2]; 2];
+            let mut row_halves = [[_mm256_set1_epi32(0); 2]; 2];
             for half in 0..2 {
                 let (left, right) = (quads(2 * half), quads(2 * half + 1));
                 // Interleaving leaves the pairs of the four quads in the order 0, 2, 1, 3.
-                halves[0][half] = _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_unpacklo_epi64(left, right));
-                halves[1][half] = _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_unpackhi_epi64(left, right));
+                row_halves[0][half] = _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_unpacklo_epi64(left, right));
+                row_halves[1][half] = _mm256_permute4x64_epi64::<0b11_01_10_00>(_mm256_unpackhi_epi64(left, right));
             }
-            for (row, halves) in rows.iter_mut().zip(halves) {
+            for (row, halves) in rows.iter_mut().zip(row_halves) {
                 // SAFETY: sixteen words in either form.
                 *row = unsafe { transmute::<[__m256i; 2], [u32; BLOCK_WIDTH]>(halves) };
             }

@@ -35,7 +35,8 @@ struct Varying {
     interpolation: Interpolation,
 }
 
-/// The varyings that the fragment program reads, in the order of its location inputs. `label`: the draw's label, for the error.
+/// The varyings that the fragment program reads, in the order of `fragment_inputs`. `outputs`: those of the vertex program. `label`: the draw's label, for the
+/// error.
 ///
 /// # Errors
 /// A varying that the vertex program does not write.
@@ -65,6 +66,10 @@ enum VertexInputSource<'a> {
     Constant(f64),
 }
 
+/// The source of an input of the vertex program. Locations count the vertex attributes first, then the instance attributes.
+///
+/// # Errors
+/// The draw has no attribute for the location.
 fn input_source<'a>(
     draw: &'a PlanDraw,
     vertex_attributes: &'a [Attribute],
@@ -74,10 +79,10 @@ fn input_source<'a>(
         LaneInput::VertexIndex => VertexInputSource::VertexIndex,
         LaneInput::InstanceIndex => VertexInputSource::InstanceIndex,
         LaneInput::Location { index, component, .. } => {
-            let k = index as usize;
-            let (attribute, is_per_instance) = match vertex_attributes.get(k) {
+            let location = index as usize;
+            let (attribute, is_per_instance) = match vertex_attributes.get(location) {
                 Some(a) => (Some(a), false),
-                None => (draw.instances.attributes.get(k - vertex_attributes.len()), true),
+                None => (draw.instances.attributes.get(location - vertex_attributes.len()), true),
             };
             let attribute = attribute.ok_or_else(|| RenderError::Attribute { draw: draw.label.clone(), location: index })?;
             if component < attribute.components {
@@ -100,7 +105,7 @@ fn element_count(attribute: &Attribute) -> usize {
 
 /// Outputs of the vertex program for every vertex of every instance.
 pub(crate) struct ShadedVertices {
-    /// One row per vertex, as written by [`VertexShading::run`].
+    /// One row per vertex, as written by [`VertexShading::shade_batch`].
     values: Vec<f64>,
     /// Number of values in a row: the four components of the clip-space position, and the varyings.
     row_length: usize,
@@ -115,6 +120,7 @@ impl ShadedVertices {
 
     /// Clip-space position of a vertex of the first instance; `None` if the index is out of range.
     pub(crate) fn position(&self, vertex: u32) -> Option<[f64; 4]> {
+        // A draw without instances has no values.
         ((vertex as usize) < self.vertices_per_instance && !self.values.is_empty()).then(|| {
             let row = self.row(0, vertex as usize);
             [row[0], row[1], row[2], row[3]]
@@ -126,16 +132,16 @@ impl ShadedVertices {
 ///
 /// # Errors
 /// As [`assemble`].
-pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneStage<R>) -> Result<ShadedVertices, RenderError> {
+pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex_stage: &dyn LaneStage<R>) -> Result<ShadedVertices, RenderError> {
     let no_varyings = &[];
-    VertexShading::new(draw, vertex, no_varyings)?.run_all()
+    VertexShading::new(draw, vertex_stage, no_varyings)?.shade_all()
 }
 
-/// The vertex stage of a draw, with the validated sources of its inputs.
+/// A draw's vertex stage, with a source for each of its inputs.
 struct VertexShading<'a, R: Real> {
     stage: &'a dyn LaneStage<R>,
     sources: Vec<VertexInputSource<'a>>,
-    /// The stage's outputs that make up a vertex's row: clip-space position, then the varyings.
+    /// Indices of the stage's outputs that make up a vertex's row: clip-space position, then the varyings.
     outputs: Vec<usize>,
     vertices_per_instance: usize,
     /// Number of vertices of all instances.
@@ -144,9 +150,9 @@ struct VertexShading<'a, R: Real> {
 
 impl<'a, R: Real> VertexShading<'a, R> {
     fn new(draw: &'a PlanDraw, stage: &'a dyn LaneStage<R>, varyings: &[Varying]) -> Result<Self, RenderError> {
-        let position =
+        let position_outputs =
             [0, 1, 2, 3].map(|k| stage.outputs().iter().position(|o| matches!(*o, LaneOutput::Position { component } if component == k)));
-        let [Some(px), Some(py), Some(pz), Some(pw)] = position else {
+        let [Some(px), Some(py), Some(pz), Some(pw)] = position_outputs else {
             return Err(RenderError::NoPosition { draw: draw.label.clone() });
         };
         let (vertex_attributes, vertices_per_instance) = match &draw.vertices {
@@ -171,7 +177,7 @@ impl<'a, R: Real> VertexShading<'a, R> {
     }
 
     /// Runs the program on one batch of vertices and writes one row per vertex to `rows`. `first`: index of the first vertex, counted over all instances.
-    fn run(&self, run: &mut dyn LaneRun<R>, first: usize, rows: &mut [f64]) {
+    fn shade_batch(&self, run: &mut dyn LaneRun<R>, first: usize, rows: &mut [f64]) {
         let row_length = self.outputs.len();
         let count = rows.len() / row_length;
         // Instance and vertex of each lane; lanes past the end repeat the last vertex.
@@ -202,7 +208,7 @@ impl<'a, R: Real> VertexShading<'a, R> {
                     }
                 }
                 VertexInputSource::Attribute { values, stride, component, is_per_instance: true } => {
-                    // The vertices of an instance are consecutive.
+                    // The vertices of an instance are consecutive; the last instance also fills the lanes past the end.
                     let mut from = 0;
                     while from < LANES {
                         let vertices_left = self.vertices_per_instance - vertices[from] as usize;
@@ -214,6 +220,7 @@ impl<'a, R: Real> VertexShading<'a, R> {
                 }
             }
         }
+        // Lanes past the end run, too; their outputs are not copied.
         run.run(LaneMask::MAX);
         for (k, output) in self.outputs.iter().enumerate() {
             for (row, value) in rows.chunks_exact_mut(row_length).zip(run.output(*output)) {
@@ -223,13 +230,13 @@ impl<'a, R: Real> VertexShading<'a, R> {
     }
 
     /// Runs the program on every vertex of every instance.
-    fn run_all(&self) -> Result<ShadedVertices, RenderError> {
+    fn shade_all(&self) -> Result<ShadedVertices, RenderError> {
         let row_length = self.outputs.len();
         let mut values = super::try_vec(self.total_vertices.saturating_mul(row_length), 0.0_f64, "the vertices")?;
         values
             .par_chunks_mut(LANES * row_length)
             .enumerate()
-            .for_each_init(|| self.stage.new_run(), |run, (batch, rows)| self.run(run.as_mut(), batch * LANES, rows));
+            .for_each_init(|| self.stage.new_run(), |run, (batch, rows)| self.shade_batch(run.as_mut(), batch * LANES, rows));
         Ok(ShadedVertices { values, row_length, vertices_per_instance: self.vertices_per_instance })
     }
 }
@@ -251,67 +258,75 @@ impl TriangleSetup<'_> {
     /// Sets up one triangle. `rows`: one for each vertex, the clip-space position and then the varyings.
     fn add(&self, rows: [&[f64]; 3], geometry: &mut RasterGeometry) -> Result<(), RenderError> {
         let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
-        let interpolated = self.varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
+        let varyings = self.varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
         self.reserve(1, geometry)?;
-        set_up(positions, interpolated, &self.raster_state, geometry);
+        set_up(positions, varyings, &self.raster_state, geometry);
         Ok(())
     }
 }
 
-/// Geometry of a part of a draw, and the seconds spent on its vertices and on its triangles.
-type DrawPart = (RasterGeometry, [f64; 2]);
+/// A part of a draw, and the time that one thread took for it.
+struct DrawPart {
+    geometry: RasterGeometry,
+    /// Time of the vertex program; 0 if it ran for the whole draw before.
+    vertex_seconds: f64,
+    setup_seconds: f64,
+}
 
-/// Runs the vertex program and sets up the draw's triangles for a target of the given size.
+/// Runs the vertex program and sets up the draw's triangles for a target of `width` x `height` pixels. `vertex_grid`: the grid of vertex positions.
 ///
 /// # Errors
 /// Attributes or varyings that do not fit the programs, an index beyond the vertices, or too little memory.
 pub(crate) fn assemble<R: Real>(
     draw: &PlanDraw,
-    vertex: &dyn LaneStage<R>,
+    vertex_stage: &dyn LaneStage<R>,
     fragment_inputs: &[LaneInput],
     [width, height]: [u32; 2],
     vertex_grid: VertexGrid,
 ) -> Result<AssembledDraw, RenderError> {
     let start = Instant::now();
-    let varyings = link_varyings(&draw.label, vertex.outputs(), fragment_inputs)?;
-    let shading = VertexShading::new(draw, vertex, &varyings)?;
+    let varyings = link_varyings(&draw.label, vertex_stage.outputs(), fragment_inputs)?;
+    let shading = VertexShading::new(draw, vertex_stage, &varyings)?;
     let [x0, y0, x1, y1] = draw.scissor;
     let scissor = [x0, y0, x1.min(width), y1.min(height)];
     let raster_state = RasterState { width, height, scissor, culls_back_faces: draw.cull == Cull::Back, vertex_grid };
     let flat_count = varyings.iter().filter(|v| v.interpolation == Interpolation::Flat).count();
     let setup = TriangleSetup { raster_state, varyings: &varyings, flat_count };
     let instance_count = draw.instances.count as usize;
-    let mut program_wall_seconds = None;
+    // Wall time of the vertex program, if it ends before the first triangle is set up.
+    let mut separate_vertex_seconds = None;
     let (submitted_triangles, mut parts) = match &draw.vertices {
         Vertices::Mesh { indices, .. } => {
-            let shaded = shading.run_all()?;
+            let shaded = shading.shade_all()?;
             let triangles_per_instance = indices.len() / 3;
             let submitted_triangles = triangles_per_instance.saturating_mul(instance_count);
-            program_wall_seconds = Some(start.elapsed().as_secs_f64());
-            let part = |range: std::ops::Range<usize>| -> Result<DrawPart, RenderError> {
+            separate_vertex_seconds = Some(start.elapsed().as_secs_f64());
+            let process_part = |range: std::ops::Range<usize>| -> Result<DrawPart, RenderError> {
                 let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
                 setup.reserve(range.len(), &mut geometry)?;
                 for triangle in range {
-                    let (instance, first) = (triangle / triangles_per_instance, triangle % triangles_per_instance * 3);
-                    let row = |corner: usize| shaded.row(instance, indices[first + corner] as usize);
+                    let (instance, first_index) = (triangle / triangles_per_instance, triangle % triangles_per_instance * 3);
+                    let row = |corner: usize| shaded.row(instance, indices[first_index + corner] as usize);
                     setup.add([row(0), row(1), row(2)], &mut geometry)?;
                 }
-                Ok((geometry, [0.0, start.elapsed().as_secs_f64()]))
+                Ok(DrawPart { geometry, vertex_seconds: 0.0, setup_seconds: start.elapsed().as_secs_f64() })
             };
-            (submitted_triangles, map_parts(submitted_triangles, || (), |(), range| part(range))?)
+            (submitted_triangles, map_parts(submitted_triangles, || (), |(), range| process_part(range))?)
         }
         // No vertex is shared, so the triangles of a part are set up while its vertices are in the cache.
         Vertices::Count(_) => {
             let triangles_per_instance = shading.vertices_per_instance / 3;
             let submitted_triangles = triangles_per_instance.saturating_mul(instance_count);
             let row_length = shading.outputs.len();
-            let part = |(run, rows): &mut (Box<dyn LaneRun<R> + Send + '_>, Vec<f64>), range: std::ops::Range<usize>| {
+            let process_part = |(run, rows): &mut (Box<dyn LaneRun<R> + Send + '_>, Vec<f64>), range: std::ops::Range<usize>| {
                 let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
                 // Vertices that do not form a complete triangle are skipped.
                 let first_vertex = |triangle: usize| {
                     triangle / triangles_per_instance * shading.vertices_per_instance + triangle % triangles_per_instance * 3
                 };
-                let Some(last) = range.clone().last() else { return Ok((geometry, [0.0; 2])) };
+                let Some(last) = range.clone().last() else {
+                    return Ok(DrawPart { geometry, vertex_seconds: 0.0, setup_seconds: 0.0 });
+                };
                 let vertices = first_vertex(range.start)..first_vertex(last) + 3;
                 let value_count = vertices.len() * row_length;
                 if rows.len() < value_count {
@@ -320,9 +335,9 @@ pub(crate) fn assemble<R: Real>(
                 }
                 let rows = &mut rows[..value_count];
                 for (batch, rows) in rows.chunks_mut(LANES * row_length).enumerate() {
-                    shading.run(run.as_mut(), vertices.start + batch * LANES, rows);
+                    shading.shade_batch(run.as_mut(), vertices.start + batch * LANES, rows);
                 }
-                let program_seconds = start.elapsed().as_secs_f64();
+                let vertex_seconds = start.elapsed().as_secs_f64();
                 setup.reserve(range.len(), &mut geometry)?;
                 for triangle in range {
                     let from = (first_vertex(triangle) - vertices.start) * row_length;
@@ -330,34 +345,37 @@ pub(crate) fn assemble<R: Real>(
                     let (b, c) = rest.split_at(row_length);
                     setup.add([a, b, c], &mut geometry)?;
                 }
-                Ok((geometry, [program_seconds, start.elapsed().as_secs_f64() - program_seconds]))
+                Ok(DrawPart { geometry, vertex_seconds, setup_seconds: start.elapsed().as_secs_f64() - vertex_seconds })
             };
-            (submitted_triangles, map_parts(submitted_triangles, || (vertex.new_run(), Vec::new()), part)?)
+            (submitted_triangles, map_parts(submitted_triangles, || (vertex_stage.new_run(), Vec::new()), process_part)?)
         }
     };
-    let total_program_seconds: f64 = parts.iter().map(|(_, [program_seconds, _])| program_seconds).sum();
-    let total_seconds: f64 = parts.iter().map(|(_, seconds)| seconds[0] + seconds[1]).sum();
+    let total_vertex_seconds: f64 = parts.iter().map(|part| part.vertex_seconds).sum();
+    let total_seconds: f64 = parts.iter().map(|part| part.vertex_seconds + part.setup_seconds).sum();
     let geometry = match &mut parts[..] {
-        [(only, _)] => std::mem::take(only),
-        parts => RasterGeometry::joined(parts.iter().map(|(geometry, _)| geometry))?,
+        [only] => std::mem::take(&mut only.geometry),
+        parts => RasterGeometry::joined(parts.iter().map(|part| &part.geometry))?,
     };
     let wall_seconds = start.elapsed().as_secs_f64();
-    // If each part processed its vertices and its triangles in turn, the wall time is divided in proportion to the times that all threads took for either.
-    let proportional_seconds = if total_seconds > 0.0 { wall_seconds * total_program_seconds / total_seconds } else { 0.0 };
-    let vertex_seconds = program_wall_seconds.unwrap_or(proportional_seconds);
+    // If each part processed its vertices and then its triangles, the vertex program's share of the wall time is its share of the sum over all threads.
+    let proportional_seconds = if total_seconds > 0.0 { wall_seconds * total_vertex_seconds / total_seconds } else { 0.0 };
+    let vertex_seconds = separate_vertex_seconds.unwrap_or(proportional_seconds);
     Ok(AssembledDraw { geometry, submitted_triangles, vertex_seconds, setup_seconds: wall_seconds - vertex_seconds })
 }
 
-/// Processes a draw's triangles in parts, in parallel, and returns the parts in drawing order. `create_buffers` creates the buffers of one thread; `part`
-/// processes a range of triangles.
+/// Processes a draw's triangles in parts, in parallel, and returns the parts in drawing order. `create_buffers` creates the buffers of one thread;
+/// `process_part` processes a range of triangles.
 fn map_parts<B>(
-    triangles: usize,
+    triangle_count: usize,
     create_buffers: impl Fn() -> B + Sync + Send,
-    part: impl Fn(&mut B, std::ops::Range<usize>) -> Result<DrawPart, RenderError> + Sync + Send,
+    process_part: impl Fn(&mut B, std::ops::Range<usize>) -> Result<DrawPart, RenderError> + Sync + Send,
 ) -> Result<Vec<DrawPart>, RenderError> {
-    let range = |k: usize| k * TRIANGLES_PER_PART..((k + 1) * TRIANGLES_PER_PART).min(triangles);
-    if triangles <= TRIANGLES_PER_PART {
-        return Ok(vec![part(&mut create_buffers(), 0..triangles)?]);
+    let range = |k: usize| k * TRIANGLES_PER_PART..((k + 1) * TRIANGLES_PER_PART).min(triangle_count);
+    if triangle_count <= TRIANGLES_PER_PART {
+        return Ok(vec![process_part(&mut create_buffers(), 0..triangle_count)?]);
     }
-    (0..triangles.div_ceil(TRIANGLES_PER_PART)).into_par_iter().map_init(create_buffers, |buffers, k| part(buffers, range(k))).collect()
+    (0..triangle_count.div_ceil(TRIANGLES_PER_PART))
+        .into_par_iter()
+        .map_init(create_buffers, |buffers, k| process_part(buffers, range(k)))
+        .collect()
 }

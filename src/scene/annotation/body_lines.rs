@@ -49,14 +49,14 @@ fn visible_cap(camera_position: DVec3, radii_km: DVec3) -> Cap {
 /// Number of points of a parallel that is no circle: the curve through them turns by less than a tenth of a radian from point to point.
 const PARALLEL_POINTS: u32 = 128;
 
-/// A parallel on a body with three different axes. `latitude_deg`: planetographic, between -90 and 90, not equal to either. `first_angle_rad`: angle on the
+/// A parallel on a body with three different axes. `latitude_deg`: planetographic, between -90 and 90, both excluded. `first_angle_rad`: angle on the
 /// unit sphere at which the parallel begins.
 fn triaxial_parallel(latitude_deg: f64, radii_km: DVec3, first_angle_rad: f64) -> GroundLine {
     let point = |k: u32| {
         let equatorial = DVec2::from_angle(first_angle_rad + TAU * f64::from(k) / f64::from(PARALLEL_POINTS));
         // The normal is the point divided by the semi-axes. The tangent of its angle to the equator is that of the latitude.
-        let height = radii_km.z * latitude_deg.to_radians().tan() * (equatorial / radii_km.truncate()).length();
-        equatorial.extend(height).normalize()
+        let z = radii_km.z * latitude_deg.to_radians().tan() * (equatorial / radii_km.truncate()).length();
+        equatorial.extend(z).normalize()
     };
     GroundLine { points: (0..PARALLEL_POINTS).map(point).collect(), is_closed: true }
 }
@@ -80,7 +80,7 @@ impl Circle {
     }
 
     /// The parts of a range of the parameter that are visible from a camera outside the unit sphere. The range must be within -pi to 2 pi,
-    /// because the visible interval is tried only where it is and one turn before and after.
+    /// because the visible interval is tried only as it is, one turn earlier and one turn later.
     fn visible_intervals(&self, camera_position: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
         // A point p is visible if p · camera > 1, that is, if offset + a cos t + b sin t = offset + amplitude cos(t - middle) is positive.
         let (offset, a, b) = (camera_position.dot(self.centre) - 1.0, camera_position.dot(self.a), camera_position.dot(self.b));
@@ -197,7 +197,7 @@ impl GroundLineBuilder<'_, '_> {
     }
 
     /// Records a decision about one layer.
-    pub(super) fn decide(&mut self, effect: &'static str, on: bool, reason: Reason) {
+    pub(super) fn record_decision(&mut self, effect: &'static str, on: bool, reason: Reason) {
         self.output.decisions.push(Decision { effect, on, reason, stated_error: None });
     }
 
@@ -248,7 +248,7 @@ impl GroundLineBuilder<'_, '_> {
             }
         }
         let reason = reason!("lines-body", count = count, body = &self.placed.body.name);
-        self.decide("grid-body", count > 0, reason);
+        self.record_decision("grid-body", count > 0, reason);
     }
 
     /// Draws the terminator.
@@ -256,12 +256,12 @@ impl GroundLineBuilder<'_, '_> {
         // On the terminator the Sun's centre is on the horizon: its direction is perpendicular to the ellipsoid's normal. On the unit sphere these points
         // form a great circle.
         let sun = self.placed.body_from_icrf * self.placed.body_to_sun_km / self.placed.placement.radii_km;
-        let Some(pole) = sun.try_normalize() else { return self.decide("terminator", false, reason!("lines-no-sun")) };
+        let Some(pole) = sun.try_normalize() else { return self.record_decision("terminator", false, reason!("lines-no-sun")) };
         let a = pole.any_orthonormal_vector();
         let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };
         let drawn = self.draw_circle(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR_COLOUR).is_some();
         let reason = if drawn { reason!("lines-terminator", body = &self.placed.body.name) } else { reason!("lines-not-in-frame") };
-        self.decide("terminator", drawn, reason);
+        self.record_decision("terminator", drawn, reason);
     }
 }
 
@@ -280,7 +280,7 @@ mod tests {
     }
 
     /// On a body with three different axes: parallels have their planetographic latitude, also between the points that define them, and meridians their
-    /// planetocentric longitude. Circles and angles of the unit sphere, once drawn, are degrees away from them.
+    /// planetocentric longitude. Circles and angles of the unit sphere, which the program drew formerly, are degrees away from them.
     #[test]
     fn the_grid_of_a_triaxial_body_has_its_latitudes_and_longitudes() {
         let (mut from_circle_deg, mut from_sphere_deg) = (0.0_f64, 0.0_f64);

@@ -124,8 +124,9 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
     let radii_km = placement.radii_km;
     let nearest_km = (builder.placed.distance_km - radii_km.max_element()).max(NEAR_DEPTH_KM);
     let merge_distance = MERGE_PX * builder.camera.pixel_tangent() * nearest_km / radii_km.max_element();
-    // The lengths of both derivatives with respect to the parameter are at most a^4 / (b c^2), where a is the longest semi-axis, b the shorter one of the
-    // equator and c the shortest; sampled for shapes down to b = a / 2 and c = 0.4 b. The radius of curvature of a meridian is up to a^2 / c.
+    // The lengths of the first and second derivatives of `point` with respect to its parameter are at most a^4 / (b c^2), where a is the longest semi-axis, b
+    // the shorter one of the equator and c the shortest; sampled for shapes down to b = a / 2 and c = 0.4 b. The radius of curvature of a meridian is up to
+    // a^2 / c.
     let [longest, shortest, shorter_equatorial] = [radii_km.max_element(), radii_km.min_element(), radii_km.truncate().min_element()];
     let derivative_bound = longest.powi(4) / (shorter_equatorial * shortest * shortest);
     let icrf_from_body = placement.body_from_icrf.transpose();
@@ -152,7 +153,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
     }
     let layers: Reason = descriptions.into_iter().collect();
     let reason = if segment_count > 0 { layers } else { reason!("lines-none-now", layers = layers) };
-    builder.decide("data", segment_count > 0, reason);
+    builder.record_decision("data", segment_count > 0, reason);
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ const CONE_SECTIONS: u32 = 4;
 pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Context<'_>) {
     const EFFECT: &str = "eclipse-path";
     let Some((receiver, sun, candidates)) = sun_occluders::receiver_and_candidates(context, builder.placed) else {
-        return builder.decide(EFFECT, false, reason!("lines-no-sun"));
+        return builder.record_decision(EFFECT, false, reason!("lines-no-sun"));
     };
     let mut descriptions = Vec::new();
     for occluder in candidates {
@@ -73,7 +73,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
     }
     let on = !descriptions.is_empty();
     let reason = if on { descriptions.into_iter().collect() } else { reason!("lines-no-shadow") };
-    builder.decide(EFFECT, on, reason);
+    builder.record_decision(EFFECT, on, reason);
 }
 
 /// Collects the lines of the shadow cones at one body.

@@ -17,8 +17,8 @@ use glam::DVec2;
 const MAX_NAMES: usize = 70;
 /// Smallest diameter, in glyph sizes, of a body whose features are named.
 const MIN_BODY_SIZE: f64 = 4.0;
-/// [Effective size](nomenclature::SurfaceFeature::effective_size_km) of a feature in the image, in glyph sizes, at which its name starts to appear, and at
-/// which it is opaque.
+/// Size of a feature in the image, in glyph sizes, at which its name starts to appear, and at which it is opaque: the feature's diameter, or for elongated
+/// features their width ([`nomenclature::SurfaceFeature::effective_size_km`]).
 const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
 /// Diameter of the body in the image, in glyph sizes, at which the name of a landing site starts to appear, and at which it is opaque.
 const SITE_FADE: (f64, f64) = (16.0, 22.0);
@@ -26,7 +26,7 @@ const SITE_FADE: (f64, f64) = (16.0, 22.0);
 const LIMB_FADE: (f64, f64) = (0.15, 0.35);
 /// Opacity below which a name is left out.
 const MIN_OPACITY: f64 = 0.02;
-/// Largest effective size of a named feature, in units of the image's shorter side: larger ones fill the view.
+/// Largest size (as in [`FEATURE_FADE`]) of a named feature, in units of the image's shorter side: larger ones fill the view.
 const MAX_FEATURE_SIZE: f64 = 1.5;
 /// Distance from a landing site to the near end of its name, in glyph sizes.
 const SITE_NAME_DISTANCE: f64 = 0.7;
@@ -34,23 +34,24 @@ const SITE_NAME_DISTANCE: f64 = 0.7;
 const SITE_NAME_SHIFT: f64 = 1.4;
 /// Free space around a name, in glyph sizes: horizontal and vertical.
 const NAME_MARGIN: DVec2 = DVec2::new(0.6, 0.3);
-/// Lower limit of the assumed distance from the camera to a body's nearest ground, km.
+/// Lower limit of the assumed distance from the camera to a body's nearest ground, km; without it the distance could be 0 or negative.
 const MIN_DISTANCE_KM: f64 = 1e-3;
 /// sRGB of a feature's name.
 pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 
-/// The names, and the positions of the named landing sites in pixels. `occupied`: rectangles that names must not overlap; this function adds the rectangles of
-/// the names.
+/// The names, and the positions of the named landing sites, pixels from the top left corner. `occupied`: rectangles that names must not overlap; this function
+/// adds the rectangles of the names.
 pub(crate) fn surface_feature_names(
     image: &impl ImageProjection,
     bodies: &[BodyReport],
     metrics: &LabelMetrics,
     occupied: &mut Vec<Rect>,
 ) -> (Vec<TextLine>, Vec<DVec2>) {
-    let size = image.size_px();
+    let image_px = image.size_px();
     let glyph_px = metrics.glyph_px();
     let px_per_radian = image.px_per_radian_in_middle();
     let (mut names, mut sites) = (Vec::new(), Vec::new());
+    // A camera at a body's centre sees none of its features.
     let mut nearest_first: Vec<&BodyReport> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
     nearest_first.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
     for (k, body) in nearest_first.iter().enumerate() {
@@ -59,8 +60,9 @@ pub(crate) fn surface_feature_names(
         if body_diameter_px < MIN_BODY_SIZE * glyph_px || placement.camera_is_inside() {
             continue;
         }
-        // Positions from the body's centre, body axes.
+        // Positions are from the body's centre, in body axes.
         let camera_km = placement.camera_in_unit_sphere() * placement.radii_km;
+        // Landing sites first, then the other features from large to small.
         for feature in nomenclature::surface_features(&body.name) {
             if names.len() >= MAX_NAMES {
                 return (names, sites);
@@ -79,7 +81,7 @@ pub(crate) fn surface_feature_names(
             };
             if opacity < MIN_OPACITY {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * glyph_px {
-                    // The remaining features of the body are no larger. If even on the nearest ground they would be too small, none of them has a name.
+                    // The remaining features are no larger. If even on the nearest ground they would be too small, none of them has a name.
                     let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(MIN_DISTANCE_KM);
                     if feature.effective_size_km / nearest_km * px_per_radian < FEATURE_FADE.0 * glyph_px {
                         break;
@@ -92,7 +94,7 @@ pub(crate) fn surface_feature_names(
             let is_hidden = nearest_first[..k]
                 .iter()
                 .any(|nearer| !nearer.placement.camera_is_inside() && nearer.placement.surface_along(line_of_sight).is_some());
-            if is_hidden || feature_px > MAX_FEATURE_SIZE * size.min_element() {
+            if is_hidden || feature_px > MAX_FEATURE_SIZE * image_px.min_element() {
                 continue;
             }
             let width_px = metrics.width_px(feature.name);
@@ -105,9 +107,10 @@ pub(crate) fn surface_feature_names(
                 true => vec![centred + to_side, centred - to_side, centred + to_side + down, centred + to_side - down],
                 false => vec![centred],
             };
+            // The margin may extend beyond the image.
             let fits = |(_, rect): &(DVec2, Rect)| {
                 let with_margin = rect.padded(NAME_MARGIN * glyph_px);
-                rect.is_in_image(size) && !occupied.iter().any(|t| t.overlaps(&with_margin))
+                rect.is_in_image(image_px) && !occupied.iter().any(|t| t.overlaps(&with_margin))
             };
             let with_rect = |left_end_px| (left_end_px, metrics.rect(feature.name, left_end_px));
             let Some((left_end_px, rect)) = places.into_iter().map(with_rect).find(fits) else { continue };

@@ -166,7 +166,7 @@ pub(crate) fn glyph_size_px(height: u32) -> f64 {
 const SELECTED_MAX_LINES: u8 = 8;
 /// Free space at each end of a name, in mean widths of a glyph: names with wide letters are up to a tenth wider than estimated.
 const NAME_MARGIN: f64 = 1.0;
-/// Distance in pixels from a more important body below which a body has no label; half the radius of that body's disc if this is larger, but at most
+/// Distance in pixels from a more important body below which a body has no label. If half the radius of that body's disc is larger, this half counts, up to
 /// [`MAX_CROWDED_PX`].
 const CROWDED_PX: f64 = 7.0;
 const MAX_CROWDED_PX: f64 = 20.0;

@@ -282,7 +282,7 @@ fn grouped(number: f64) -> String {
     groups.join(" ")
 }
 
-/// A length as text, in millimetres, metres, kilometres or astronomical units. A length that rounds to 1000 of a unit is given in the next one.
+/// A length as text, in millimetres, metres, kilometres or astronomical units. A length that rounds to 1000 mm or 1000 m is given in the next unit.
 fn length_text(km: f64) -> String {
     match km {
         _ if km < 999.5e-6 => format!("{} mm", with_significant_digits(km * 1e6, SIGNIFICANT_DIGITS)),

@@ -1,11 +1,11 @@
 //! The conic on which a body moves about its parent, cut into arcs for the vertex stage of shaders/entry/orbit.wesl.
 //!
 //! In: the body's position and velocity relative to the parent, and its position from the camera. Out: [`OrbitArc`]s: a point of the conic in camera axes
-//! with its first and second derivative, computed in f64 and narrowed. From these the arc follows exactly: with respect to the universal anomaly, the third
-//! derivative is -alpha times the first. Always: one vertex is the body's position, so that the line passes through the disc
-//! at any distance. An arc outside the frame is left out. Any other arc is halved until its `CHORDS_PER_ARC` chords deviate on the screen by less than
-//! `MAX_CHORD_ERROR_PX` and the arc is not much larger than the frame: then its f32 values are precise to hundredths of a pixel. Ellipse, parabola and
-//! hyperbola share one formula (`ephemeris::conic`).
+//! with its first and second derivative with respect to the universal anomaly, computed in f64 and narrowed. The third derivative is -alpha times the first,
+//! with alpha = GM / semi-major axis, so Stumpff's functions give every point of the arc, on ellipse, parabola and hyperbola alike (`ephemeris::conic`).
+//! Always: if the body is in the frame, its position is a vertex, so that the line passes through the body's disc at any distance. An arc outside the frame
+//! is left out. Any other arc is halved until its `CHORDS_PER_ARC` chords deviate on the screen by less than `MAX_CHORD_ERROR_PX` and it is not much larger
+//! than the frame; its f32 values are then precise to hundredths of a pixel.
 
 use crate::ephemeris::State;
 use crate::ephemeris::conic::stumpff;
@@ -21,32 +21,36 @@ pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.05;
 pub(crate) const CHORDS_PER_ARC: u32 = 4;
 /// [`size_on_screen_px`] at which an orbit starts to appear, and at which it is opaque.
 pub(super) const FADE_PX: (f64, f64) = (3.0, 12.0);
-/// Maximum number of halvings of an orbit: an arc of an orbit of 100 au is then some tens of metres long. An arc that is still too long or too curved is left
-/// out.
+/// Maximum number of halvings of an orbit: an arc of an orbit with a semi-major axis of 100 au is then some tens of metres long. An arc that is still too long
+/// or too curved is left out.
 const MAX_HALVINGS: u32 = 40;
-/// Largest argument of Stumpff's functions (alpha u^2) on an arc, up to which the shader's series is accurate.
+/// Largest argument of Stumpff's functions on an arc: alpha times the square of the universal anomaly between its ends. The shader's series are accurate up to
+/// 0.7.
 const MAX_STUMPFF_ARGUMENT: f64 = 0.65;
-/// Largest half length of an arc across the line of sight, in half diagonals of the frame at the arc's distance.
-const MAX_HALF_LENGTH: f64 = 2.0;
+/// Largest half length of an arc across the line of sight, in half diagonals of the frame at the distance of the arc's nearest point.
+const MAX_HALF_LENGTH_ACROSS: f64 = 2.0;
 /// Opacity one revolution behind the body, relative to the opacity at the body: the line fades backwards along the path.
 const MIN_OPACITY: f64 = 0.25;
-/// Distance from the parent up to which an open path is drawn: the larger of these multiples of its periapsis distance and of the body's distance.
-const OPEN_PATH_EXTENT: (f64, f64) = (40.0, 3.0);
+/// An open path is drawn up to the larger of two distances from the parent: this multiple of the periapsis distance, and
+/// [`OPEN_PATH_PER_BODY_DISTANCE`] times the body's distance.
+const OPEN_PATH_PER_PERIAPSIS: f64 = 40.0;
+/// See [`OPEN_PATH_PER_PERIAPSIS`].
+const OPEN_PATH_PER_BODY_DISTANCE: f64 = 3.0;
 /// Ratio of an ellipse's semi-major axis to the body's distance from the parent up to which the whole ellipse is drawn; a longer one is drawn like an open
 /// path.
 const MAX_WHOLE_SIZE_RATIO: f64 = 400.0;
 
-/// An arc of a conic. Its parameter u is proportional to the universal anomaly and increases by 1 along the arc.
+/// An arc of a conic. Its parameter u is the universal anomaly, counted from a point of the arc, divided by that of the whole arc: it increases by 1 along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitArc {
-    /// Position at u = 0, and its first two derivatives with respect to u: camera axes (right, up, forward), km, x and y divided by the tangents of half the
-    /// field of view.
+    /// Position at u = 0 in camera axes (right, up, forward), km; x and y are divided by the tangents of half the field of view.
     pub point: Vec3,
+    /// First and second derivative of the position with respect to u, at u = 0, in the axes of `point`.
     pub first_derivative: Vec3,
     pub second_derivative: Vec3,
-    /// Argument of Stumpff's functions divided by u squared: the conic's alpha, GM over the semi-major axis, times the square of the universal anomaly per u.
+    /// Argument of Stumpff's functions at u = 1: the conic's alpha times the square of the universal anomaly between the arc's ends.
     pub alpha: f32,
-    /// First and last u: -1 and 0, -0.5 and 0.5, or 0 and 1.
+    /// First and last u: -1 and 0 or 0 and 1 if the arc ends or begins at the body, which is then at u = 0; otherwise -0.5 and 0.5.
     pub range: [f32; 2],
     /// Opacity at the first and last u.
     pub opacity: [f32; 2],
@@ -68,7 +72,7 @@ impl OrbitArc {
 /// A conic about the parent, parameterised by the universal anomaly s, which is 0 at the body: ds = dt / r, in seconds per kilometre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Conic {
-    /// First and second derivative of the position with respect to s, at the body.
+    /// First and second derivative of the position with respect to s, at the body, in the axes of `body_from_parent_km`.
     first_derivative: DVec3,
     second_derivative: DVec3,
     /// GM over the semi-major axis, km^2/s^2: negative on a hyperbola.
@@ -79,12 +83,14 @@ pub(crate) struct Conic {
 }
 
 impl Conic {
-    /// The orbit of a state relative to a parent. `gm_km3_s2`: sum of both bodies. `None` without gravity, or for a radial path.
+    /// The orbit of a state relative to a parent. `gm_km3_s2`: GM of both bodies together. `None` without gravity, for a radial path, or if a number is not
+    /// finite.
     pub(crate) fn of(state: &State, gm_km3_s2: f64) -> Option<Self> {
         let (r, v) = (state.pos_km, state.vel_km_s);
         let distance = r.length();
         let alpha = 2.0 * gm_km3_s2 / distance - v.length_squared();
         let conic = Self {
+            // d/ds = r d/dt, with the acceleration -GM r / |r|^3.
             first_derivative: v * distance,
             second_derivative: v * r.dot(v) - r * (gm_km3_s2 / distance),
             alpha,
@@ -105,7 +111,7 @@ impl Conic {
         self.alpha > 0.0 && self.gm_km3_s2 / self.alpha < MAX_WHOLE_SIZE_RATIO * self.body_from_parent_km.length()
     }
 
-    /// Vector from the body to the point at s, without loss of precision close to the body.
+    /// Vector from the body to the point at s, in the axes of the body's state, without loss of precision close to the body.
     pub(crate) fn offset_from_body_km(&self, s: f64) -> DVec3 {
         let [_, c1, c2, _] = stumpff(self.alpha * s * s);
         self.first_derivative * (s * c1) + self.second_derivative * (s * s * c2)
@@ -130,8 +136,10 @@ impl Conic {
         let distance = self.body_from_parent_km.length();
         let momentum_sq = self.body_from_parent_km.cross(self.first_derivative / distance).length_squared();
         let eccentricity = (1.0 - self.alpha * momentum_sq / (self.gm_km3_s2 * self.gm_km3_s2)).max(0.0).sqrt();
-        let end_distance = (OPEN_PATH_EXTENT.0 * momentum_sq / (self.gm_km3_s2 * (1.0 + eccentricity))).max(OPEN_PATH_EXTENT.1 * distance);
+        let end_distance =
+            (OPEN_PATH_PER_PERIAPSIS * momentum_sq / (self.gm_km3_s2 * (1.0 + eccentricity))).max(OPEN_PATH_PER_BODY_DISTANCE * distance);
         let end = |sign: f64| {
+            // To first order the point is then as far from the body as the parent is. The steps may overshoot the end by up to a quarter of s.
             let mut s = sign * distance / self.first_derivative.length();
             // The limit of s ends the loop if rounding keeps the point from reaching the distance.
             while (self.body_from_parent_km + self.offset_from_body_km(s)).length() < end_distance && s.abs() < 1e30 {
@@ -143,13 +151,13 @@ impl Conic {
     }
 }
 
-/// [`Conic::size_km`] in pixels, seen at the distance of the ellipse's centre, or at that of the body if the path is not drawn as a whole. A distance shorter
-/// than the size counts as the size. `body_from_camera_km`: ICRF.
+/// [`Conic::size_km`] in pixels, seen at the distance of the ellipse's centre, or at that of the body if the path is not drawn as a whole. The distance
+/// counts as at least the size. `body_from_camera_km`: ICRF.
 pub(crate) fn size_on_screen_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
-    // The body and the point half a revolution ahead are opposite to each other.
-    let middle = if conic.is_drawn_whole() { 0.5 * conic.offset_from_body_km(conic.drawn_range()[1]) } else { DVec3::ZERO };
-    size_km / (body_from_camera_km + middle).length().max(size_km) / camera.pixel_tangent()
+    // The body and the point half a revolution ahead are opposite to each other about the ellipse's centre.
+    let centre_from_body_km = if conic.is_drawn_whole() { 0.5 * conic.offset_from_body_km(conic.drawn_range()[1]) } else { DVec3::ZERO };
+    size_km / (body_from_camera_km + centre_from_body_km).length().max(size_km) / camera.pixel_tangent()
 }
 
 /// Divides one orbit into arcs.
@@ -172,19 +180,21 @@ impl ArcSubdivision<'_> {
     /// ahead of the body; it decides the opacity at s = 0, where the arcs ahead of the body and behind it meet.
     fn opacity_at(&self, s: f64, is_ahead: bool) -> f32 {
         let [back_end, ahead_end] = self.drawn_range;
-        // 1 at the body, 0 where the opacity is lowest.
-        let remaining = if !self.conic.is_drawn_whole() {
+        // 1 at the body, 0 at the point farthest back along the path, and ahead of the body on an open path. On an orbit drawn as a whole the point farthest
+        // back is the body again: going backwards, the half behind the body is followed by the half ahead of it.
+        let brightness = if !self.conic.is_drawn_whole() {
             if is_ahead { 0.0 } else { 1.0 - s / back_end }
         } else if is_ahead {
             0.5 * s / ahead_end
         } else {
             1.0 - 0.5 * s / back_end
         };
-        narrow_scalar(self.opacity * (MIN_OPACITY + (1.0 - MIN_OPACITY) * remaining))
+        narrow_scalar(self.opacity * (MIN_OPACITY + (1.0 - MIN_OPACITY) * brightness))
     }
 
     /// Largest distance on the screen, in pixels, between a chord and the middle of the part of the arc that it replaces.
     fn chord_error_px(&self, from: f64, to: f64) -> f64 {
+        // The point of the arc after `k` halves of chords.
         let on_screen_px = |k: u32| {
             let s = from + (to - from) * f64::from(k) / f64::from(2 * CHORDS_PER_ARC);
             let point = self.camera.in_axes(self.body_from_camera_km + self.conic.offset_from_body_km(s));
@@ -196,7 +206,8 @@ impl ArcSubdivision<'_> {
             let [middle, end] = [2 * chord + 1, 2 * chord + 2].map(on_screen_px);
             let (along, to_middle) = (end - start, middle - start);
             let length = along.length();
-            // Where the line folds back on the screen, the middle does not project onto the middle half of the chord: the distance to the nearer end counts.
+            // Usually the distance to the line through the chord. But where the arc folds back on the screen, the foot of its middle point is not near the
+            // chord's middle: then the distance to the chord's nearer end counts.
             let error = if length > 0.0 && (0.25..=0.75).contains(&(to_middle.dot(along) / (length * length))) {
                 along.perp_dot(to_middle).abs() / length
             } else {
@@ -210,11 +221,12 @@ impl ArcSubdivision<'_> {
 
     /// Adds the arc between two values of s, or its halves if it is too long or too curved; adds nothing outside the frame. `halvings`: how often the orbit has
     /// been halved to get this arc.
-    fn arc(&mut self, from: f64, to: f64, halvings: u32) {
+    fn add_arc(&mut self, from: f64, to: f64, halvings: u32) {
         let (middle_s, half) = (0.5 * (from + to), 0.5 * (to - from));
         let [first_derivative, second_derivative] = self.conic.derivatives(middle_s);
         let middle = self.camera.in_axes(self.body_from_camera_km + self.conic.offset_from_body_km(middle_s));
-        // The length of the second derivative is at most GM on an ellipse; on an open path it is largest at one of the arc's ends.
+        // On an ellipse the second derivative is -alpha times the vector from the centre, so its length is at most alpha times the semi-major axis, that is GM.
+        // On an open path its length is largest at one of the arc's ends.
         let max_second_derivative = if self.conic.alpha > 0.0 {
             self.conic.gm_km3_s2
         } else {
@@ -226,15 +238,15 @@ impl ArcSubdivision<'_> {
             return;
         }
         // An arc along the line of sight may be long, because it appears short in the image.
-        let lateral_km =
+        let half_length_across_km =
             self.camera.in_axes(first_derivative).reject_from(middle).length() * half + 0.5 * max_second_derivative * half * half;
         let nearest_km = (middle.length() - radius_km).max(NEAR_DEPTH_KM);
-        let is_short = self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF_ARGUMENT
-            && lateral_km < MAX_HALF_LENGTH * self.camera.tan_half_fov.length() * nearest_km
-            // The camera is outside the arc's bounding sphere, with a margin of a tenth.
+        let is_small = self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF_ARGUMENT
+            && half_length_across_km < MAX_HALF_LENGTH_ACROSS * self.camera.tan_half_fov.length() * nearest_km
+            // The camera is outside the arc's bounding sphere, with a margin of a tenth: the farthest point is at most 19 times as far as the nearest.
             && radius_km < 0.9 * middle.length();
         let is_in_front_of_camera = middle.z - radius_km > NEAR_DEPTH_KM;
-        if is_short && is_in_front_of_camera && self.chord_error_px(from, to) < MAX_CHORD_ERROR_PX {
+        if is_small && is_in_front_of_camera && self.chord_error_px(from, to) < MAX_CHORD_ERROR_PX {
             // u = (s - origin) / s_per_u. An arc that ends at the body has its origin there, so that it is exact at the body.
             let (origin, range) = if from == 0.0 {
                 (from, [0.0, 1.0])
@@ -259,13 +271,14 @@ impl ArcSubdivision<'_> {
                 colour: narrow(self.colour),
             });
         } else if halvings < MAX_HALVINGS {
-            self.arc(from, middle_s, halvings + 1);
-            self.arc(middle_s, to, halvings + 1);
+            self.add_arc(from, middle_s, halvings + 1);
+            self.add_arc(middle_s, to, halvings + 1);
         }
     }
 }
 
-/// The arcs of one orbit. `body_from_camera_km`: the body's apparent position from the camera, ICRF; `opacity`: opacity at the body.
+/// The arcs of one orbit. `body_from_camera_km`: the body's apparent position from the camera, ICRF. `opacity`: at the body, if the orbit is not
+/// faded for its size on the screen ([`FADE_PX`]). `colour`: linear RGB.
 pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3, opacity: f64, colour: DVec3) -> Vec<OrbitArc> {
     let opacity = opacity * smooth_rise(FADE_PX, size_on_screen_px(camera, conic, body_from_camera_km));
     if opacity <= 0.0 || !body_from_camera_km.is_finite() {
@@ -280,7 +293,7 @@ pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3, o
         [0.0, 0.5 * drawn_range[1]],
         [0.5 * drawn_range[1], drawn_range[1]],
     ] {
-        subdivision.arc(from, to, 2);
+        subdivision.add_arc(from, to, 2);
     }
     subdivision.arcs
 }
@@ -325,20 +338,20 @@ mod tests {
             let from = ConicState { position: state.pos_km, velocity: state.vel_km_s };
             for days in [-300.0, -1.0, 1e-9, 40.0, 900.0] {
                 let expected = from.propagated(GM, days * 86_400.0).position;
-                // Finds the nearest point of the line by repeated refinement around the best sample.
+                // Finds the nearest point of the line: 401 samples over the drawn range, then over ever shorter ranges around the best sample.
                 let [back_end, ahead_end] = conic.drawn_range();
-                let (mut middle, mut step) = (0.0, 0.0);
+                let (mut middle, mut half_width) = (0.0, 0.0);
                 for round in 0..40 {
                     let around = |k: i32| {
                         if round == 0 {
                             back_end + (ahead_end - back_end) * f64::from(k + 200) / 400.0
                         } else {
-                            middle + step * f64::from(k) / 200.0
+                            middle + half_width * f64::from(k) / 200.0
                         }
                     };
                     let error_km = |s: f64| (state.pos_km + conic.offset_from_body_km(s)).distance(expected);
                     let best = (-200..=200).map(around).min_by(|a, b| error_km(*a).total_cmp(&error_km(*b))).expect("some");
-                    (middle, step) = (best, if round == 0 { (ahead_end - back_end) / 200.0 } else { step * 0.2 });
+                    (middle, half_width) = (best, if round == 0 { (ahead_end - back_end) / 200.0 } else { half_width * 0.2 });
                 }
                 let error_km = (state.pos_km + conic.offset_from_body_km(middle)).distance(expected);
                 assert!(error_km < 1e-7 * expected.length(), "{name} {days}: {error_km} km");
@@ -351,9 +364,9 @@ mod tests {
 
     /// Distance in pixels from a point on the screen to the nearest chord of the f32 arcs.
     fn distance_to_line_px(camera: &Camera, all: &[OrbitArc], clip: DVec2) -> f64 {
-        let pixel = clip * camera.half_size();
+        let pixel = clip * camera.half_size_px();
         let distance_px = |arc: &OrbitArc, k: u32| {
-            let end = |k: u32| arc.clip(f64::from(k) / f64::from(CHORDS_PER_ARC)).truncate() * camera.half_size();
+            let end = |k: u32| arc.clip(f64::from(k) / f64::from(CHORDS_PER_ARC)).truncate() * camera.half_size_px();
             let (a, b) = (end(k), end(k + 1));
             let t = ((pixel - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
             (pixel - a.lerp(b, t)).length()
@@ -400,14 +413,17 @@ mod tests {
                     let t = f64::from(step) / 4000.0;
                     let s = (t * t * t) * if t < 0.0 { -back_end } else { ahead_end };
                     let p = body_km + conic.offset_from_body_km(s) - camera.position_km;
+                    // Behind the camera, or less than a metre in front of it.
                     if p.dot(camera.forward) < 1e-3 {
                         continue;
                     }
                     let Some(clip) = camera.clip(p).filter(|c| c.abs().max_element() < 1.0) else { continue };
                     seen += 1;
                     let error_px = distance_to_line_px(camera, &all, clip);
+                    // The bound of a chord's middle, doubled for its other points and for f32.
                     assert!(error_px < 2.0 * MAX_CHORD_ERROR_PX, "{name}, camera {n}: the conic leaves the line by {error_px} px at {t}");
                 }
+                // Only the first camera is certain to see samples: it looks down from afar.
                 assert!(seen > 3 || n > 0, "{name}, camera {n} sees {seen} points");
             }
         }
@@ -419,6 +435,7 @@ mod tests {
         for (name, state) in states() {
             let conic = Conic::of(&state, GM).expect("a conic");
             let mut worst = 0.0_f64;
+            // `side`: the body's angle from the optical axis, as a part of half the field of view.
             for (k, side) in (0..60).flat_map(|k| [0.0, 0.6, -0.9].map(|side| (k, side))) {
                 let distance_km = 6000.0 * 1.3_f64.powi(k);
                 let from = DVec3::new(0.3, -0.5, 0.8).normalize() * distance_km;
@@ -431,12 +448,12 @@ mod tests {
                     continue;
                 }
                 let vertices = all.iter().flat_map(|a| [a.clip(0.0), a.clip(1.0)]);
-                let error_px = vertices.map(|v| ((v.truncate() - clip) * camera.half_size()).length()).fold(f64::INFINITY, f64::min);
+                let error_px = vertices.map(|v| ((v.truncate() - clip) * camera.half_size_px()).length()).fold(f64::INFINITY, f64::min);
                 worst = worst.max(error_px);
             }
             assert!(worst < 0.05, "{name}: {worst} px");
         }
-        // A line shifted by 100 km is 0.9 px from its body at that distance.
+        // At a distance of 1e5 km, a line shifted by 100 km is 1 px from its body.
         let conic = Conic::of(&states()[0].1, GM).expect("a conic");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 50.0, 1024, 1024);
         let body_km = DVec3::new(1e5, 0.0, 0.0);
@@ -451,12 +468,12 @@ mod tests {
         let camera = Camera::looking(DVec3::new(0.0, 0.0, 1.5e10), DVec3::NEG_Z, DVec3::Y, 30.0, 800, 600);
         let all = arcs(&camera, &conic, state.pos_km - camera.position_km, 0.8, DVec3::ONE);
         let body = camera.clip(state.pos_km - camera.position_km).expect("in front");
-        // The opacities at those ends of arcs that are at the body: first ends (fraction 0, index 0) or last ends (fraction 1, index 1).
-        let at_body = |fraction: f64, k: usize| {
-            all.iter().filter(|a| (a.clip(fraction).truncate() - body).length() < 1e-6).map(|a| a.opacity[k]).collect::<Vec<_>>()
-        };
-        assert_eq!((at_body(1.0, 1), at_body(0.0, 0)), (vec![0.8], vec![0.8 * MIN_OPACITY as f32]), "it ends and begins at the body");
+        let is_body = |clip: DVec3| (clip.truncate() - body).length() < 1e-6;
+        let opacity_of_arcs_to_body: Vec<f32> = all.iter().filter(|a| is_body(a.clip(1.0))).map(|a| a.opacity[1]).collect();
+        let opacity_of_arcs_from_body: Vec<f32> = all.iter().filter(|a| is_body(a.clip(0.0))).map(|a| a.opacity[0]).collect();
+        assert_eq!((opacity_of_arcs_to_body, opacity_of_arcs_from_body), (vec![0.8], vec![0.8 * MIN_OPACITY as f32]));
         let far = Camera { position_km: camera.position_km * 1e4, ..camera };
-        assert!(arcs(&far, &conic, state.pos_km - far.position_km, 0.8, DVec3::ONE).is_empty(), "an orbit of a few pixels has no line");
+        let arcs_from_afar = arcs(&far, &conic, state.pos_km - far.position_km, 0.8, DVec3::ONE);
+        assert!(arcs_from_afar.is_empty(), "an orbit smaller than a pixel has no line");
     }
 }

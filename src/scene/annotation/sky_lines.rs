@@ -74,7 +74,7 @@ struct SkyLineBuilder<'a> {
 
 impl SkyLineBuilder<'_> {
     /// Draws an arc on the unit sphere between two parameters in radians, with first and second derivatives of at most `derivative_bound`. `point`: direction
-    /// (ICRF) at a parameter; `opacity`: factor on the style's opacity at a parameter. Returns the runs inside the frame.
+    /// (ICRF) at a parameter; `opacity`: factor on the style's opacity at a parameter. Returns the runs, its connected parts inside the frame.
     fn arc(
         &mut self,
         point: &dyn Fn(f64) -> DVec3,
@@ -101,7 +101,7 @@ impl SkyLineBuilder<'_> {
     }
 
     /// Records the decision about one layer.
-    fn decide(&mut self, effect: &'static str, on: bool, reason: Reason) {
+    fn record_decision(&mut self, effect: &'static str, on: bool, reason: Reason) {
         self.output.decisions.push(Decision { effect, on, reason, stated_error: None });
     }
 
@@ -132,7 +132,7 @@ impl SkyLineBuilder<'_> {
             };
             self.label_grid_line(&line, &runs, pixel_deg, text, style);
         }
-        self.decide(effect, count > 0, reason!("lines-count", count = count));
+        self.record_decision(effect, count > 0, reason!("lines-count", count = count));
     }
 
     /// Draws a grid line; returns its runs inside the frame. `apparent`: direction in which a longitude and latitude (degrees) appear.
@@ -167,12 +167,12 @@ impl SkyLineBuilder<'_> {
 
     /// Writes the coordinate of a grid line at the end nearest to the left edge of the frame (parallels) or to its lower edge (meridians).
     fn label_grid_line(&mut self, line: &GridLine, runs: &[Polyline], pixel_deg: f64, text: String, style: LineStyle) {
-        let half_size = self.camera.half_size();
+        let half_size_px = self.camera.half_size_px();
         let pixel = |p: DVec3| self.camera.pixel_from_clip(DVec2::new(p.x, p.y) / (p.z * self.camera.tan_half_fov));
         let ends = runs.iter().filter_map(|run| Some([run.first()?, run.last()?])).flatten();
         let distance_to_edge_px = |px: DVec2| match line.kind {
             GridLineKind::Parallel => px.x,
-            GridLineKind::Meridian => 2.0 * half_size.y - px.y,
+            GridLineKind::Meridian => 2.0 * half_size_px.y - px.y,
         };
         let opacity_at = |parameter: f64| match line.kind {
             GridLineKind::Parallel => line.opacity(ANY_LATITUDE_DEG, pixel_deg),
@@ -205,7 +205,7 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
     if layers.grid_horizon {
         match horizon {
             Some(axes) => builder.grid("grid-horizon", axes, DVec3::ZERO, HORIZON, |azimuth| azimuth_text(azimuth, language)),
-            None => builder.decide("grid-horizon", false, reason!("lines-no-ground")),
+            None => builder.record_decision("grid-horizon", false, reason!("lines-no-ground")),
         }
     }
     if layers.boundaries {
@@ -218,7 +218,7 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
 }
 
 /// Axes of the local horizon as columns in ICRF: north, east, zenith. In this frame longitude is the azimuth, from north through east, and latitude is
-/// the altitude.
+/// the altitude. `zenith`, `pole`: unit vectors of the zenith and of the body's north pole, ICRF.
 pub(crate) fn horizon_axes(zenith: DVec3, pole: DVec3) -> DMat3 {
     let east = pole.cross(zenith).try_normalize().unwrap_or_else(|| zenith.any_orthonormal_vector());
     DMat3::from_cols(zenith.cross(east), east, zenith)
@@ -243,7 +243,7 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
         builder.arc(&point, [0.0, length], DERIVATIVE_BOUND / max_cosine.max(1e-3), opacity_factor, BOUNDARY);
     }
     let count = builder.output.segments.len() - count_before;
-    builder.decide("boundaries", count > 0, if count > 0 { reason!("lines-borders") } else { reason!("lines-no-border") });
+    builder.record_decision("boundaries", count > 0, if count > 0 { reason!("lines-borders") } else { reason!("lines-no-border") });
 }
 
 /// Draws the figures and names of the constellations.
@@ -273,7 +273,7 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
     }
     let on = !names.is_empty();
     let reason = if on { reason!("lines-figures", names = names) } else { reason!("lines-no-figure") };
-    builder.decide("constellations", on, reason);
+    builder.record_decision("constellations", on, reason);
 }
 
 /// The names of the constellations whose label positions are in an image.

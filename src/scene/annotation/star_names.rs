@@ -31,7 +31,7 @@ pub(crate) fn star_names(
         (!is_hidden(star_px)).then_some((star.v_magnitude, name, star_px))
     });
     let mut named: Vec<_> = named.collect();
-    named.sort_by(|a, b| a.0.total_cmp(&b.0));
+    named.sort_by(|(magnitude, ..), (other, ..)| magnitude.total_cmp(other));
     let reason = reason!("star-names-have", count = named.len());
     let decision = Decision { effect: "star-names", on: !named.is_empty(), reason, stated_error: None };
     let star_radius_px = 0.0;

@@ -142,7 +142,7 @@ impl StrokeSubdivision<'_> {
 /// Clips a segment between two points in camera axes to the frustum of the frame and its margin (Liang and Barsky 1984): the fractions of the segment at
 /// which it enters and leaves; `None` if the segment is outside.
 pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
-    let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
+    let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size_px());
     // For each plane of the frustum a multiple of the signed distance, positive inside. The near plane is at twice the near depth, so that rounding moves no
     // end nearer than the near depth.
     let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
@@ -166,7 +166,7 @@ pub(crate) fn segments(
     opacity: impl Fn(f64) -> f64,
     colour: DVec3,
 ) -> Vec<LineSegment> {
-    let to_screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size();
+    let to_screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size_px();
     let screen: Vec<DVec2> = run.iter().map(|point| to_screen(point.position)).collect();
     let direction = |k: usize| (screen[k + 1] - screen[k]).try_normalize().unwrap_or(DVec2::X);
     let normal = |k: usize| {
@@ -178,7 +178,7 @@ pub(crate) fn segments(
         narrow2(DVec2::new(-mean.y, mean.x))
     };
     let end = |k: usize| {
-        let clip = screen[k] / camera.half_size();
+        let clip = screen[k] / camera.half_size_px();
         narrow(DVec3::new(clip.x, clip.y, depth(run[k].position)))
     };
     let opacity_of_point = |k: usize| narrow_scalar(opacity(run[k].parameter));

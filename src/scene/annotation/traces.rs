@@ -26,7 +26,7 @@ const MAX_SAMPLES: usize = 1200;
 const MOON_PERIODS_PER_YEAR: f64 = 13.4;
 /// Line segments between two samples.
 const SEGMENTS_PER_SAMPLE: usize = 4;
-/// Length of a path in periods: the longer of the body's period about its parent and, unless the body orbits the centre, the centre's period.
+/// Length of a path in units of the longer period: that of the body about its parent or, unless the body orbits the centre, that of the centre.
 const LENGTH_PERIODS: f64 = 1.0;
 /// Maximum length of a path.
 const MAX_DAYS: f64 = 12.0 * DAYS_PER_JULIAN_YEAR;
@@ -65,10 +65,10 @@ fn path(states: &[State], step_s: f64) -> Vec<PathPoint> {
 fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) -> Vec<LineSegment> {
     let in_camera_axes = |point: &PathPoint| PathPoint { position_km: camera.in_axes(body_km + point.position_km), ..*point };
     let points: Vec<PathPoint> = path.iter().map(in_camera_axes).collect();
-    let screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size();
+    let px_from_middle = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size_px();
     let direction = |k: usize| {
         let (a, b) = (points.get(k)?.position_km, points.get(k + 1)?.position_km);
-        if a.z > NEAR_DEPTH_KM && b.z > NEAR_DEPTH_KM { (screen(b) - screen(a)).try_normalize() } else { None }
+        if a.z > NEAR_DEPTH_KM && b.z > NEAR_DEPTH_KM { (px_from_middle(b) - px_from_middle(a)).try_normalize() } else { None }
     };
     let normal = |k: usize| {
         let mean = k.checked_sub(1).and_then(direction).into_iter().chain(direction(k)).sum::<DVec2>();
@@ -82,7 +82,7 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) 
             remaining_opacity: from.remaining_opacity + t * (to.remaining_opacity - from.remaining_opacity),
         };
         let [a, b] = [at(enter), at(leave)];
-        let end = |p: DVec3| narrow((screen(p) / camera.half_size()).extend(reversed_depth(p)));
+        let end = |p: DVec3| narrow((px_from_middle(p) / camera.half_size_px()).extend(reversed_depth(p)));
         Some(LineSegment {
             ends: [end(a.position_km), end(b.position_km)],
             normals: [normal(k), normal(k + 1)],

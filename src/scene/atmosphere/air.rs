@@ -1,7 +1,8 @@
 //! The atmosphere of a body: when it is drawn, its uniforms, and its transmittance to light from beyond it.
 //!
-//! In: the catalog's atmosphere of a body. Out: uniforms of one gas with Rayleigh's phase function, one aerosol (haze) and one absorption layer; lengths are in
-//! equatorial radii, in the frame where the ground is the unit sphere. The light along a ray is integrated in shaders/lib/air.
+//! In: the catalog's atmosphere of a body. Out: whether and with which model it is drawn; transmittance and brightness of the air around the camera; uniforms
+//! of one gas with Rayleigh's phase function, one aerosol (haze) and one absorption layer; lengths are in equatorial radii, in the frame where the ground is
+//! the unit sphere. The light along a ray is integrated in shaders/lib/air.
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::message::{Reason, reason};
@@ -38,8 +39,8 @@ fn night_radiances(air: &Atmosphere) -> [f64; 2] {
     [air.airglow_cd_m2.unwrap_or(0.0), LIGHT_FROM_BEYOND_CD_M2].map(|luminance| luminance / CD_M2_PER_RADIANCE)
 }
 
-/// Sets the light of the night sky in a draw of the sky. The ground is lit by all of that light; [`uniforms_of`] puts the sum into `night_radiance`. But
-/// zodiacal light, Milky Way and stars are drawn behind the air by layers of their own. So in the sky's draw `night_radiance` is the airglow alone, and
+/// Sets the light of the night sky in a draw of the sky. In other draws `night_radiance` is the sum of that light ([`uniforms_of`]), which all falls on the
+/// ground. In the sky's draw it is the airglow alone, because zodiacal light, Milky Way and stars are drawn behind the air by layers of their own;
 /// `light_from_beyond` is all light from beyond the air, of which the shader takes the part that the air scatters. `fraction_above`: [`night_sky_above`].
 pub(crate) fn set_night_sky(uniforms: &mut AtmosphereUniforms, air: &Atmosphere, fraction_above: f64) {
     let [airglow, from_beyond] = night_radiances(air).map(|radiance| camera::narrow_scalar(radiance * fraction_above));
@@ -49,14 +50,14 @@ pub(crate) fn set_night_sky(uniforms: &mut AtmosphereUniforms, air: &Atmosphere,
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
 const TRANSMITTANCE_STEPS: usize = 64;
 
-/// Every model that a draw of the body can have.
+/// Every model that a draw of the body can have: for a body without air only [`AtmosphereModel::None`].
 pub(crate) fn possible_models(body: &Body) -> BTreeSet<AtmosphereModel> {
     let drawn = AtmosphereModel::CHOICES.into_iter().filter(|_| body.atmosphere.is_some());
     drawn.chain([AtmosphereModel::None]).collect()
 }
 
-/// Numbers of samples along a ray, in a draw of the ground or the sky: the smaller one by day along rays that only rise or only fall, the larger one along all
-/// other rays. They repeat QUADRATURE_NODES and AIR_SAMPLES of shaders/lib/air/sample_counts.wesl.
+/// Numbers of samples along a ray, in a draw of the ground or the sky: first the smaller one, by day along rays that only rise or only fall, then the larger
+/// one, along all other rays. They repeat QUADRATURE_NODES and AIR_SAMPLES of shaders/lib/air/sample_counts.wesl.
 pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
     match model {
         AtmosphereModel::None => (0, 0),
@@ -73,8 +74,8 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
 const NEAR_RADII: f64 = 1.25;
 
 /// Vertical optical depth that all channels must exceed for draft quality to include multiple scattering at any distance: about a fifth of the light of such
-/// air is scattered more than once. In the catalog the air of Titan (depth 2.6) and of Mars (0.5) is as thick (tests/atmosphere/draft.rs). The giant planets'
-/// air is thinner, because the colours of their maps already include their gas.
+/// air is scattered more than once. In the catalog only the air of Titan (depth 2.6) and of Mars (0.5) exceeds it (tests/atmosphere/draft.rs). The giant
+/// planets' air is thinner, because the colours of their maps already include their gas.
 const THICK_DEPTH: f64 = 0.4;
 
 /// Why draft quality includes multiple scattering, that is, uses [`AtmosphereModel::Table`].
@@ -128,8 +129,8 @@ pub(crate) fn camera_height_km(body: &Body, placement: &Placement) -> f64 {
     ((placement.camera_in_unit_sphere().length() - 1.0) * body.radii_km.x).max(0.0)
 }
 
-/// Fraction of the air's vertical opacity that is below a camera at this height: 1 for a camera above the air. Up to the height at which the fraction reaches
-/// [`VISIBLE_CHANGE`] (tens of metres on the Earth) the result is exactly 0; from there it rises continuously.
+/// Fraction of the air's vertical opacity that is below a camera at this height: 1 for a camera above the air. A fraction up to [`VISIBLE_CHANGE`] (tens of
+/// metres on the Earth) cannot be seen and counts as exactly 0; from there the result rises continuously.
 pub(crate) fn opacity_below(air: &Atmosphere, height_km: f64) -> f64 {
     if height_km >= air.top_km {
         return 1.0;
@@ -138,14 +139,14 @@ pub(crate) fn opacity_below(air: &Atmosphere, height_km: f64) -> f64 {
     ((below - VISIBLE_CHANGE) / (1.0 - VISIBLE_CHANGE)).max(0.0)
 }
 
-/// Height of the camera, relative to the top of the air, from which the night sky fades: the Earth's airglow shines between 85 and 100 km.
+/// Height of the camera, relative to the top of the air, from which the night sky fades: the Earth's airglow shines between 85 and 100 km, the top of its air.
 const NIGHT_SKY_FADE_FROM: f64 = 0.85;
 
 /// Height of the camera, relative to the top of the air, from which the light meter gives the daylight sky less and less weight.
 const METERED_SKY_FADE_FROM: f64 = 0.5;
 
-/// Natural logarithm of the weight that the light meter gives the daylight sky when the camera is at the top of the air. In the meter's average the daylight
-/// sky then counts less than a tenth of what the dark sky beyond the air counts, so that the exposure does not jump where the air ends.
+/// Natural logarithm of the weight that the light meter gives the daylight sky when the camera is at the top of the air: exp(-23) is 1e-10. In the meter's
+/// average the daylight sky then counts less than a tenth of what the dark sky beyond the air counts, so that the exposure does not jump where the air ends.
 const METERED_SKY_LOG_WEIGHT_AT_TOP: f64 = -23.0;
 
 /// Fraction of the night sky's light that comes from above a camera at this height: 1 in most of the air, 0 above the air.
@@ -159,7 +160,7 @@ pub(crate) fn backscatter(air: &Atmosphere) -> f64 {
     (1.0 - DOWNWARD_FRACTION) * -(-vertical_scattering_depth(air).max_element()).exp_m1()
 }
 
-/// The placement of the top of the atmosphere: the ground's ellipsoid scaled up.
+/// The placement of the top of the atmosphere: the ground's ellipsoid scaled up. `None` for a body without air.
 pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
     let air = body.atmosphere.as_ref()?;
     Some(Placement { radii_km: placement.radii_km * (1.0 + air.top_km / body.radii_km.x), ..*placement })
@@ -170,7 +171,7 @@ pub(crate) fn max_removed_fraction(air: &Atmosphere) -> f64 {
     1.0 - (-vertical_optical_depth(air).max_element()).exp()
 }
 
-/// Whether the atmosphere can change the image, with the reason.
+/// Whether the atmosphere can change the image, with the reason. `camera_is_inside`: the air. `diameter_px`: of the body's disc.
 pub(crate) fn is_significant(
     body: &Body,
     air: &Atmosphere,
@@ -200,10 +201,11 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
     let floor_radius_km = ground_radius_km * floor_scale;
     let floor_height_km = floor_radius_km - ground_radius_km;
     let top_height = ((air.top_km - floor_height_km) / floor_radius_km).max(0.0);
-    // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
+    // A missing species gets the scale height of the other one, so that the quadrature fits the one that exists; without both it is 1.
     let scale_height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(floor_radius_km, |s| s.scale_height_km) / floor_radius_km);
     let coefficient = |s: Option<&Species>, of_species: fn(&Species) -> DVec3| {
-        // The catalog's coefficient is for a density of 1. The uniform is for the density at the floor; for a triangular layer, for that at its peak, 1.
+        // The catalog's coefficient is for a density of 1. The uniform is for the density at the floor or, of a triangular layer, for the density at its peak:
+        // 1.
         let uniform_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_height_km) });
         camera::narrow(s.map_or(DVec3::ZERO, of_species) * uniform_density * floor_radius_km)
     };
@@ -215,7 +217,7 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
     });
     AtmosphereUniforms {
         top_radius_sq_minus_1: camera::narrow_scalar(radius_sq_minus_1(top_height)),
-        // The near and the far end of rays towards the ground, until `set_ends`.
+        // `set_ends` sets them. Until then: for a camera above the air and rays to the ground.
         end_heights: Vec2::new(camera::narrow_scalar(top_height), 0.0),
         rayleigh_scale_height: scale_height(rayleigh(air).or(mie(air))),
         rayleigh_scattering: coefficient(rayleigh(air), scattering),
@@ -233,14 +235,16 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         absorption_layer: camera::narrow(layer_edges.map(radius_sq_minus_1)),
         absorption_extinction: coefficient(absorption_layer(air), extinction),
         optical_depth_above_ground: Default::default(),
+        // `scene::features` sets these two.
         blend_mode: 0.0,
         map_weight: 0.0,
         night_radiance: camera::narrow_scalar(night_radiances(air).iter().sum()),
         light_from_beyond: 0.0,
         // Irradiance by another body's light relative to the Sun's; `scene::features` sets it.
         second_light_irradiance: Vec3::ZERO,
+        // Of the sky's draw; `decision` sets it.
         rim_is_thin: 0.0,
-        // Accepted errors of interpolation in the coarse image; `air_pass::set_bound` sets them.
+        // Accepted errors of interpolation in the coarse image; `air_pass::set_error_bounds` sets them.
         max_coarse_error: Vec2::ZERO,
         coarse_first_row: 0.0,
         // (x, y): (height above the floor + x) * y is the height above the ground as a fraction of the height of the multiple-scattering table, that is, of the
@@ -257,7 +261,8 @@ pub(crate) enum FarEnd {
     Top,
 }
 
-/// Sets the heights of the ends of rays that only rise or only fall. The near end is the camera, or the top of the atmosphere if the camera is above it.
+/// Sets the heights of the ends of rays that only rise or only fall. The near end is the camera, or the top of the atmosphere if the camera is above it (an
+/// anchor that is not the camera means that the camera is far from the body).
 pub(crate) fn set_ends(uniforms: &mut DrawUniforms, far_end: FarEnd) {
     // `height_above_unit_sphere` in f32.
     let height = |radius_sq_minus_1: f32| radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt());
@@ -309,8 +314,8 @@ impl<'a> SurroundingAir<'a> {
     }
 
     /// Weight of the sky's light for the light meter: 1 in the lower half of the air, and 1e-10 at its top, above which the meter ignores the sky. The weight's
-    /// logarithm, and with it the exposure, changes gradually. 80 km above the Earth the weight is 2.5e-4; the gas has about 2e-5 of its density at the ground
-    /// there, and the sky about 2e-5 of its light.
+    /// logarithm, and with it the exposure, changes gradually. For comparison, 80 km above the Earth the weight is 2.5e-4, and gas and sky have about 2e-5 of
+    /// their density and light at the ground.
     pub(crate) fn sky_weight(&self) -> f64 {
         // 0 where the fading begins, 1 at the top.
         let fade_position = ((self.height_part() - METERED_SKY_FADE_FROM) / (1.0 - METERED_SKY_FADE_FROM)).max(0.0);
@@ -327,13 +332,13 @@ impl<'a> SurroundingAir<'a> {
         self.skies.of(self.air, self.body.radii_km.x)
     }
 
-    /// Altitude of a light above the horizon of the camera, degrees. `towards`: vector from the body to the light.
+    /// Altitude of a light above the horizon of the camera, degrees. `towards`: vector from the body to the light, ICRF, of any length.
     pub(super) fn altitude_deg(&self, towards: DVec3) -> f64 {
         self.up().dot(towards.normalize()).clamp(-1.0, 1.0).asin().to_degrees()
     }
 
     /// The radiance of the moonless night sky as its draw has it: airglow, and the scattered light from beyond the air.
-    pub(crate) fn night_radiance(&self) -> f64 {
+    pub(crate) fn night_sky_radiance(&self) -> f64 {
         let height_km = camera_height_km(self.body, &self.placement);
         let [airglow, from_beyond] = night_radiances(self.air);
         night_sky_above(self.air, height_km) * (airglow + from_beyond * opacity_above(self.air, height_km))
@@ -407,8 +412,8 @@ mod tests {
         }
     }
 
-    /// On the ground, and 1.7 m above it, none of the air counts as below the camera, at the top all; in between the part grows, by less than 0.15 per
-    /// hundredth of the height. The light of the night sky above the camera decreases only from 0.85 of the height on.
+    /// On the ground, and 1.7 m above it, none of the air counts as below the camera, at the top all; in between the part grows and does not jump: by less than
+    /// 0.15 per hundredth of the height. The light of the night sky above the camera decreases only from 0.85 of the height on.
     #[test]
     fn the_air_below_the_camera_grows_from_nothing_to_all() {
         let catalog = Catalog::embedded();

@@ -78,7 +78,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 }
 
 /// Sets the bounds of the interpolation's error, of the air and of the sunlight in an eclipse. The uniforms must already have their lights and their eclipse.
-pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>) {
+pub(crate) fn set_error_bounds(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>) {
     let irradiance = uniforms.lights.first().map_or(1.0, |l| l.irradiance.max_element());
     let threshold = inputs.threshold();
     let min_relative_radiance = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));

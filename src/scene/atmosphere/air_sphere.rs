@@ -16,7 +16,7 @@ const SUNLIGHT_STEPS: usize = 24;
 /// Height at which rays that leave the ground start, so that rounding puts none of them below the ground: 10 cm.
 pub(crate) const GROUND_CLEARANCE_KM: f64 = 1e-4;
 
-/// Height of a row of the table of multiple scattering. Rows are spaced quadratically from the ground to the top; a number that is not whole is between rows.
+/// Height of a row of the table of multiple scattering. Rows are spaced quadratically from the ground (row 0) to the top; a fraction is between rows.
 pub(crate) fn row_height_km(air: &Atmosphere, row: f64) -> f64 {
     air.top_km * (row / (MULTI_SCATTER_HEIGHTS - 1) as f64).powi(2)
 }
@@ -28,14 +28,14 @@ pub(super) fn direction(cosine: f64, azimuth_rad: f64) -> DVec3 {
     DVec3::new(across * cos, across * sin, cosine)
 }
 
-/// Scattering coefficient of a species where its [`density`] is 1, per km; zero for a triangular layer, because draws treat light that such a layer scatters as
-/// absorbed.
-pub(super) fn kept_scattering(s: &Species) -> DVec3 {
+/// Scattering coefficient of a species where its [`density`] is 1, per km; zero for a triangular layer, because draws treat the light that such a layer
+/// scatters as absorbed.
+pub(super) fn scattering_in_draws(s: &Species) -> DVec3 {
     if s.tent_centre_km.is_some() { DVec3::ZERO } else { scattering(s) }
 }
 
-/// Albedo of the ground, linear RGB. A geometric albedo may exceed 1, but the ground reflects at most all light: otherwise, in thick air, each order of
-/// scattering could be brighter than the previous one, and their sum would diverge.
+/// Albedo of the ground, linear RGB, at most 1. A geometric albedo may exceed 1, but with a ground that reflects more light than it receives, each order of
+/// scattering in thick air could be brighter than the previous one, and their sum would diverge.
 pub(super) fn ground_albedo(body: &Body) -> DVec3 {
     DVec3::from_array(body.mean_reflectance()).min(DVec3::ONE)
 }
@@ -56,10 +56,10 @@ pub(super) struct GroundHit {
 }
 
 impl AirSphere<'_> {
-    /// Distance in km from a point along a ray to where the ray leaves the air; and whether it leaves at the ground (else at the top of the atmosphere).
+    /// Distance in km from a point along a ray to where the ray leaves the air; and whether that is at the ground, otherwise at the top of the atmosphere.
     fn distance_to_boundary(&self, p: DVec3, along: DVec3) -> (f64, bool) {
-        // Positions on the ray are counted from the point of its line that is nearest to the centre. The line enters a sphere half a chord before this point,
-        // and leaves it half a chord after it.
+        // Positions on the ray, in km, are counted from the point of its line that is nearest to the centre, at the squared distance `nearest_sq`. The line
+        // enters a sphere half a chord before this point, and leaves it half a chord after it.
         let start = p.dot(along);
         let nearest_sq = p.length_squared() - start * start;
         let half_ground_chord_sq = self.radius_km * self.radius_km - nearest_sq;
@@ -76,7 +76,7 @@ impl AirSphere<'_> {
     }
 
     /// Transmittance towards the Sun; 0 through the planet.
-    fn sunlight(&self, p: DVec3, sun: DVec3) -> DVec3 {
+    fn sun_transmittance(&self, p: DVec3, sun: DVec3) -> DVec3 {
         let (length_km, hits_ground) = self.distance_to_boundary(p, sun);
         if hits_ground {
             return DVec3::ZERO;
@@ -86,8 +86,8 @@ impl AirSphere<'_> {
     }
 
     /// Follows a ray in `count` steps, and returns where it meets the ground, if it does. Calls `add` for each step: with a point of the step, and with the
-    /// step's length times the mean transmittance from the step to the start of the ray. For sunlight, this product times the scattering coefficient, the phase
-    /// function and the Sun's irradiance at the point is the radiance that reaches the start.
+    /// step's length in km times the mean transmittance from the step to the start of the ray. For sunlight, this product times the scattering coefficient, the
+    /// phase function and the Sun's irradiance at the point is the radiance that reaches the start.
     pub(super) fn follow(&self, from: DVec3, along: DVec3, count: usize, mut add: impl FnMut(DVec3, DVec3)) -> Option<GroundHit> {
         let (length_km, hits_ground) = self.distance_to_boundary(from, along);
         let mut transmittance = DVec3::ONE;
@@ -95,7 +95,7 @@ impl AirSphere<'_> {
             let point = from + along * (length_km * fraction);
             let step_km = length_km * weight;
             let depth = coefficient(self.air, self.height_km(point), extinction) * step_km;
-            // Mean transmittance from the start of the step to its points.
+            // Mean transmittance from the start of the step to its points: (1 - exp(-d)) / d, which is 1 for d = 0.
             let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
             add(point, transmittance * mean_transmittance * step_km);
             transmittance *= depth.map(|d| (-d).exp());
@@ -109,9 +109,8 @@ impl AirSphere<'_> {
         hits_ground.then(|| GroundHit { point_km: from + along * length_km, transmittance })
     }
 
-    /// Radiance of light scattered once that arrives along a ray, divided by the irradiance of the Sun, per steradian (not times pi, unlike the shaders'
-    /// radiance); and where the ray meets the ground. `count`: integration steps.
-    /// `norms`: a factor for the phase function of each species (see [`Self::phase_norms`]).
+    /// Radiance of the light scattered once that arrives along a ray, divided by the Sun's irradiance, per steradian (shaders multiply it by pi); and where the
+    /// ray meets the ground, if it does. `count`: integration steps. `norms`: a factor for the phase function of each species (see [`Self::phase_norms`]).
     pub(super) fn single_scattering(
         &self,
         from: DVec3,
@@ -125,21 +124,21 @@ impl AirSphere<'_> {
         let into_ray: Vec<DVec3> = species
             .clone()
             .zip(norms)
-            .map(|(s, norm)| kept_scattering(s) * *norm * phase::per_steradian(s.phase, along.dot(sun)))
+            .map(|(s, norm)| scattering_in_draws(s) * *norm * phase::per_steradian(s.phase, along.dot(sun)))
             .collect();
         let mut light = DVec3::ZERO;
-        let ground = self.follow(from, along, count, |p, transmittance_km| {
+        let ground = self.follow(from, along, count, |p, transmitted_km| {
             let height_km = self.height_km(p);
             let scattered: DVec3 = species.clone().zip(&into_ray).map(|(s, into_ray)| *into_ray * density(s, height_km)).sum();
-            light += transmittance_km * scattered * self.sunlight(p, sun);
+            light += transmitted_km * scattered * self.sun_transmittance(p, sun);
         });
         (light, ground)
     }
 
     /// For each species and channel, the factor that normalises its phase function over discrete directions: one over the sum of the function's values times
     /// the solid angles. Without this factor the sum would not be 1, because the narrow peak of a forward-scattering aerosol lies between the directions or on
-    /// one of them. `directions`: each with its solid angle. The solid angles sum to 4 pi: if the directions are only those on one side of a plane of symmetry,
-    /// each has twice its solid angle.
+    /// one of them. `directions`: each with its solid angle. The solid angles sum to 4 pi; a direction that also stands for its mirror image has twice its
+    /// solid angle. A sum near 0 is raised, so that the factor stays finite.
     pub(super) fn phase_norms(&self, sun: DVec3, directions: impl Iterator<Item = (DVec3, f64)> + Clone) -> Vec<DVec3> {
         let sum =
             |s: &Species| directions.clone().map(|(d, solid_angle)| phase::per_steradian(s.phase, d.dot(sun)) * solid_angle).sum::<DVec3>();
@@ -150,6 +149,6 @@ impl AirSphere<'_> {
     pub(super) fn reflected(&self, ground_point: DVec3, sun: DVec3) -> DVec3 {
         let up = ground_point.normalize();
         let above = up * (self.radius_km + GROUND_CLEARANCE_KM);
-        self.ground_albedo * self.sunlight(above, sun) * (up.dot(sun).max(0.0) / PI)
+        self.ground_albedo * self.sun_transmittance(above, sun) * (up.dot(sun).max(0.0) / PI)
     }
 }

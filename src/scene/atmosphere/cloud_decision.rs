@@ -70,6 +70,7 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
         return None;
     }
     let (deg_per_px, max_deg_per_px) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
+    // In an eclipse detail is left out, which halves the number of keys with eclipses.
     let has_billows =
         deg_per_px < max_deg_per_px && !decisions.log.is_switched_off(Effect::Detail) && decisions.chosen.eclipse.occluders == 0;
     let sizes = reason!("detail-cloud-span", span = format_args!("{deg_per_px:.4}"), threshold = format_args!("{max_deg_per_px:.4}"));
@@ -90,6 +91,6 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
     air::set_ends(&mut uniforms, air::FarEnd::Ground);
     uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness));
     let map_files =
-        MapFiles { cloud: Some(clouds.map.file.clone()), cloud_texel_bits: Some(clouds::texel_bits(clouds)), ..MapFiles::default() };
+        MapFiles { clouds: Some(clouds.map.file.clone()), cloud_texel_bits: Some(clouds::texel_bits(clouds)), ..MapFiles::default() };
     Some(Draw { body: body.id, part: BodyPart::Clouds, name: format!("{} clouds", body.name), features, uniforms, map_files })
 }

@@ -37,10 +37,10 @@ fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Place
 }
 
 /// The light of another body is left out of the air if, as a part of the sky's mean light, it is below this fraction of the smallest visible change. By day the
-/// sky is about equally bright everywhere; in twilight it is up to some twenty times darker opposite the Sun than in the mean.
+/// sky is about equally bright everywhere; in twilight it is up to some twenty times darker opposite the Sun than on average.
 const MIN_SECOND_LIGHT_RATIO: f64 = 0.05;
 
-/// Whether a light that falls on the body, besides the Sun's, is visible in its air, with the reason. By day it is not, for a camera in the air.
+/// Whether a light that falls on the body, besides the Sun's, is visible in the body's air, with the reason. From inside the air it is not visible by day.
 fn second_light(inputs: &DecisionInputs<'_, '_>, light: &IncidentLight) -> (bool, Reason) {
     let source = inputs.frame.reflectors.iter().find(|r| r.body.id == light.from).map_or("?", |r| r.body.name.as_str());
     let Some(around) = inputs.frame.air.filter(|a| a.body.id == inputs.body().id) else {
@@ -137,7 +137,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     }
     decisions.map_weight = camera::narrow_scalar(map_weight);
     if rim::continues_disc(body, air) {
-        // Seen from above such air no air is drawn over the disc, and its night side has no light of the night sky.
+        // For a camera above such air, no air is drawn over the disc, and the night sky does not light the disc's night side.
         decisions.night_fraction_on_ground = camera::narrow_scalar(air::night_sky_above(air, height_km));
     }
     // The modes of `air_blend_mode`: everywhere, where brighter than the map, outside the disc.

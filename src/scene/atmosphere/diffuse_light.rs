@@ -6,7 +6,7 @@
 //! reflected by the ground, and collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle
 //! everywhere. The levels resolve air up to an optical depth of some 10 (the catalog's thickest has 6).
 
-use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, kept_scattering, row_height_km};
+use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, row_height_km, scattering_in_draws};
 use crate::scene::atmosphere::extinction::density;
 use crate::scene::atmosphere::phase;
 use crate::scene::constants::MULTI_SCATTER_HEIGHTS as TABLE_HEIGHTS;
@@ -14,16 +14,16 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Levels per row of the table of multiple scattering.
+/// Number of levels from one row (height) of the table of multiple scattering to the next.
 const LEVELS_PER_ROW: usize = 3;
-/// Number of levels.
+/// Number of levels: the first is on the ground, the last at the top of the air.
 const LEVELS: usize = LEVELS_PER_ROW * (TABLE_HEIGHTS - 1) + 1;
-/// The three positive nodes of the six-point Gauss-Legendre rule on -1 to 1, and their weights (Abramowitz & Stegun 1964, table 25.4).
-const GAUSS_NODES: [f64; 3] = [0.238_619_186_083_196_9, 0.661_209_386_466_264_5, 0.932_469_514_203_152_1];
+/// The three positive abscissas of the six-point Gauss-Legendre rule on -1 to 1, and their weights (Abramowitz & Stegun 1964, table 25.4).
+const GAUSS_ABSCISSAS: [f64; 3] = [0.238_619_186_083_196_9, 0.661_209_386_466_264_5, 0.932_469_514_203_152_1];
 const GAUSS_WEIGHTS: [f64; 3] = [0.467_913_934_572_691_0, 0.360_761_573_048_138_6, 0.171_324_492_379_170_4];
-/// Number of streams: six zenith angles in the sky, six below the horizon.
+/// Number of streams: six zenith angles in the sky and six below the horizon, each six by their own Gauss-Legendre rule.
 const STREAMS: usize = 12;
-/// One value for each level and stream.
+/// Number of nodes: pairs of a level and a stream.
 const NODES: usize = LEVELS * STREAMS;
 /// Steps along the rays that collect the orders after the first.
 const STEPS: usize = 32;
@@ -41,7 +41,7 @@ pub(super) struct SampleCounts {
     pub(super) steps: usize,
 }
 
-/// A zenith angle.
+/// All directions near one zenith angle.
 #[derive(Clone, Copy, Default)]
 struct Stream {
     /// Cosine of the zenith angle of the direction from which the light comes: positive in the sky, negative below the horizon.
@@ -50,14 +50,16 @@ struct Stream {
     weight: f64,
 }
 
-/// The streams in order of their cosines.
+/// The streams in ascending order of their cosines.
 fn streams() -> [Stream; STREAMS] {
     let half = STREAMS / 2;
     let mut streams = [Stream::default(); STREAMS];
     for k in 0..half {
+        // The abscissas of the rule in ascending order: the negative ones from the outermost inwards, then the positive ones.
         let from_middle = if k < half / 2 { half / 2 - 1 - k } else { k - half / 2 };
-        let node = if k < half / 2 { -GAUSS_NODES[from_middle] } else { GAUSS_NODES[from_middle] };
-        let stream = Stream { cosine: 0.5 * (1.0 + node), weight: 0.25 * GAUSS_WEIGHTS[from_middle] };
+        let abscissa = if k < half / 2 { -GAUSS_ABSCISSAS[from_middle] } else { GAUSS_ABSCISSAS[from_middle] };
+        // From the range -1 to 1 to that of the cosines in the sky, 0 to 1. The rule's weights have the sum 2, those of all streams the sum 1.
+        let stream = Stream { cosine: 0.5 * (1.0 + abscissa), weight: 0.25 * GAUSS_WEIGHTS[from_middle] };
         streams[half + k] = stream;
         streams[half - 1 - k] = Stream { cosine: -stream.cosine, weight: stream.weight };
     }
@@ -65,7 +67,7 @@ fn streams() -> [Stream; STREAMS] {
 }
 
 /// The two grid indices around a position, with their weights for linear interpolation. `count`: number of grid points.
-fn between(position: f64, count: usize) -> [(usize, f64); 2] {
+fn interpolation_weights(position: f64, count: usize) -> [(usize, f64); 2] {
     let position = position.clamp(0.0, (count - 1) as f64);
     let below = (position as usize).min(count - 2);
     let fraction = position - below as f64;
@@ -99,7 +101,7 @@ impl<'a> DiffuseLight<'a> {
         diffuse
     }
 
-    /// A point at the height of a level, on the z axis.
+    /// Where the rays of a level start: a point at the level's height, on the z axis.
     fn start(&self, level: usize) -> DVec3 {
         let height_km = row_height_km(self.sphere.air, level as f64 / LEVELS_PER_ROW as f64);
         DVec3::Z * (self.sphere.radius_km + height_km.max(GROUND_CLEARANCE_KM))
@@ -111,16 +113,21 @@ impl<'a> DiffuseLight<'a> {
         // The streams are averages over azimuths, so any azimuth will do.
         let azimuth_rad = 0.0;
         let along = direction(self.streams[node % STREAMS].cosine, azimuth_rad);
-        // For each species: the scattering into the ray, by the level and the zenith angle at which it happens.
+        // The scattering optical depth along the ray, times the transmittance to the ray's start: by species, and by the level and the ray's zenith angle
+        // there.
         let mut scattered = vec![DVec3::ZERO; species.len() * NODES];
-        let ground = sphere.follow(self.start(node / STREAMS), along, STEPS, |p, transmittance_km| {
+        // `transmitted_km`: length of the step times its mean transmittance to the start of the ray.
+        // `ground`: where the ray meets the ground, if it does.
+        let ground = sphere.follow(self.start(node / STREAMS), along, STEPS, |p, transmitted_km| {
             let height_km = sphere.height_km(p);
+            // The inverse of `start`: heights grow with the square of the level.
             let level_position = (height_km / sphere.air.top_km).sqrt() * (LEVELS - 1) as f64;
             let stream_position = self.stream_position(along.dot(p.normalize()));
             for (k, s) in species.iter().enumerate() {
-                let light = transmittance_km * kept_scattering(s) * density(s, height_km);
-                for (level, level_weight) in between(level_position, LEVELS) {
-                    for (stream, stream_weight) in between(stream_position, STREAMS) {
+                // Without the light that draws treat as absorbed.
+                let light = transmitted_km * scattering_in_draws(s) * density(s, height_km);
+                for (level, level_weight) in interpolation_weights(level_position, LEVELS) {
+                    for (stream, stream_weight) in interpolation_weights(stream_position, STREAMS) {
                         scattered[(k * LEVELS + level) * STREAMS + stream] += light * (level_weight * stream_weight);
                     }
                 }
@@ -139,6 +146,7 @@ impl<'a> DiffuseLight<'a> {
         }
         if let Some(ground) = ground {
             // The radiance of a Lambert surface is its albedo times the irradiance over pi. A stream's solid angle is 4 pi times its weight.
+            // The light is that of the lowest level, whose index is 0.
             for (from, stream) in self.streams.iter().enumerate().filter(|(_, stream)| stream.cosine > 0.0) {
                 row[from] += ground.transmittance * sphere.ground_albedo * (4.0 * stream.weight * stream.cosine);
             }
@@ -153,19 +161,20 @@ impl<'a> DiffuseLight<'a> {
         (index_above - 1) as f64 + ((cosine - lower) / (upper - lower)).clamp(0.0, 1.0)
     }
 
-    /// The field of a Sun in this direction, as seen from the z axis.
+    /// The field along the z axis, which points to the zenith. `sun`: unit vector to the Sun, in the x-z plane.
     pub(super) fn field(&self, sun: DVec3, counts: SampleCounts) -> Field {
         let (mut once, mut all) = (Vec::with_capacity(NODES), Vec::with_capacity(NODES));
+        // The field is symmetric about the Sun's vertical: the azimuths on one side are enough, each with twice its solid angle.
         let azimuths_rad = (0..counts.azimuths).map(|k| PI * (f64::from(k) + 0.5) / f64::from(counts.azimuths));
         let rays_of = |stream: &Stream| {
             let (cosine, solid_angle) = (stream.cosine, 4.0 * PI * stream.weight / f64::from(counts.azimuths));
             azimuths_rad.clone().map(move |azimuth_rad| (direction(cosine, azimuth_rad), solid_angle))
         };
+        // Factors that normalise the phase functions over these directions.
         let norms = self.sphere.phase_norms(sun, self.streams.iter().flat_map(rays_of));
         for node in 0..NODES {
             let (mut scattered, mut reflected) = (DVec3::ZERO, DVec3::ZERO);
-            // The field is symmetric about the Sun's vertical.
-            for (along, _) in rays_of(&self.streams[node % STREAMS]) {
+            for (along, _solid_angle) in rays_of(&self.streams[node % STREAMS]) {
                 let (light, ground) = self.sphere.single_scattering(self.start(node / STREAMS), along, counts.steps, sun, &norms);
                 scattered += light;
                 reflected += ground.map_or(DVec3::ZERO, |g| g.transmittance * self.sphere.reflected(g.point_km, sun));
@@ -190,13 +199,13 @@ impl<'a> DiffuseLight<'a> {
         Field { once, all }
     }
 
-    /// Mean radiance over all directions at the height of a row of the table.
+    /// Mean radiance over all directions at the height of a row of the table, in the unit of [`Field`]. Row 0: on the ground.
     pub(super) fn mean_radiance(&self, field: &Field, row: usize) -> DVec3 {
         let level = &field.all[row * LEVELS_PER_ROW * STREAMS..][..STREAMS];
         level.iter().zip(&self.streams).map(|(light, stream)| *light * stream.weight).sum()
     }
 
-    /// Irradiance of level ground by skylight of the second and all further orders.
+    /// Irradiance of level ground by skylight of the second and all further orders, divided by the irradiance of the Sun.
     pub(super) fn irradiance_by_further_orders(&self, field: &Field) -> DVec3 {
         let light = field.all[..STREAMS].iter().zip(&field.once);
         let in_sky = light.zip(&self.streams).filter(|(_, stream)| stream.cosine > 0.0);
@@ -217,11 +226,11 @@ fn phase_means(phase: crate::catalog::PhaseFunction, streams: &[Stream; STREAMS]
         4.0 * PI * (0..PHASE_AZIMUTHS).map(at).sum::<DVec3>() / f64::from(PHASE_AZIMUTHS)
     };
     let mut means = vec![DVec3::ZERO; STREAMS * STREAMS];
-    for (from, source) in streams.iter().enumerate() {
-        let into: Vec<DVec3> = streams.iter().map(|to| mean(to, source)).collect();
+    for (from, from_stream) in streams.iter().enumerate() {
+        let into: Vec<DVec3> = streams.iter().map(|to| mean(to, from_stream)).collect();
         let total: DVec3 = into.iter().zip(streams).map(|(mean, to)| *mean * to.weight).sum();
         for (to, mean) in into.iter().enumerate() {
-            means[to * STREAMS + from] = *mean * source.weight / total;
+            means[to * STREAMS + from] = *mean * from_stream.weight / total;
         }
     }
     means

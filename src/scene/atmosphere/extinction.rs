@@ -16,8 +16,8 @@ pub(crate) fn extinction(s: &Species) -> DVec3 {
     scattering(s) + DVec3::from_array(s.absorption_per_km)
 }
 
-/// Density of a species at a height, relative to that at the ground. The density of a triangular layer (a tent) is relative to its peak; the layer's
-/// `scale_height_km` is half its width.
+/// Density of a species at a height, relative to that at the ground; that of a triangular layer (a tent) relative to its peak. The density of such a layer
+/// falls to 0 within `scale_height_km` above and below its centre.
 pub(crate) fn density(s: &Species, height_km: f64) -> f64 {
     match s.tent_centre_km {
         Some(centre) => (1.0 - (height_km - centre).abs() / s.scale_height_km).max(0.0),
@@ -35,7 +35,7 @@ pub(crate) fn column_above_km(s: &Species, height_km: f64) -> f64 {
     match s.tent_centre_km {
         Some(centre) => {
             let half_widths_above_centre = ((height_km - centre) / s.scale_height_km).clamp(-1.0, 1.0);
-            // Fraction of the triangle's area on the side of this height that is away from the centre.
+            // Fraction of the triangle's area that is farther from the centre than this height, on the same side of the centre.
             let outer_fraction = 0.5 * (1.0 - half_widths_above_centre.abs()).powi(2);
             s.scale_height_km * if half_widths_above_centre < 0.0 { 1.0 - outer_fraction } else { outer_fraction }
         }
@@ -57,6 +57,7 @@ pub(crate) fn opacity_above(air: &Atmosphere, height_km: f64) -> f64 {
 /// length, so steps in length grow away from the start, where the air is densest.
 pub(crate) fn quadrature(count: usize) -> impl DoubleEndedIterator<Item = (f64, f64)> {
     (0..count).map(move |k| {
+        // A step du in the square root is a step 2 u du in the position u^2.
         let u = (k as f64 + 0.5) / count as f64;
         (u * u, 2.0 * u / count as f64)
     })
@@ -78,7 +79,7 @@ mod tests {
         let catalog = Catalog::embedded();
         let air = catalog.body(NaifId::EARTH).and_then(|b| b.atmosphere.as_ref()).expect("air");
         let column = |s: &Species| match s.tent_centre_km {
-            // A triangular profile of half width w has the column density of a slab of height w.
+            // A triangular profile of half width w has the column of a layer of thickness w and density 1.
             Some(_) => s.scale_height_km,
             None => s.scale_height_km * -(-air.top_km / s.scale_height_km).exp_m1(),
         };
@@ -89,6 +90,7 @@ mod tests {
         // As many steps as `OPTICAL_DEPTH_STEPS` of `scene::eclipse::refraction`.
         assert!(relative_error(48) < 5e-3, "{}", relative_error(48));
         assert!(relative_error(4) > 5e-3, "four steps are too few");
+        // Heights below and above the centre of the ozone, 25 km.
         for height_km in [0.0, 5.0, 20.0, 30.0, 80.0] {
             let by_steps = optical_depth(air, air.top_km - height_km, 4000, |distance_km| height_km + distance_km);
             let error = ((depth_above(air, height_km) - by_steps) / by_steps).abs().max_element();

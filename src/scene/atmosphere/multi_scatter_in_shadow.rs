@@ -6,8 +6,8 @@
 //!
 //! Method: light of the second order comes from the sunlit air and ground on straight paths through the air. Paths in all directions are integrated, and their
 //! light is binned by the distance of its source along the ground. The light from each distance is multiplied by the fraction of the Sun's disc that is visible
-//! at this distance, averaged over azimuths. Each further order spreads the light once more. The orders form a geometric series (S. Hillaire, EGSR 2020),
-//! unlike those of the table. Always: factors are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled:
+//! at this distance, averaged over azimuths. Each further order spreads the light once more. The orders form a geometric series (S. Hillaire, EGSR 2020);
+//! those of [`multi_scatter_table`] do not. Always: factors are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled:
 //! - phase functions: all scattering is isotropic;
 //! - the dependence on azimuth (the umbra is a circle perpendicular to the light, and under a low Sun elongated along the ground);
 //! - the change of the Sun's altitude within the shadow;
@@ -345,7 +345,7 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
         let Some((air, shadow)) = shadow else { continue };
         let air_and_ground = AirAndGround { radius_km: body.radii_km.x, air, ground_albedo: ground_albedo(body) };
-        for (vector, root) in all[index * FACTORS_PER_OCCLUDER..].iter_mut().zip(roots(&air_and_ground, &shadow)) {
+        for (vector, root) in all[index * FACTORS_PER_OCCLUDER..].iter_mut().zip(factor_roots(&air_and_ground, &shadow)) {
             *vector = camera::narrow(root).extend(0.0);
         }
         let column_range = DVec3::new(shadow.first_from_limb, 1.0 / (shadow.last_from_limb - shadow.first_from_limb), 0.0);
@@ -355,7 +355,7 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
 }
 
 /// The [`FACTORS_PER_OCCLUDER`] square roots of one occluder.
-fn roots(air_and_ground: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
+fn factor_roots(air_and_ground: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
     let heights: Vec<(Sources, Sources)> = (0..HEIGHTS).into_par_iter().map(|row| air_and_ground.sources(row, shadow.sun_cosine)).collect();
     let rows: Vec<[DVec3; COLUMNS]> = heights.par_iter().map(|(second, rescattered)| height_row(shadow, second, rescattered)).collect();
     let ground = ground_row(air_and_ground, shadow, &heights, &rows);
@@ -399,7 +399,7 @@ fn ground_row(air_and_ground: &AirAndGround<'_>, shadow: &Shadow, heights: &[(So
         .iter()
         .map(|(second, rescattered)| second.total() / (DVec3::ONE - rescattered.total().map(|a| a.min(MAX_RESCATTERED))))
         .collect();
-    // The sources of the skylight: sunlight scattered once, and by the row of its height the light scattered more often.
+    // The sources of the skylight: of the sunlight scattered once, and for each row of heights those of the light scattered more often.
     let mut single = Sources::NONE;
     let mut further = vec![Sources::NONE; HEIGHTS];
     for (altitude_sine, weight) in altitude_sines().filter(|(altitude_sine, _)| *altitude_sine > 0.0) {
@@ -407,10 +407,10 @@ fn ground_row(air_and_ground: &AirAndGround<'_>, shadow: &Shadow, heights: &[(So
         let weight = weight * altitude_sine;
         let add_scattering = |path_km: f64, height_km: f64, scattered: DVec3| {
             single.add(path_km, scattered * air_and_ground.sunlight(height_km, shadow.sun_cosine) * (weight / (4.0 * PI)));
-            let row =
+            let row_position =
                 ((height_km / air_and_ground.air.top_km).sqrt() * (multi_scatter_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
-            let below = (row as usize).min(HEIGHTS - 2);
-            let fraction = row - below as f64;
+            let below = (row_position as usize).min(HEIGHTS - 2);
+            let fraction = row_position - below as f64;
             further[below].add(path_km, scattered * multiple_scattering[below] * (weight * (1.0 - fraction)));
             further[below + 1].add(path_km, scattered * multiple_scattering[below + 1] * (weight * fraction));
         };

@@ -74,13 +74,12 @@ pub(crate) fn column_coordinate(cosine: f64) -> f64 {
     cosine / (cosine.abs() + BEND)
 }
 
-/// Interpolates the square roots of a table at a fraction of the height to the top and a column coordinate; 0 for a truncated table.
+/// Interpolates the square roots of a table. `height_fraction`: the height divided by that of the top of the air. 0 for a truncated table.
 pub(crate) fn root_between(table: &[Vec4], height_fraction: f64, column_coordinate: f64) -> DVec3 {
     between_nodes(height_fraction, column_coordinate, |k| table.get(k).map_or(DVec3::ZERO, |v| v.truncate().as_dvec3()))
 }
 
-/// Bilinear interpolation between the nodes of the table at a fraction of the height to the top and a column coordinate. `node`: the value of node
-/// row * COLUMNS + column.
+/// Bilinear interpolation between the nodes of the table. `height_fraction`: as in [`root_between`]. `node`: the value of node row * COLUMNS + column.
 fn between_nodes(height_fraction: f64, column_coordinate: f64, node: impl Fn(usize) -> DVec3) -> DVec3 {
     let row = height_fraction.clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
     let last_column = (COLUMNS - 1) as f64;

@@ -62,8 +62,8 @@ mod tests {
         (found - expected).abs().cmplt(DVec3::splat(tolerance)).all()
     }
 
-    /// So no new function needs a test of its own for these. Midpoint rule over the cosine; for the narrowest lobe its error is below 1e-4. A value of 0 / 0,
-    /// such as that of a formula that divides by the asymmetry, must fail; the samples have an asymmetry of 0.
+    /// Of every function, so that a new one needs no test of its own. Midpoint rule over the cosine; for the narrowest lobe its error is below 1e-4. A value of
+    /// 0 / 0, such as that of a formula that divides by the asymmetry, must fail; some samples have an asymmetry of 0.
     #[test]
     fn the_functions_are_normalised_and_have_their_mean_cosine() {
         const STEPS: usize = 100_000;
@@ -90,9 +90,9 @@ mod tests {
         }
     }
 
-    /// Prints what each function would change for the aerosols of the catalog. With their asymmetry: its light relative to Henyey-Greenstein's, and its mean
-    /// cosine. And the asymmetry for which it has the mean cosine of Henyey-Greenstein's function with theirs; NaN if there is none. For Henyey-Greenstein's
-    /// function itself that is theirs.
+    /// Prints what each function would change for the aerosols of the catalog. With an aerosol's asymmetry: the function's light relative to that of
+    /// Henyey-Greenstein's, and its mean cosine. Also the asymmetry with which the function would have the same mean cosine as Henyey-Greenstein's has with the
+    /// aerosol's asymmetry; NaN if there is none. For Henyey-Greenstein's function itself this must be the aerosol's asymmetry.
     #[test]
     fn each_function_compared_with_henyey_greenstein() {
         const COSINES: [(f64, &str); 3] = [(1.0, "forwards"), (0.0, "sideways"), (-1.0, "backwards")];

@@ -122,7 +122,8 @@ pub(crate) fn nodes(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
     rows
 }
 
-/// Number of coefficients of the polynomial in mu / (mu + MULTI_SCATTER_BEND) that approximates the multiple-scattering table at a height.
+/// Number of coefficients of the polynomial that approximates the multiple-scattering table at a height. Its variable is mu / (mu + MULTI_SCATTER_BEND), where
+/// mu is the cosine of the Sun's zenith angle.
 pub(crate) const COEFFICIENTS: usize = MULTI_SCATTER_COEFFICIENTS;
 /// The cosine of the zenith angle of a Sun in the zenith.
 const ZENITH_COSINE: f64 = 1.0;
@@ -183,10 +184,10 @@ mod tests {
         for name in ["Earth", "Mars", "Titan", "Venus"] {
             let body = catalog.bodies().iter().find(|b| b.name == name).expect(name);
             let table = multi_scatter_table::table(body).expect("air");
-            let ground_scale = 1.0;
+            let floor_scale = 1.0;
             let air = AtmosphereUniforms {
                 multi_scatter: std::sync::Arc::new(table.clone()),
-                ..crate::scene::atmosphere::air::uniforms(body, ground_scale)
+                ..crate::scene::atmosphere::air::uniforms(body, floor_scale)
             };
             let fits = multi_scatter(&air, 8);
             assert_eq!(fits.len(), 8 * COEFFICIENTS);

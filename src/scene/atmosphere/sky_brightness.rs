@@ -14,7 +14,7 @@
 
 use crate::catalog::{Atmosphere, PhaseFunction, Species};
 use crate::memo::{Memo, NumbersKey};
-use crate::scene::atmosphere::air_sphere::{direction, kept_scattering};
+use crate::scene::atmosphere::air_sphere::{direction, scattering_in_draws};
 use crate::scene::atmosphere::extinction::{column_above_km, density, extinction, quadrature};
 use crate::scene::atmosphere::phase;
 use crate::scene::numeric::gauss_legendre;
@@ -37,9 +37,10 @@ const FINE_ALTITUDES_DEG: (f64, f64) = (-45.0, 15.0);
 const COARSE_STEP_DEG: f64 = 15.0;
 /// Number of altitudes: 61 in the fine steps, 5 in the coarse ones.
 const ALTITUDES: usize = 66;
-/// Heights of the camera as fractions of the air's height. Higher up the logarithm continues to fall at the rate that it has between the last two under a light
-/// at [`DAY_ALTITUDE_DEG`]. If every altitude had its own rate, the sky there would brighten as the light sinks, because for a low light the rate between the
-/// last two is smaller. At 0.9 of the height the result is 1.2 times the sum, at 0.95 1.8 times, at 0.98 3 to 4 times.
+/// Heights of the camera as fractions of the air's height. Above the last one the logarithm of the radiance continues to fall with height at the rate that it
+/// has between the last two under a light at [`DAY_ALTITUDE_DEG`]. If every altitude had its own rate, the sky there would brighten as the light sinks, because
+/// for a low light the rate between the last two is smaller. At 0.9 of the height the result is 1.2 times the sum along rays, at 0.95 1.8 times, at 0.98 3 to 4
+/// times.
 const HEIGHT_PARTS: [f64; 5] = [0.0, 0.05, 0.2, 0.5, 0.8];
 
 /// Lower limit of the luminances per irradiance, for their logarithms.
@@ -124,7 +125,7 @@ impl<'a> Constituent<'a> {
         let mean_cosine = species.aerosol_phase().map_or(DVec3::ZERO, |aerosol| phase::mean_cosine(PhaseFunction::Aerosol(aerosol)));
         Self {
             species,
-            scattering: kept_scattering(species),
+            scattering: scattering_in_draws(species),
             extinction: extinction(species),
             reduced_scattering_factor: DVec3::ONE - mean_cosine,
         }
@@ -175,6 +176,7 @@ impl TwoStreamSky<'_> {
         let start_km = from.dot(along);
         let half_chord_sq = (self.radius_km + self.top_km).powi(2) - (from.length_squared() - start_km * start_km);
         let length_km = half_chord_sq.max(0.0).sqrt() - start_km;
+        // Light that a constituent scatters into the ray, per kilometre at density 1 and per irradiance.
         let into_ray_of = |c: &Constituent<'_>| c.scattering * phase::per_steradian(c.species.phase, along.dot(light)) * PI;
         let into_ray: Vec<DVec3> = self.constituents.iter().map(into_ray_of).collect();
         // Optical depths from the start of the ray: of absorption, and of reduced scattering.
@@ -206,8 +208,8 @@ impl TwoStreamSky<'_> {
             if lit_part > 0.0 {
                 let direct_transmittance = (-(absorption_here + reduced_scattering_here)).exp();
                 let vertical_reduced_scattering = reduced_scattering_here * zenith_cosine;
-                // The two-stream transmittance of the vertical depth t is 1 / (1 + 3/4 t). Less exp(-t), for light that arrives without being scattered again:
-                // `direct_transmittance` contains that light.
+                // The two-stream transmittance of the vertical depth t is 1 / (1 + 3/4 t). Of it, exp(-t) is subtracted: light that arrives without being
+                // scattered again is in `direct_transmittance` already.
                 let by_streams = (-absorption_here * zenith_cosine).exp()
                     * ((vertical_reduced_scattering * 0.75 + 1.0).recip() - (-vertical_reduced_scattering).exp());
                 // The streams carry the light of a horizontal layer, whose thickness is the step's length times `zenith_cosine`.
@@ -364,9 +366,9 @@ impl SkyBrightness {
         let undimmed_ln = ln_between(means, altitude_deg.min(DAY_ALTITUDE_DEG)) - ln_between(means, DAY_ALTITUDE_DEG);
         let relative_ln = undimmed_ln + light_part.max(f64::MIN_POSITIVE).ln();
         let table = &EARTH_SKY;
-        let below = table.iter().rposition(|(_, part)| part.ln() <= relative_ln).unwrap_or(0).min(table.len() - 2);
-        let ((deg0, part0), (deg1, part1)) = (table[below], table[below + 1]);
-        let fraction = ((relative_ln - part0.ln()) / (part1 / part0).ln()).clamp(0.0, 1.0);
+        let below = table.iter().rposition(|(_, relative)| relative.ln() <= relative_ln).unwrap_or(0).min(table.len() - 2);
+        let ((deg0, relative0), (deg1, relative1)) = (table[below], table[below + 1]);
+        let fraction = ((relative_ln - relative0.ln()) / (relative1 / relative0).ln()).clamp(0.0, 1.0);
         deg0 + fraction * (deg1 - deg0)
     }
 }
@@ -407,11 +409,11 @@ mod tests {
         let earth = catalog.body(NaifId::EARTH).expect("the Earth");
         let air = earth.atmosphere.as_ref().expect("air");
         let on_ground = 0.0;
-        let part = |sky: &SkyBrightness, deg: f64| sky.luminance(deg, on_ground) / sky.luminance(DAY_ALTITUDE_DEG, on_ground);
-        let errors = |sky: &SkyBrightness| EARTH_SKY.map(|(deg, expected)| (part(sky, deg) / expected - 1.0).abs());
+        let relative = |sky: &SkyBrightness, deg: f64| sky.luminance(deg, on_ground) / sky.luminance(DAY_ALTITUDE_DEG, on_ground);
+        let errors = |sky: &SkyBrightness| EARTH_SKY.map(|(deg, expected)| (relative(sky, deg) / expected - 1.0).abs());
         let error = |sky: &SkyBrightness| errors(sky).into_iter().fold(0.0, f64::max);
         let [sky, on_mars] = [earth.radii_km.x, 3400.0].map(|radius_km| SkyBrightness::of(air, radius_km));
-        let rows = EARTH_SKY.map(|(deg, _)| format!("    ({deg:?}, {:.3e}),\n", part(&sky, deg))).concat();
+        let rows = EARTH_SKY.map(|(deg, _)| format!("    ({deg:?}, {:.3e}),\n", relative(&sky, deg))).concat();
         assert!(error(&sky) < 0.01, "the rows of EARTH_SKY in src/scene/atmosphere/sky_brightness.rs should be\n{rows}");
         assert!(error(&on_mars) > 0.5, "the check above does not distinguish the Earth from Mars");
         for deg in [-17.9, -12.5, -9.5, -3.3, 0.7, 4.9, 5.1, 60.0] {

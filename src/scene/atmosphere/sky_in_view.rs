@@ -9,9 +9,9 @@ use crate::scene::atmosphere::air::SurroundingAir;
 use glam::DVec3;
 
 /// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun: the light
-/// meter takes it for the sky's mean radiance, which an image shows at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. Chosen by eye: by day 4 times
-/// the true mean, with the Sun 12 degrees below the horizon 40 times, so that dusk is shown darker than day. Between altitudes the logarithm of the radiance
-/// is linear.
+/// meter uses it in place of the sky's mean radiance: an image shows it at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. Chosen by eye: by day 4
+/// times the true mean, with the Sun 12 degrees below the horizon 40 times; the higher the factor, the darker the image, so dusk is shown darker than day.
+/// Between altitudes the logarithm of the radiance is linear.
 const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
     [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
@@ -24,6 +24,10 @@ fn exposure_per_irradiance(altitude_on_earth_deg: f64) -> f64 {
     (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
 }
 
+/// Altitude of the Sun below which the sky high in the air is exposed as a dusk; half of this, in stops, at half of this altitude. A choice: the ground below
+/// a camera that is half of the air's height above it is in full daylight until sunset, and an exposure for the dark sky above would make it white.
+const DUSK_ALTITUDE_DEG: f64 = -5.0;
+
 impl SurroundingAir<'_> {
     /// The radiance for which an image of ground under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] times the light's `irradiance` and
     /// [`SurroundingAir::sky_weight`]. That table is for the Earth. For a low light it is read at the altitude at which the Earth's sky is as dark, relative to
@@ -34,17 +38,18 @@ impl SurroundingAir<'_> {
         self.sky_weight() * irradiance * exposure_per_irradiance(altitude_deg)
     }
 
-    /// The radiance for which an image of the sky itself is exposed: on the ground [`Self::exposure_radiance`]. Higher up the sky in these directions has a
-    /// part of the light that it has on the ground, and the exposure is that of a dusk with this part of the light. The part may be small: most light of a dusk
-    /// comes from air below the camera, and what is above it is in the shadow of the body except towards the Sun. Where [`SurroundingAir::sky_weight`] is
-    /// less, it counts instead.
+    /// The radiance for which an image of the sky itself is exposed: on the ground, and at every height by day, [`Self::exposure_radiance`], so that the sky
+    /// of a day darkens with height. In dusk, where nothing is lit but the sky, these directions have a part of the light that they have on the ground, and the
+    /// exposure is that of a dusk with this part of the light, where this is less. The part may be small: most light of a dusk comes from air below the camera,
+    /// and what is above it is in the shadow of the body except towards the Sun.
     /// `directions`: see [`Self::scattered_radiance`].
     pub(crate) fn exposure_radiance_of_sky(&self, towards: DVec3, irradiance: f64, directions: &[(DVec3, f64)]) -> f64 {
         let on_ground = 0.0;
         let [light_on_ground, light] = [on_ground, self.height_part()].map(|part| self.mean_luminance(part, towards, directions));
-        // In high haze the sky may be brighter than on the ground; it is then exposed as on the ground.
-        let light_part = (light / light_on_ground.max(f64::MIN_POSITIVE)).min(1.0);
         let (sky, altitude_deg) = (self.sky_brightness(), self.altitude_deg(towards));
+        let dusk = (altitude_deg / DUSK_ALTITUDE_DEG).clamp(0.0, 1.0);
+        // In high haze the sky may be brighter than on the ground; it is then exposed as on the ground.
+        let light_part = (light / light_on_ground.max(f64::MIN_POSITIVE)).min(1.0).powf(dusk);
         let [undimmed, dimmed] = [1.0, light_part].map(|part| exposure_per_irradiance(sky.altitude_of_dimmed_sky_deg(altitude_deg, part)));
         let per_irradiance = exposure_per_irradiance(sky.altitude_on_earth_deg(altitude_deg));
         irradiance * per_irradiance * (dimmed / undimmed).min(self.sky_weight())

@@ -8,17 +8,17 @@ use crate::scene::atmosphere::extinction::{extinction, scattering};
 use crate::scene::draw::features::{Air, AtmosphereModel};
 use glam::DVec3;
 
-/// The species with Rayleigh's phase function and an exponential profile.
+/// The species with Rayleigh's phase function and an exponential profile, if the air has one.
 pub(crate) fn rayleigh(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.is_gas())
 }
 
-/// The species with the phase function of aerosols (shaders call it Mie) and an exponential profile.
+/// The species with the phase function of aerosols (shaders call it Mie) and an exponential profile, if the air has one.
 pub(crate) fn mie(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.aerosol_phase().is_some())
 }
 
-/// The species with a triangular profile.
+/// The species with a triangular profile, if the air has one.
 pub(crate) fn absorption_layer(air: &Atmosphere) -> Option<&Species> {
     air.species.iter().find(|s| s.tent_centre_km.is_some())
 }

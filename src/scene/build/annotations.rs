@@ -11,7 +11,7 @@ use crate::scene::annotation::sky_lines::{self, AnnotationLines, horizon_axes};
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, star_names};
 use crate::scene::body_report::BodyReport;
-use crate::scene::camera::viewpoint::BodyUnderCamera;
+use crate::scene::camera::viewpoint::CarryingBody;
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;
@@ -59,7 +59,7 @@ impl Annotations {
         let main_texts = ground.texts.into_iter().filter(|t| main_body.is_some_and(|p| builder.is_seen_on(p, t)));
         let candidates: Vec<_> = sky_texts.chain(main_texts).chain(other_texts).chain(instruments.texts).collect();
         let line_texts =
-            (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), glyph_px, camera.half_size() * 2.0));
+            (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), glyph_px, camera.half_size_px() * 2.0));
         let decisions = cone_decision.into_iter().chain(sky.decisions).chain(ground.decisions).chain(instruments.decisions);
         Self {
             sky_lines: sky.segments,
@@ -78,8 +78,8 @@ impl Annotations {
 }
 
 impl<'a> SceneBuilder<'a> {
-    /// The main body of the annotations: the target, else the body that the viewer stands on. Its shadow cones and those of its occluders are drawn. All bodies
-    /// have ground lines, but only the decisions about this body's ground lines are recorded.
+    /// The main body of the annotations: the target, else the body that the viewer stands on; `None` without either, or if the camera is at its centre. Its
+    /// shadow cones and those of its occluders are drawn. All bodies have ground lines, but only the decisions about this body's ground lines are recorded.
     fn target_or_ground_body(&self) -> Option<&PlacedBody<'a>> {
         let id = self.request.target.or(self.viewer.stands_on.map(|ground| ground.id))?;
         self.placed.iter().find(|p| p.body.id == id && !self.camera_is_at_centre_of(p.body))
@@ -124,9 +124,9 @@ impl<'a> SceneBuilder<'a> {
         instrument_frames::frames(self.catalog.instruments(), &self.viewer.camera, target.map(|p| p.placement.centre_km), glyph_px)
     }
 
-    /// The [`horizon_axes`] of a viewer who stands on a body.
+    /// The [`horizon_axes`] of a viewer who stands on a body; `None` for any other viewer.
     fn local_horizon(&self) -> Option<DMat3> {
-        let (Position::Ground { latitude_deg, longitude_deg, .. }, Some(BodyUnderCamera { id, .. })) =
+        let (Position::Ground { latitude_deg, longitude_deg, .. }, Some(CarryingBody { id, .. })) =
             (self.request.position, self.viewer.stands_on)
         else {
             return None;

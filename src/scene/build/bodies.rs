@@ -67,6 +67,7 @@ impl BodiesInFrame {
             points.extend(own_points.into_iter().flatten());
             report
         });
+        // `unplaced_reports` has an entry for each body of the catalog; it is `None` for a placed body.
         let reports = builder.unplaced_reports.iter().filter_map(|unplaced| unplaced.clone().or_else(|| placed_reports.next())).collect();
         drop(placed_reports);
         Self { reports, draws, points, orbits: orbit_arcs, traces: trace_segments }

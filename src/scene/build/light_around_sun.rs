@@ -45,8 +45,8 @@ impl LightAroundSun {
     }
 }
 
-/// Decides whether to draw an effect of the Sun, and records the decision. A setting of the user takes precedence over the threshold. `found`: the effect,
-/// whether it exceeds the threshold, and the reason; `None` if there is nothing to draw or decide.
+/// Decides whether to draw an effect of the Sun, and records the decision; pixel views other than the final image have no such effects. A setting of the user
+/// takes precedence over the threshold. `found`: the effect, whether it exceeds the threshold, and the reason; `None` if there is nothing to draw or decide.
 fn decide<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, Reason)>, reports: &mut [BodyReport]) -> Option<T> {
     let (light, exceeds_threshold, reason) = found.filter(|_| request.pixel_view == PixelView::Final)?;
     let (on, reason) = match request.effects.override_of(effect) {

@@ -140,7 +140,7 @@ impl ImageGeometry {
         }
     }
 
-    /// The pixel that shows an ICRF direction; in a side-by-side pair, the pixel in the left half.
+    /// The pixel that shows an ICRF direction; in a side-by-side pair, the pixel in the left half. `None` if the image cannot show the direction.
     pub fn pixel_of(&self, camera: &Camera, direction: DVec3) -> Option<DVec2> {
         self.projection(camera).pixel_of(direction)
     }
@@ -264,7 +264,7 @@ mod tests {
         for geometry in
             [ImageGeometry::Perspective, sphere(Projection::Fisheye), sphere(Projection::Equirectangular), side_by_side, overlaid, warped()]
         {
-            // The fisheye's circle has the fewest: pi 30^2 = 2827 of 5400 pixels.
+            // Number of pixels that show a direction. The fisheye's circle has the fewest: pi 30^2 = 2827 of 5400.
             let mut seen = 0;
             for (x, y) in (0..90).flat_map(|x| (0..60).map(move |y| (x, y))) {
                 let pixel = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);

@@ -1,9 +1,9 @@
 //! The camera, and the only place in `scene` where f64 is narrowed to f32.
 //!
-//! In: the camera's position and axes (ICRF, kilometres, f64) and a body's centre relative to it. Out: screen positions, and the affine forms of
-//! [`ViewRays`], whose f32 values are of order one at any distance because the camera was subtracted before. Always: in clip coordinates, x points right and y
-//! up, each from -1 to 1 over the viewport; in pixels, x points right and y down, and centres are at half-integers. Not here: where the camera is
-//! (`viewpoint`).
+//! In: the camera's position and axes (ICRF, kilometres, f64) and a body's centre relative to it. Out: screen positions, and the view rays of a draw as affine
+//! functions of the position in its rectangle ([`ViewRays`]), whose f32 values are of order one at any distance because the camera is subtracted in f64.
+//! Always: in clip coordinates, x points right and y up, each from -1 to 1 over the viewport; in pixels, x points right and y down, and centres are at
+//! half-integers. Not here: where the camera is (`viewpoint`).
 
 pub mod geometry;
 pub mod silhouette;
@@ -53,7 +53,7 @@ impl Placement {
         self.body_from_icrf * -self.centre_km / self.radii_km
     }
 
-    /// An ICRF vector in the unit-sphere frame, times the equatorial radius: for a sphere the length of the vector does not change.
+    /// An ICRF vector in the unit-sphere frame, times the equatorial radius `radii_km.x`, so that its length stays of the same order (for a sphere, the same).
     pub fn direction_in_unit_sphere(&self, v: DVec3) -> DVec3 {
         self.body_from_icrf * v * (self.radii_km.x / self.radii_km)
     }
@@ -68,14 +68,14 @@ impl Placement {
         self.surface_along_unit_sphere(self.direction_in_unit_sphere(direction))
     }
 
-    /// Whether the body covers an entire disc of this angular radius around an ICRF direction. It does if the disc's centre is inside the body's outline, at
-    /// least the disc's radius away from the outline. The curve at that distance inside the outline is approximated by the outline of a smaller ellipsoid:
-    /// exact for a sphere; otherwise off by up to the disc's radius times the flattening.
+    /// Whether the body covers an entire disc of this angular radius around an ICRF direction: whether the direction meets a smaller ellipsoid, whose outline
+    /// is inside the body's by the disc's radius. Exact for a sphere; otherwise that distance is off by up to the disc's radius times the flattening.
     pub(crate) fn covers_disc(&self, direction: DVec3, angular_radius_rad: f64) -> bool {
         // A sphere of radius r at distance D has the angular radius asin(r / D). To appear smaller by the angle a, it must have the radius r cos a - h sin a,
         // where h is the distance to the horizon, h² = D² - r².
         let (sin, cos) = angular_radius_rad.sin_cos();
         let distance = self.camera_in_unit_sphere().length();
+        // Lengths along the line to the centre have the ratio `centre_km.length() / distance` between kilometres and the unit-sphere frame.
         let horizon_km = ((distance - 1.0) * (distance + 1.0)).max(0.0).sqrt() * self.centre_km.length() / distance;
         let radii_km = self.radii_km * cos - horizon_km * sin;
         radii_km.min_element() > 0.0 && Self { radii_km, ..*self }.surface_along(direction).is_some()
@@ -122,10 +122,10 @@ impl ClipRect {
         narrow4(glam::DVec4::new(self.left, self.top, self.right, self.bottom))
     }
 
-    /// The smallest rectangle of whole pixels around this one. `half_size`: half the image's size, pixels.
-    pub(crate) fn of_whole_pixels(&self, half_size: DVec2) -> Self {
-        let column = |clip: f64, round: fn(f64) -> f64| round((1.0 + clip) * half_size.x) / half_size.x - 1.0;
-        let row = |clip: f64, round: fn(f64) -> f64| 1.0 - round((1.0 - clip) * half_size.y) / half_size.y;
+    /// The smallest rectangle of whole pixels around this one. `half_size_px`: half the image's size, pixels.
+    pub(crate) fn of_whole_pixels(&self, half_size_px: DVec2) -> Self {
+        let column = |clip: f64, round: fn(f64) -> f64| round((1.0 + clip) * half_size_px.x) / half_size_px.x - 1.0;
+        let row = |clip: f64, round: fn(f64) -> f64| 1.0 - round((1.0 - clip) * half_size_px.y) / half_size_px.y;
         Self {
             left: column(self.left, f64::floor),
             top: row(self.top, f64::floor),
@@ -135,7 +135,8 @@ impl ClipRect {
     }
 }
 
-/// One draw's view rays, narrowed to f32. The fields fill those of the same names in [`crate::scene::draw::DrawUniforms`], which documents them.
+/// One draw's view rays as functions of u and v, narrowed to f32 ([`Camera::view_rays`]). The fields fill those of the same names in
+/// [`crate::scene::draw::DrawUniforms`], which documents all of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ViewRays {
     pub rect_in_clip: Vec4,
@@ -147,8 +148,11 @@ pub struct ViewRays {
     pub ray_dv: Vec3,
     pub anchor_radius_sq_minus_1: f32,
     pub anchor_is_camera: bool,
+    /// A polynomial that is 0 at the silhouette: coefficients of 1, u, v, then of u², uv, v².
     pub silhouette_form: [Vec4; 2],
+    /// The reversed depth of a unit-sphere point p is 1 / (dot(xyz, p) + w).
     pub depth_row: Vec4,
+    /// The point of the body that reaches farthest along the line from the body's centre to the camera, as a unit-sphere point.
     pub nearest_point: Vec3,
     pub camera_in_unit_sphere: Vec3,
 }
@@ -186,7 +190,7 @@ impl Camera {
     /// A camera whose up axis is as close to `up_hint` as the line of sight allows. `fov_deg`: vertical field of view.
     pub fn looking(position_km: DVec3, forward: DVec3, up_hint: DVec3, fov_deg: f64, width: u32, height: u32) -> Self {
         let forward = forward.normalize();
-        // A hint along the line of sight is unusable: fall back on the celestial pole, then on the equinox.
+        // A hint along the line of sight (within 1e-9 radians) is unusable: fall back on the celestial pole, then on the equinox.
         let right = [up_hint, DVec3::Z, DVec3::X]
             .into_iter()
             .map(|up| forward.cross(up.normalize_or_zero()))
@@ -200,14 +204,14 @@ impl Camera {
     }
 
     /// Half the width and height of the viewport, pixels.
-    pub fn half_size(&self) -> DVec2 {
+    pub fn half_size_px(&self) -> DVec2 {
         DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
     }
 
     /// Whether a sphere may be in the frame: partly beyond the near plane, and not entirely outside any of the frustum's four side planes, each moved outwards
     /// by a margin. `centre_km`: in the camera's axes (right, up, forward).
     pub(crate) fn sphere_may_be_in_frame(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
-        let half = self.half_size();
+        let half = self.half_size_px();
         // `lateral_km` - tan z is the centre's distance beyond a side plane, times sqrt(1 + tan²).
         let is_outside = |lateral_km: f64, tan_half_fov: f64, half_px: f64| {
             let tan = tan_half_fov * (1.0 + margin_px / half_px);
@@ -224,12 +228,12 @@ impl Camera {
 
     /// Clip units per pixel, for shaders.
     pub(crate) fn clip_per_pixel(&self) -> Vec2 {
-        (1.0 / self.half_size()).as_vec2()
+        (1.0 / self.half_size_px()).as_vec2()
     }
 
     /// Tangent of the angle that one pixel spans at the image's centre.
     pub fn pixel_tangent(&self) -> f64 {
-        self.tan_half_fov.y / self.half_size().y
+        self.tan_half_fov.y / self.half_size_px().y
     }
 
     /// The view ray through a clip position as an ICRF vector of view depth 1.
@@ -245,12 +249,12 @@ impl Camera {
 
     /// Pixel of a clip position.
     pub fn pixel_from_clip(&self, clip: DVec2) -> DVec2 {
-        DVec2::new(1.0 + clip.x, 1.0 - clip.y) * self.half_size()
+        DVec2::new(1.0 + clip.x, 1.0 - clip.y) * self.half_size_px()
     }
 
     /// Clip position of a pixel.
     pub fn clip_from_pixel(&self, pixel: DVec2) -> DVec2 {
-        let p = pixel / self.half_size();
+        let p = pixel / self.half_size_px();
         DVec2::new(p.x - 1.0, 1.0 - p.y)
     }
 
@@ -261,6 +265,7 @@ impl Camera {
 
     /// Pixel of a unit-sphere point of the body; `None` behind the camera or on the far side.
     pub fn pixel_of_surface(&self, placement: &Placement, unit_point: DVec3) -> Option<DVec2> {
+        // The near side is beyond the plane through the horizon, on which camera . p = 1.
         let is_near_side = placement.camera_in_unit_sphere().dot(unit_point) >= 1.0;
         let direction = placement.centre_km + placement.body_from_icrf.transpose() * (unit_point * placement.radii_km);
         if is_near_side { self.clip(direction).map(|c| self.pixel_from_clip(c)) } else { None }
@@ -268,20 +273,22 @@ impl Camera {
 
     /// Narrows the rays of one draw to f32.
     ///
-    /// A ray is given by its direction and its anchor, a point on it. Both are affine over the rectangle: value = origin + u du + v dv. The anchor is the
-    /// camera (camera form), or the ray's intersection with the plane through the body's centre parallel to the image (plane form). The rounding of f32, of
-    /// relative error e, moves the silhouette by about 2 e |c| radians in the camera form and by 3 e A / t in the plane form. Here c is the camera in the
-    /// unit-sphere frame, and t the camera's distance to the horizon (t² = |c|² - 1). A is the greatest distance of an anchor in the rectangle from the
-    /// body's centre. `Auto` takes the form with the smaller shift. Measured in tests/scene/silhouette.rs.
+    /// A ray is given by its direction and its anchor, a point on it. Both are affine over the rectangle: value = origin + u du + v dv, where u goes from 0 at
+    /// the left edge to 1 at the right, and v from 0 at the top to 1 at the bottom. The anchor is the camera (camera form), or the ray's intersection with the
+    /// plane through the body's centre parallel to the image (plane form). The rounding of f32, of relative error e, moves the silhouette, as the camera sees
+    /// it, by about 2 e |c| radians in the camera form and by 3 e A / t in the plane form. Here c is the camera in the unit-sphere frame, and t the camera's
+    /// distance to the horizon (t² = |c|² - 1). A is the greatest distance of an anchor in the rectangle from the body's centre. `Auto` takes the form with
+    /// the smaller shift. Measured in tests/scene/silhouette.rs.
     ///
-    /// The rectangle is enlarged to whole pixels. A GPU moves vertices to multiples of 1/256 pixel. The errors of an NVIDIA H100 show that it interpolates
-    /// between the moved vertices (docs/trade.md): a ray that is off by 1/512 pixel changes a faint edge on black by up to 6 of 255, and the Sun's edge by far
-    /// more.
+    /// The rectangle is enlarged to whole pixels, because a GPU moves vertices to multiples of 1/256 pixel, and some interpolate between the moved vertices (an
+    /// NVIDIA H100 by its errors, docs/trade.md). Rays would be off by up to 1/512 pixel, which changes a faint edge on black by up to 6 of 255, and the Sun's
+    /// edge by far more.
     pub fn view_rays(&self, placement: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
-        let rect = rect.of_whole_pixels(self.half_size());
-        // The corners are rounded first, so that rays and clip positions agree exactly. x, y, z, w: left, top, right, bottom.
+        let rect = rect.of_whole_pixels(self.half_size_px());
+        // The edges are narrowed first, so that rays and clip positions agree exactly. x, y, z, w: left, top, right, bottom.
         let rect_in_clip = rect.narrowed();
         let r = rect_in_clip.as_dvec4();
+        // Origin, du and dv.
         let rays_in_icrf = [
             self.ray(DVec2::new(r.x, r.y)),
             self.right * ((r.z - r.x) * self.tan_half_fov.x),
@@ -290,9 +297,11 @@ impl Camera {
         let [origin, du, dv] = rays_in_icrf.map(|ray| placement.direction_in_unit_sphere(ray));
         let camera = placement.camera_in_unit_sphere();
         let centre_depth_km = placement.centre_km.dot(self.forward);
+        // In equatorial radii, by which `direction_in_unit_sphere` multiplies.
         let centre_depth = centre_depth_km / placement.radii_km.x;
         let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
         let plane = [origin * centre_depth + camera, du * centre_depth, dv * centre_depth];
+        // At least 1: the anchors on the silhouette are outside the unit sphere or on it.
         let farthest_anchor = [plane[0], plane[0] + plane[1], plane[0] + plane[2], plane[0] + plane[1] + plane[2]]
             .iter()
             .map(|p| p.length())
@@ -310,10 +319,14 @@ impl Camera {
         let centre = placement.centre_km.normalize_or_zero();
         let moments = rays_in_icrf.map(|ray| camera.cross(placement.direction_in_unit_sphere(ray - centre * ray.dot(centre))));
         let rays = [origin, du, dv];
-        let factor = |i: usize, k: usize| rays[i].dot(rays[k]) - moments[i].dot(moments[k]);
+        // Entry of the symmetric matrix of the quadratic form of (1, u, v).
+        let entry = |i: usize, k: usize| rays[i].dot(rays[k]) - moments[i].dot(moments[k]);
         let silhouette_form =
-            [DVec3::new(factor(0, 0), 2.0 * factor(0, 1), 2.0 * factor(0, 2)), DVec3::new(factor(1, 1), 2.0 * factor(1, 2), factor(2, 2))];
+            [DVec3::new(entry(0, 0), 2.0 * entry(0, 1), 2.0 * entry(0, 2)), DVec3::new(entry(1, 1), 2.0 * entry(1, 2), entry(2, 2))];
+        // The view depth of a unit-sphere point p is the centre's plus the component along `forward` of p times the semi-axes.
         let depth_axis = placement.body_from_icrf * self.forward * placement.radii_km / NEAR_DEPTH_KM;
+        // The outward normal at a unit-sphere point p is along p / radii: it is along the line to the camera where p is along -centre * radii.
+        let nearest_point = (placement.body_from_icrf * -centre * placement.radii_km).normalize_or_zero();
         ViewRays {
             rect_in_clip,
             anchor_origin: narrow(anchor[0]),
@@ -326,7 +339,7 @@ impl Camera {
             anchor_is_camera,
             silhouette_form: silhouette_form.map(|row| narrow(row).extend(0.0)),
             depth_row: narrow(depth_axis).extend(narrow_scalar(centre_depth_km / NEAR_DEPTH_KM)),
-            nearest_point: narrow((placement.body_from_icrf * -centre * placement.radii_km).normalize_or_zero()),
+            nearest_point: narrow(nearest_point),
             camera_in_unit_sphere: narrow(camera),
         }
     }
@@ -341,6 +354,7 @@ mod tests {
     /// The angle in radians from the centre's direction up to which a condition on directions holds; 0 if it does not hold at the centre.
     fn angle_up_to(holds: impl Fn(DVec3) -> bool, centre: DVec3, perpendicular: DVec3) -> f64 {
         let at = |angle: f64| centre * angle.cos() + perpendicular * angle.sin();
+        // Bisection to 1e-10 radians; no body's rim is farther than 1.7 radians from its centre here.
         let (mut from, mut to) = (0.0, 1.7);
         for _ in 0..34 {
             let middle = 0.5 * (from + to);
@@ -349,7 +363,8 @@ mod tests {
         from
     }
 
-    /// From the ground to a telescope's distance: a body covers a disc exactly if all rays through the disc's rim meet the body.
+    /// For cameras from the ground to a telescope's distance (`height`: above the ellipsoid, in radii): a body covers a disc exactly if all rays through the
+    /// disc's rim meet the body.
     #[test]
     fn a_body_covers_a_disc_if_all_rays_of_its_rim_meet_the_body() {
         let mut random = Random::new(7);
@@ -373,7 +388,7 @@ mod tests {
                 let expected = angle_up_to(all_rays_meet, centre, perpendicular);
                 let found = angle_up_to(|direction| body.covers_disc(direction, disc_rad), centre, perpendicular);
                 // Rays at 48 places of the rim miss up to 0.2 % of its radius; on a flattened body `covers_disc` is off by up to the flattening times the
-                // radius.
+                // radius. Both are allowed with some room.
                 let allowed = (0.003 + 1.2 * flattening) * disc_rad;
                 assert!((found - expected).abs() < allowed, "height {height}, {flattening}: {found}, not {expected}");
             }

@@ -24,7 +24,7 @@ pub enum Outline {
 /// Pixels added on each side of a bounding box: half a pixel for the limb's antialiased edge, and one pixel because shaders run on quads of 2x2 pixels.
 pub const PADDING_PX: f64 = 1.5;
 
-/// Whether a view ray of the padded frame meets the body, in front of or behind the camera. In the unit-sphere frame the tangent cone is circular, so only
+/// Whether a view ray of the padded frame meets the body, whose centre may be behind the camera. In the unit-sphere frame the tangent cone is circular, so only
 /// the frame's ray nearest to the cone's axis must be tested: the axis itself, or a ray on the frame's edge.
 fn meets_frame(camera: &Camera, placement: &Placement) -> bool {
     // For a very flat ellipsoid, such as a ring's disc, rounding errors make the test meaningless: assume that the cone meets the frame.
@@ -34,7 +34,7 @@ fn meets_frame(camera: &Camera, placement: &Placement) -> bool {
     let c = placement.camera_in_unit_sphere();
     let distance = c.length();
     let axis = -c / distance;
-    let padded_edge = DVec2::ONE + PADDING_PX / camera.half_size();
+    let padded_edge = DVec2::ONE + PADDING_PX / camera.half_size_px();
     if camera.clip(placement.centre_km).is_some_and(|p| p.abs().cmple(padded_edge).all()) {
         return true;
     }
@@ -84,7 +84,7 @@ impl Outline {
         let Some(body_centre_in_clip) = camera.clip(placement.centre_km) else { return Self::Behind };
         let middle = body_centre_in_clip + ellipse_centre * clip_per_radius;
         let half = DVec2::new((form_at_centre * inverse.x_axis.x).sqrt(), (form_at_centre * inverse.y_axis.y).sqrt()) * clip_per_radius;
-        let px_per_radius = clip_per_radius * camera.half_size();
+        let px_per_radius = clip_per_radius * camera.half_size_px();
         Self::Ellipse {
             bounds: ClipRect { left: middle.x - half.x, top: middle.y + half.y, right: middle.x + half.x, bottom: middle.y - half.y },
             area_px: std::f64::consts::PI * form_at_centre * inverse.determinant().sqrt() * px_per_radius.x * px_per_radius.y,
@@ -97,7 +97,7 @@ impl Outline {
             Self::Behind | Self::Beside => None,
             Self::Open => Some(ClipRect::VIEWPORT),
             Self::Ellipse { bounds, .. } => {
-                let pad = DVec2::splat(PADDING_PX) / camera.half_size();
+                let pad = DVec2::splat(PADDING_PX) / camera.half_size_px();
                 let rect = ClipRect {
                     left: (bounds.left - pad.x).max(-1.0),
                     top: (bounds.top + pad.y).min(1.0),

@@ -31,7 +31,7 @@ impl ImageProjection for Camera {
         self.clip(direction).map(|clip| self.pixel_from_clip(clip))
     }
     fn size_px(&self) -> DVec2 {
-        self.half_size() * 2.0
+        self.half_size_px() * 2.0
     }
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
         angular_radius_rad.tan() / self.pixel_tangent()

@@ -1,8 +1,8 @@
 //! Places the camera of a request: its position and direction at the request's instant, and aberration for a moving viewer.
 //!
 //! In: the request, the catalog and the ephemeris. Out: a [`Viewer`]: the camera, its velocity if it moves with a body, and the body on which it stands or at
-//! whose centre it is. A camera above its target is at rest and is placed relative to the apparent target, so that light time does not shift the target in the
-//! frame. Diurnal aberration (at most 0.32 arcsec on the Earth) is left out.
+//! whose centre it is. A camera above its target is at rest relative to the barycentre of the solar system, and is placed relative to the apparent target, so
+//! that light time does not shift the target in the frame. Diurnal aberration (at most 0.32 arcsec on the Earth) is left out.
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::apparent::aberrated;
@@ -24,25 +24,25 @@ use glam::{DMat3, DVec3};
 pub struct Viewer {
     pub camera: Camera,
     /// Barycentric velocity, ICRF, of the body at whose centre or on whose ground the camera is; zero for a camera above its target or at an offset from a
-    /// body.
+    /// body. It gives the aberration of bodies.
     pub velocity_km_s: DVec3,
-    /// Barycentric velocity, ICRF, of the body relative to which the camera is placed. The aberration of the sky (stars, grids, sky images) always uses it, so
-    /// that stars do not jump as the camera leaves the ground. The aberration of bodies uses `velocity_km_s`: if that is zero, stars are displaced relative to
-    /// bodies by up to this speed divided by that of light, radians (docs/accuracy.md).
+    /// Barycentric velocity, ICRF, of the body relative to which the camera is placed, in every position. It gives the aberration of the sky (stars, grids, sky
+    /// images), so that stars do not jump as the camera leaves the ground. If `velocity_km_s` is zero, stars are displaced relative to bodies by up to this
+    /// speed divided by that of light, radians (docs/accuracy.md).
     pub sky_aberration_velocity_km_s: DVec3,
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,
-    /// The body or barycentre at whose centre the camera is; a body there is not drawn. The eyes of a stereo pair are beside the centre, which stays in its
-    /// place.
-    pub at_centre_of: Option<BodyUnderCamera>,
-    /// The body on whose ground the camera stands.
-    pub stands_on: Option<BodyUnderCamera>,
+    /// The body or barycentre at whose centre the camera is; `None` for a camera elsewhere. A body around the camera is not drawn. In a stereo pair the cameras
+    /// are beside this centre.
+    pub at_centre_of: Option<CarryingBody>,
+    /// The body on whose ground the camera stands; `None` for a camera elsewhere.
+    pub stands_on: Option<CarryingBody>,
 }
 
 /// The body on whose ground a camera stands, or at whose centre it is. Viewer and body move together, so light time and aberration between them cancel (to
 /// second order in v/c, 1e-8), and the body's geometric position is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyUnderCamera {
+pub struct CarryingBody {
     pub id: NaifId,
     /// Barycentric position of the body's centre.
     pub centre_km: DVec3,
@@ -59,7 +59,7 @@ fn fitted_fov_deg(angular_radius_rad: f64) -> f64 {
     2.0 * (angular_radius_rad.tan() / FITTED_DISC_FRACTION).atan().to_degrees()
 }
 
-/// Range of the field of view that is fitted to a target seen from a body's centre, degrees: from far less than the disc of any body to a wide view.
+/// Range of the field of view that is fitted to a target as seen from a body's centre, degrees. The lower limit is far smaller than the disc of any body.
 const FITTED_FOV_RANGE_DEG: (f64, f64) = (1e-6, 60.0);
 /// Distance from the camera to what it looks at below which there is no line of sight: a millimetre.
 const MIN_DISTANCE_KM: f64 = 1e-6;
@@ -76,7 +76,7 @@ impl StateLookup<'_> {
         self.catalog.body(id).ok_or_else(|| SceneError::NotABody(format!("{}", id.0)))
     }
 
-    /// Barycentric state.
+    /// Barycentric state, ICRF.
     fn state(&self, id: NaifId) -> Result<State, SceneError> {
         Ok(self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, BEST_SOURCE)?.state)
     }
@@ -118,25 +118,26 @@ fn check_distance(distance_km: f64, what: impl FnOnce() -> String) -> Result<(),
 pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Viewer, SceneError> {
     request.check()?;
     let states = StateLookup { catalog, ephemeris, time: request.time };
-    let needs_target = || request.target.ok_or_else(|| SceneError::Request("name a target, or give the direction to look in".into()));
+    let required_target = || request.target.ok_or_else(|| SceneError::Request("name a target, or give the direction to look in".into()));
     let mut fov_deg = request.fov_deg;
     let mut velocity_km_s = DVec3::ZERO;
     let mut at_centre_of = None;
     let mut stands_on = None;
-    // The direction of `Up::Zenith`: away from the centre or the ground of the body below the camera.
+    // The direction of `Up::Zenith`: away from the centre or the ground of the body below the camera; `None` at the centre of a body.
     let mut zenith = None;
     // The body relative to which the camera is placed.
     let reference_body;
     let position_km = match request.position {
         Position::AboveTarget { towards, distance_radii } => {
-            let target = states.body(needs_target()?)?;
+            let target = states.body(required_target()?)?;
             reference_body = target.id;
+            // Fixes the field of view if the request does not.
             let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_GIVEN_POSITION_DEG } else { FOV_AT_FITTED_DISTANCE_DEG });
             let distance_km = distance_radii.unwrap_or_else(|| fitted_distance_radii(fov)) * target.radii_km.max_element();
             let distance_text = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
             check_distance(distance_km, distance_text)?;
             let centre = states.position_at_emission_km(target.id, distance_km)?;
-            // The camera is above the side of the target that faces this body.
+            // The camera is above the side of the target that faces this body: by default the Earth, or the Sun if the target is the Earth.
             let faced_body = towards.unwrap_or(if target.id == NaifId::EARTH { NaifId::SUN } else { NaifId::EARTH });
             if faced_body == target.id {
                 return Err(SceneError::Request(format!(
@@ -144,6 +145,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
                     target.name
                 )));
             }
+            // `DVec3::X` if the two bodies are at the same place.
             let outward = (states.state(faced_body)?.pos_km - centre).try_normalize().unwrap_or(DVec3::X);
             zenith = Some(outward);
             centre + outward * distance_km
@@ -152,7 +154,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             reference_body = body;
             let State { pos_km, vel_km_s } = states.state(body)?;
             velocity_km_s = vel_km_s;
-            at_centre_of = Some(BodyUnderCamera { id: body, centre_km: pos_km });
+            at_centre_of = Some(CarryingBody { id: body, centre_km: pos_km });
             pos_km
         }
         Position::Ground { body, latitude_deg, longitude_deg, height_km } => {
@@ -162,7 +164,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             let icrf_from_body = states.icrf_from(Axes::BodyFixed, body)?;
             let State { pos_km, vel_km_s } = states.state(body)?;
             velocity_km_s = vel_km_s;
-            stands_on = Some(BodyUnderCamera { id: body, centre_km: pos_km });
+            stands_on = Some(CarryingBody { id: body, centre_km: pos_km });
             zenith = Some(icrf_from_body * normal);
             pos_km + icrf_from_body * point
         }
@@ -175,13 +177,14 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         }
     };
     let forward = match request.look {
+        // The direction in the image: aberration does not apply.
         Look::Along { direction, axes } => {
             let unit = normalisable_direction(direction.to_array()).map(DVec3::normalize);
             let unusable_direction = || SceneError::Request("the direction to look in must be finite and not zero".into());
             states.icrf_from(axes, reference_body)? * unit.ok_or_else(unusable_direction)?
         }
         Look::Target => {
-            let target = needs_target()?;
+            let target = required_target()?;
             let stands_on_target = stands_on.filter(|ground| ground.id == target);
             let apparent_km = match stands_on_target {
                 Some(ground) => ground.centre_km,
@@ -200,11 +203,13 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
                     fitted_fov_deg(angular_radius_rad).clamp(FITTED_FOV_RANGE_DEG.0, FITTED_FOV_RANGE_DEG.1)
                 });
             }
+            // No aberration for a camera that moves with the target ([`CarryingBody`]).
             if stands_on_target.is_some() { to_target.normalize() } else { aberrated(to_target.normalize(), velocity_km_s) }
         }
     };
     let up_hint = match request.up {
-        // The north pole of the target if the camera looks at it, else of the body relative to which the camera is placed; a barycentre has none.
+        // The north pole of the target if the camera looks at it, else of the body relative to which the camera is placed. A barycentre has none:
+        // the celestial pole replaces it.
         Up::North => match request.target.filter(|_| request.look == Look::Target).or(Some(reference_body)) {
             Some(body) if catalog.body(body).is_some() => ephemeris.body_from_icrf(body, request.time)?.row(2),
             _ => DVec3::Z,
@@ -238,6 +243,7 @@ mod tests {
             let error = looking(direction).expect_err("refused").to_string();
             assert!(error.contains("direction"), "{direction}: {error}");
         }
+        // The square of the first underflows, that of the last overflows.
         for length in [1e-200, 1e100, 1e200] {
             assert!(looking(DVec3::X * length).expect("a camera").distance(DVec3::X) < 1e-12, "{length}");
         }

@@ -38,7 +38,7 @@ pub struct Eyes {
     /// Distance between the two cameras.
     pub separation_km: f64,
     /// For the left and the right eye: the first column of the eye's frame that the image shows.
-    pub columns: [u32; 2],
+    pub first_columns: [u32; 2],
 }
 
 /// The faces of a dome image or a whole-sphere image.

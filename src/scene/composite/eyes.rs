@@ -1,11 +1,10 @@
-//! Stereo pairs: two cameras side by side with parallel axes. *Parallax* here is the horizontal distance between the positions of a point in the two eyes'
-//! images.
+//! Stereo pairs: two cameras side by side with parallel axes. *Parallax* here is the column of a point in the right eye's image minus that in the left eye's:
+//! zero at the target's distance, negative (crossed) for nearer points, positive (uncrossed) for farther points.
 //!
-//! In: a request without its composition, and the stereo pair. Out: a frame for each eye. Both look in the same direction; points at the target's distance
-//! have zero parallax, nearer points crossed parallax, farther points uncrossed parallax. The off-axis frusta that this requires are cut out of wider
-//! symmetric frames: each frame is wider than its image by the parallax of infinity, rounded to a whole number of pixels, and the image starts at one of the
-//! frame's columns. Always: no vertical parallax. The parallax of the target is zero: exactly with the default separation, to within half a pixel with a given
-//! separation or that of human eyes.
+//! In: a request without its composition, and the stereo pair. Out: a frame for each eye. The off-axis frusta that the parallax requires are cut out of wider
+//! symmetric frames: each frame is wider than its image by the parallax of infinity, a whole number of pixels, and the image starts at one of the frame's
+//! columns. Always: no vertical parallax. The parallax of the target is exactly zero with the default separation, which is chosen for a whole number of pixels
+//! at infinity. With a given separation or that of human eyes the parallax of infinity is rounded, and the target's is zero to within half a pixel.
 
 use super::arrangement::{Arrangement, CompositeFrames, Eyes, FrameRequest};
 use crate::catalog::Catalog;
@@ -40,6 +39,7 @@ pub(super) fn frames(
         request.width /= 2;
     }
     let stands_on_ground = matches!(request.position, Position::Ground { .. });
+    // With the default separation the parallax of infinity is at least 1 pixel, more than half the width of an image 1 pixel wide (`max_parallax_px`).
     if request.width < 2 && stereo.eye_separation_km.is_none() && !stands_on_ground {
         return Err(SceneError::Request(
             "each eye's image is at least 2 pixels wide, unless the eye separation is given or the camera stands on the ground".into(),
@@ -60,11 +60,10 @@ pub(super) fn frames(
             (separation_km, (separation_km / pixel_km).round())
         }
     };
-    // Half the width of each eye's image, rounded down.
+    // At infinity the eyes' images must have at least half of their columns in common.
     let max_parallax_px = f64::from(request.width / 2);
     if infinity_parallax_px > max_parallax_px {
-        // The parallax is rounded, so almost half a pixel more than the maximum is possible. In an image 1 pixel wide the maximum is 0, and only this half
-        // pixel is left.
+        // Rounding accepts almost half a pixel more than the maximum, which is 0 for an image 1 pixel wide.
         let max_separation_km = (max_parallax_px + 0.49) * pixel_km;
         let infinity_text =
             if infinity_parallax_px < 1e6 { format!("{infinity_parallax_px:.0}") } else { format!("{infinity_parallax_px:.1e}") };
@@ -73,7 +72,7 @@ pub(super) fn frames(
              choose at most {max_separation_km:.6e} km"
         )));
     }
-    // The cast is exact: `infinity_parallax_px` is a whole number of at most half of `MAX_IMAGE_PX`.
+    // The cast is exact: `infinity_parallax_px` is a whole number of at most half the image's width.
     let infinity_parallax_columns = infinity_parallax_px as u32;
     // `side`: -1 for the left eye, 1 for the right eye.
     let eye = |side: f64| {
@@ -87,7 +86,8 @@ pub(super) fn frames(
     };
     let frames = vec![eye(-1.0), eye(1.0)];
     // The left eye's image is the right end of its frame, the right eye's image the left end of its frame.
-    let arrangement = Arrangement::Eyes(Eyes { layout: stereo.layout, separation_km, columns: [infinity_parallax_columns, 0] });
+    let arrangement = Arrangement::Eyes(Eyes { layout: stereo.layout, separation_km, first_columns: [infinity_parallax_columns, 0] });
+    // The view between the eyes is metered, for the exposure of both.
     Ok(CompositeFrames { meter: FrameRequest { request, viewer }, frames, arrangement })
 }
 
@@ -95,7 +95,7 @@ pub(super) fn frames(
 /// values divided by it are finite.
 fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Viewer) -> Result<f64, SceneError> {
     let target = request.target.ok_or_else(|| SceneError::Request("stereo needs a target, at whose distance both images agree".into()))?;
-    let apparent_km: DVec3 = match viewer.stands_on {
+    let target_centre_km: DVec3 = match viewer.stands_on {
         Some(ground) if ground.id == target => ground.centre_km,
         _ => {
             let (position_at_emission_km, _emission_time) =
@@ -103,6 +103,6 @@ fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Vie
             position_at_emission_km
         }
     };
-    // 0 for a camera at the target's centre, which `viewpoint::viewer` rejects only if the camera looks at the target.
-    Ok((apparent_km - viewer.camera.position_km).length().clamp(1e-6, 1e9 * KM_PER_AU))
+    // The distance is 0 if the camera is at the target's centre: `viewpoint::viewer` rejects this only if the camera looks at the target.
+    Ok((target_centre_km - viewer.camera.position_km).length().clamp(1e-6, 1e9 * KM_PER_AU))
 }

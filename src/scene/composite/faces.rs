@@ -5,7 +5,7 @@
 //! filter of shaders/lib/cube_faces.wesl read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always
 //! contains the Sun.
 //!
-//! Size of a face. A face has the fewest pixels per radian at its centre: there it gets as many as the image has where it is densest. For an equirectangular
+//! Size of a face. A face has the fewest pixels per radian at its centre: there it gets as many as the densest part of the image. For an equirectangular
 //! image this is the equator. A fisheye has the same density everywhere along its radii. Along circles around its axis the density grows with the angle from
 //! the axis, without limit towards 180 degrees, so only the circles up to 90 degrees count. A face that would be larger than [`MAX_FACE_PX_FOR_CIRCLES`] gets
 //! that size, or the size that matches the fisheye's density along its radii if this is larger.
@@ -116,6 +116,7 @@ pub(super) fn frames(
     if composition.projection == Projection::Fisheye && !FISHEYE_RANGE_DEG.contains(&fov_deg) {
         return Err(SceneError::Request(format!("field of view {fov_deg}: a fisheye shows 1 to 360 degrees")));
     }
+    // The viewer's camera is a perspective one, to which the field of view of the fisheye does not apply.
     let viewer = viewpoint::viewer(catalog, ephemeris, &ViewRequest { fov_deg: None, ..without_composition.clone() })?;
     let [right, up, forward] = image_axes(composition, &viewer);
     let (width, height) = (request.width, request.height);
@@ -193,7 +194,7 @@ fn image_axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     // An up direction along the line of sight is replaced by the camera's own.
     let up_hint = viewer.up_hint.try_normalize().filter(|up| up.cross(camera.forward).length() > 1e-9).unwrap_or(camera.up);
     let horizontal = (camera.forward - up_hint * camera.forward.dot(up_hint)).normalize();
-    let [up, forward] = match (composition.projection, composition.zenith_centred) {
+    let [up, forward] = match (composition.projection, composition.is_zenith_centred) {
         (Projection::Equirectangular, _) => [up_hint, horizontal],
         // The target's side of the horizon is at the bottom of the image.
         (_, true) => [-horizontal, up_hint],
@@ -250,7 +251,7 @@ mod tests {
             }
         }
         assert!(refused > 1000, "{refused}");
-        // The largest image needs half a field of view of MAX_IMAGE_PX / MAX_FACE_PX = 1.0002 radians.
+        // In the largest image, half the field of view must be at least MAX_IMAGE_PX / MAX_FACE_PX = 1.0002 radians.
         assert_eq!(least_fov_deg(&fisheye(MAX_IMAGE_PX, 1.0)), 114.7);
     }
 

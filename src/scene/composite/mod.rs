@@ -1,7 +1,7 @@
 //! Composed images: the frames of a composition, and the parts of their scenes that belong to the entire image.
 //!
-//! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default; later the frames' scenes. Out: [`CompositeFrames`], a request
-//! and a viewer for each frame and for the light meter; from the scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and
+//! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default. Out: [`CompositeFrames`], a request and a viewer for each frame
+//! and for the light meter. In, later: the scenes built for the frames. Out: a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and
 //! points of a dome or sphere are placed in the finished image, so that no resampling blurs or moves them, except near the poles of an equirectangular image.
 
 mod arrangement;
@@ -68,22 +68,25 @@ pub struct Composite {
 
 impl Composite {
     /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter_viewer`: the viewer of the light meter's frame; for a
-    /// stereo pair, midway between the eyes. `values`: for a stereo pair, the bodies as that viewer sees them.
+    /// stereo pair, midway between the eyes. `body_values`: for a stereo pair, the bodies as that viewer sees them; otherwise empty.
     pub(crate) fn new(
         catalog: &Catalog,
         request: &ViewRequest,
         arrangement: Arrangement,
         meter_viewer: &Viewer,
-        values: Vec<BodyReport>,
+        body_values: Vec<BodyReport>,
         mut scenes: Vec<Scene>,
     ) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
+        // `frame_of_face`: index of each face's frame; `None` for a face that the image does not show.
         if let Arrangement::Faces(Faces { image, frame_of_face, .. }) = &arrangement {
             whole.geometry = ImageGeometry::Sphere(image.clone());
+            // The camera keeps its position. Its field of view remains that of a face's frame.
             let camera = &mut whole.camera;
             (camera.right, camera.up, camera.forward) = (image.right, image.up, image.forward);
             (camera.width, camera.height) = (image.width, image.height);
-            // The faces draw the following themselves. Images made of faces have no outline, and of the texts only names of stars and constellations.
+            // The faces draw the following themselves, except what images made of faces lack: an outline, and texts other than names of stars and
+            // constellations, which `line_texts` gets below.
             (whole.draws, whole.ground_lines, whole.lines_in_space, whole.refracted_limbs) = Default::default();
             (whole.corona, whole.glare, whole.outlined_shape) = (None, None, None);
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
@@ -94,48 +97,52 @@ impl Composite {
             for (face, frame) in frame_of_face.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
                 let white = scene.exposure.white();
+                // The stars of earlier faces are given, because a star on the edge of two faces may be in both scenes.
                 let stars = sprites::stars(image, face, &scene.camera, &scene.stars, &whole.stars, white);
                 let points = sprites::points(image, face, &scene.camera, &scene.points, &scene.bodies, white);
                 (scene.stars, scene.points) = (stars.in_face, points.in_face);
                 whole.stars.extend(stars.in_image);
                 whole.points.extend(points.in_image);
             }
-            // Each body's entry comes from the face that contains the body's centre.
+            // Each body's entry comes from the face that contains the body's centre. All scenes list the catalog's bodies in the same order.
             for (k, body) in whole.bodies.iter_mut().enumerate() {
                 let face = faces::face_of(image.in_axes(body.placement.centre_km));
                 if let Some(seen) = frame_of_face[face].and_then(|f| scenes.get(f)?.bodies.get(k)) {
                     *body = seen.clone();
                 }
             }
+            // The faces have no bloom: it spreads light over the entire image.
             whole.has_bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
             whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter_viewer.sky_aberration_velocity_km_s);
             whole.line_texts = names::texts(request, catalog, &whole);
         }
-        if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
+        // `first_columns`: the first column of each eye's frame that the image shows.
+        if let Arrangement::Eyes(Eyes { first_columns, layout, .. }) = &arrangement {
             let is_side_by_side = *layout == StereoLayout::SideBySide;
             let width = meter_viewer.camera.width;
-            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width, is_side_by_side });
+            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: first_columns[0], width, is_side_by_side });
             // Texts in the margin have the same position in both images, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).glyph_px);
-            for (scene, column) in scenes.iter_mut().zip(columns) {
+            for (scene, first_column) in scenes.iter_mut().zip(first_columns) {
                 let margin = Margin::of(&meter_viewer.camera, request, catalog, &scene.bodies, &metrics);
                 if margin != Margin::default() {
                     let labels = scene.labels.get_or_insert_with(|| LabelLayer::empty(request));
-                    labels.add(margin.shifted(f64::from(*column)));
+                    labels.add(margin.shifted(f64::from(*first_column)));
                 }
             }
             // Left edge of the right eye's image in the pair.
             let right_image_px = if is_side_by_side { f64::from(width) } else { 0.0 };
-            let shifts_px = [-f64::from(columns[0]), right_image_px - f64::from(columns[1])];
+            let shifts_px = [-f64::from(first_columns[0]), right_image_px - f64::from(first_columns[1])];
             whole.set_texts_of_eyes(request, &scenes, shifts_px);
-            whole.bodies.iter_mut().zip(values).for_each(|(body, seen)| body.take_values(seen));
+            // What is drawn, where, and why, stays that of the left eye.
+            whole.bodies.iter_mut().zip(body_values).for_each(|(body, seen)| body.take_values(seen));
         }
         Some(Self { scenes, arrangement, whole_image: whole })
     }
 }
 
 impl Scene {
-    /// Replaces the texts by those of the eyes of a stereo pair. The eyes' scenes draw the texts; the pair's scene only says where they are. The pair's scene
+    /// Replaces the texts by those of the eyes of a stereo pair. The eyes' scenes draw the texts; the pair's scene only tells its users where they are. It
     /// has no names of bodies and no data points. `shifts_px`: for each eye, position in the pair minus position in the eye's frame, to the right.
     fn set_texts_of_eyes(&mut self, request: &ViewRequest, eyes: &[Self], shifts_px: [f64; 2]) {
         (self.labels, self.line_texts) = (None, None);

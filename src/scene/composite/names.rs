@@ -33,5 +33,5 @@ pub(super) fn texts(request: &ViewRequest, catalog: &Catalog, whole: &Scene) -> 
         let all = sky_lines::constellation_names(&*whole.geometry.projection(camera));
         names.extend(all.into_iter().filter(|name| !is_hidden(name.centre_px)));
     }
-    (!names.is_empty()).then(|| place_texts(names, whole.labels.as_ref(), glyph_px, 2.0 * camera.half_size()))
+    (!names.is_empty()).then(|| place_texts(names, whole.labels.as_ref(), glyph_px, 2.0 * camera.half_size_px()))
 }

@@ -12,7 +12,7 @@ use crate::scene::body_report::BodyReport;
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::draw::{Point, StarSprite};
-use crate::scene::point::{POINT_RADIUS_PX, pixel_sr, point_peak, point_radius_px};
+use crate::scene::point::{MIN_POINT_RADIUS_PX, pixel_sr, point_peak, point_radius_px};
 use crate::scene::request::Projection;
 use glam::{DVec2, DVec3, Vec3};
 
@@ -41,7 +41,7 @@ struct ProjectedSprite {
 
 /// Where the light of a face's sprite is drawn.
 enum Drawn {
-    /// In the image, by these sprites; none if another face contains the direction.
+    /// In the image, by these sprites; none if another face contains the direction, or the circle of a fisheye does not.
     InImage(Vec<ProjectedSprite>),
     /// In the face, with this radius in the face's pixels. `for_picking`: the sprite in the image, with radius 0.
     InFace { radius_px: f32, for_picking: ProjectedSprite },
@@ -54,8 +54,8 @@ pub(crate) struct DividedSprites<T> {
 }
 
 /// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `centre`: clip position in the face's frame and reversed depth.
-/// `white`: the radiance that is shown as white. `radius_px_at`: the sprite's radius in the image, before it is limited, for the brightness of its central
-/// pixel without glare relative to white. `is_in_face`: whether the face contains a direction in the image's axes.
+/// `white`: the radiance that is shown as white. `radius_px_at`: the sprite's radius in the image before it is limited, as a function of the brightness of
+/// its central pixel (without glare, relative to white). `is_in_face`: whether the face contains a direction in the image's axes.
 fn project(
     image: &SphereImage,
     camera: &Camera,
@@ -75,11 +75,11 @@ fn project(
     let flux = flux.as_dvec3() * pixels_per_face_pixel;
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
     let clip_of = |px: DVec2| DVec2::new(2.0 * px.x / size.x - 1.0, 1.0 - 2.0 * px.y / size.y);
-    let max_for_size_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
+    let max_for_image_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
     // Brightness of the sprite's central pixel relative to white.
     let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
-    let max_radius_px = max_for_size_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
-    let radius_px = radius_px_at(peak).min(max_radius_px).max(POINT_RADIUS_PX);
+    let max_radius_px = max_for_image_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
+    let radius_px = radius_px_at(peak).min(max_radius_px).max(MIN_POINT_RADIUS_PX);
     let wraps = image.projection == Projection::Equirectangular;
     let sprite_at = |px: DVec2, radius_px: f64, stretch: f64| ProjectedSprite {
         centre: narrow(clip_of(px).extend(f64::from(centre.z))),
@@ -93,8 +93,8 @@ fn project(
         // The geometric mean of the angles that a pixel of the face covers along the radius and across it.
         let radians_per_face_px = camera.pixel_tangent() * cos_off_axis.powf(1.5);
         // Distance from the sprite's centre to the edge of the face's frame, beyond which the sprite would be cut off.
-        let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size().min_element();
-        let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(POINT_RADIUS_PX);
+        let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size_px().min_element();
+        let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(MIN_POINT_RADIUS_PX);
         return Drawn::InFace { radius_px: narrow_scalar(in_face_px), for_picking: sprite_at(pixel, 0.0, 1.0) };
     }
     let stretch = stretch.min(0.5 * size.x / radius_px).max(1.0);
@@ -167,7 +167,7 @@ pub(crate) fn points(
                 stretch: s.stretch,
                 flux: s.flux,
                 covered_px: p.covered_px * s.pixels_per_face_pixel,
-                // Like the sprite's radius, without the stretch.
+                // Half the height, as `radius_px`: `stretch` widens both.
                 disc_radius_px: p.disc_radius_px * (s.pixels_per_face_pixel / s.stretch).sqrt(),
             })),
             Drawn::InFace { radius_px, .. } => divided.in_face.push(Point { radius_px, ..p.clone() }),

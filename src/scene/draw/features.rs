@@ -8,7 +8,7 @@
 /// What a draw shows: ground with one of the photometric models, or another kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Surface {
-    /// Ground that shines by itself, such as the Sun's.
+    /// Shines by itself, such as the Sun's photosphere.
     Emissive,
     Lambert,
     LommelSeeliger,
@@ -32,11 +32,11 @@ impl Surface {
 pub struct MapSet {
     pub albedo: bool,
     pub normal: bool,
-    /// The water mask, for the Sun's glint.
+    /// The water mask: where water reflects the Sun specularly.
     pub specular: bool,
     /// The lights of cities.
     pub night: bool,
-    /// The cloud map in the ground's draw: for the clouds' shadow and, with [`AirPass::ReadWithClouds`], for the clouds.
+    /// The cloud map in the ground's draw: for the clouds' shadow and, with [`AirPass::ReadWithClouds`], also for showing the clouds themselves.
     pub cloud_shadow: bool,
 }
 
@@ -53,7 +53,7 @@ pub enum Shape {
 pub enum EclipseModel {
     #[default]
     None,
-    /// The visible part changes linearly between external and internal contact of the discs.
+    /// The visible part changes linearly with the distance between the centres of the discs, from external to internal contact.
     Linear,
     /// Exact overlap of uniform discs.
     UniformDisc,
@@ -97,7 +97,7 @@ pub enum RingShadow {
     None,
     /// One ray to the Sun's centre.
     PointSun,
-    /// The optical depth averaged over the Sun's disc.
+    /// The transmittance averaged over the Sun's disc.
     Penumbra,
 }
 
@@ -120,18 +120,19 @@ impl BodyShadow {
     pub const ALL: [Self; 3] = [Self::None, Self::Sphere, Self::EllipsoidPenumbra];
 }
 
-/// How the in-scattered light of the atmosphere is computed.
+/// How the in-scattered light of the atmosphere is computed. The numbers of samples are maxima: by day, a ray along which the height only increases or only
+/// decreases needs fewer (shaders/lib/air/sample_counts.wesl).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum AtmosphereModel {
     #[default]
     None,
-    /// Five samples along each pixel's view ray. Nothing is computed per vertex: the name is that of a similar model of an older engine. In this and all other
-    /// models, the number of samples is a maximum. By day, a ray along which the height only increases or only decreases needs fewer
-    /// (shaders/lib/air/sample_counts.wesl).
+    /// Five samples along each pixel's view ray. Nothing is computed per vertex: the name is that of a similar model of an older engine.
     Vertex,
-    /// 8, 16 or 32 samples along each pixel's view ray; the optical depth towards the Sun is analytic.
+    /// Eight samples along each pixel's view ray; the optical depth towards the Sun is analytic.
     Pixel8,
+    /// As `Pixel8`, with 16 samples.
     Pixel16,
+    /// As `Pixel8`, with 32 samples.
     Pixel32,
     /// As `Pixel16`, with the light of higher orders of scattering from a table.
     Table,
@@ -173,11 +174,11 @@ pub enum AirPass {
     None,
     /// The pixels read the image where its interpolation is accurate enough, and evaluate the light elsewhere.
     Read,
-    /// The draw that fills the image with the light of the air.
+    /// The draw fills the image with the light of the air.
     Drawn,
-    /// As `Read`. In addition, the ground's draw also shows the clouds in pixels that it interpolates; the clouds' own draw shows them elsewhere.
+    /// As `Read`. In addition, in the pixels that read the image, the ground's draw also shows the clouds; the clouds' own draw shows them in the others.
     ReadWithClouds,
-    /// The draw that fills the image with the sunlight that passes the occluders.
+    /// The draw fills the image with the sunlight that passes the occluders.
     SunlightDrawn,
 }
 
@@ -215,7 +216,8 @@ pub const INSTRUCTIONS_PER_READ: f64 = 1024.0;
 pub enum PixelView {
     #[default]
     Final,
-    /// Depth relative to the body's centre, along the line from the camera to it: 0.5 at the centre's depth, brighter in front of it, darker behind it.
+    /// Depth relative to the body's centre, along the line from the camera to it: 0.5 at the centre's depth, 1 one radius (of a ring, its outer radius) in
+    /// front of it, 0 one radius behind it.
     Depth,
     /// The normal in body axes; -1 to 1 is shown as 0 to 1.
     Normal,
@@ -248,6 +250,7 @@ impl PixelView {
         Self::Cost,
     ];
 
+    /// The view with this name, whatever the case of its letters; `None` if there is none.
     pub fn by_name(name: &str) -> Option<Self> {
         // Earlier versions called the final image `shaded`.
         let known = Self::ALL.map(|v| (v.name(), v)).into_iter().chain([("shaded", Self::Final)]);
@@ -319,14 +322,14 @@ pub struct DrawFeatures {
     /// Shadow of the globe on the rings.
     pub body_shadow: BodyShadow,
     pub air: Air,
-    /// Whether the air's light, and the sunlight of an eclipse, are interpolated from the coarse image of the air.
+    /// Whether the draw reads or fills the coarse image of the air, or neither.
     pub air_pass: AirPass,
     pub shape: Shape,
-    /// Whether the draw uses the lunar limb profile. In the Moon's draw the profile shapes the Moon's limb, in the Sun's draw the edge of the part that the
-    /// Moon hides.
+    /// Whether the draw uses the heights of the lunar limb profile. In the Moon's draw they shape the Moon's limb, in the Sun's draw the edge of the part that
+    /// the Moon hides.
     pub limb_heights: bool,
-    /// Whether pixels at the limb show the mean light over their area. A draw of the sky averages the light of the air; other draws average the light of a thin
-    /// crescent and of the air in front of the crescent.
+    /// Whether pixels at the limb show the mean light over their area. A draw of the sky averages the light of the air beyond the limb; other draws average
+    /// the light of a thin crescent with that of the air in front of it.
     pub thin_limb: bool,
     pub flags: MeshFlags,
     pub view: PixelView,

@@ -1,7 +1,7 @@
-//! Draws: their features ([`features::DrawFeatures`]), uniforms ([`uniforms::DrawUniforms`]) and maps; also points and stars.
+//! Draws: their features ([`features::DrawFeatures`]), uniforms ([`uniforms::DrawUniforms`]), maps and tables; also points and stars.
 //!
-//! Plain values. `scene::features` creates draws and points, `scene::sky` stars; `shader` derives keys from the features, and
-//! `render::plan` fills uniform blocks from the uniforms.
+//! Only types. In: `scene::features` creates draws and points, `scene::sky` stars. Out: `shader` derives keys from the features, and `render::plan` fills
+//! uniform blocks from the uniforms.
 
 pub mod features;
 pub mod tables;
@@ -59,10 +59,11 @@ pub struct Draw {
 }
 
 impl Draw {
-    /// A draw of the same shape in black, without maps and effects, which shows which pixels this draw covers.
+    /// A black draw of the same shape, without maps and effects: it covers the same pixels as this draw.
     pub fn shape_alone(&self) -> Self {
+        // Back faces of a two-sided mesh cover pixels, too.
         let two_sided = self.features.flags.two_sided;
-        // In the draw of the Sun (emissive), the limb profile shapes the part that the Moon hides, not the Sun's own outline.
+        // In the Sun's draw (emissive) the limb profile shapes the part that the Moon hides, not the Sun's own outline.
         let limb_heights = self.features.limb_heights && self.features.surface != Surface::Emissive;
         let features = DrawFeatures {
             shape: self.features.shape,
@@ -96,10 +97,10 @@ pub struct MapFiles {
     pub normal: Option<String>,
     pub specular: Option<String>,
     pub night: Option<String>,
-    pub cloud: Option<String>,
-    /// If the body has clouds: the cloud map's values for a clear sky and for a closed deck, as bits of f32, which can be compared and hashed.
+    pub clouds: Option<String>,
+    /// If the body has clouds: the cloud map's values for a clear sky and for a closed deck, in this order, as bits of f32, which can be compared and hashed.
     pub cloud_texel_bits: Option<[u32; 2]>,
-    /// Overlay images, in the order of the overlays' uniforms.
+    /// Overlay images, the lowest first, as [`DrawUniforms::overlays`].
     pub overlays: Vec<String>,
 }
 
@@ -111,21 +112,21 @@ impl MapFiles {
             (MapRole::Normal, &self.normal),
             (MapRole::Specular, &self.specular),
             (MapRole::Night, &self.night),
-            (MapRole::Clouds, &self.cloud),
+            (MapRole::Clouds, &self.clouds),
         ];
         let overlays = (0..).zip(&self.overlays).map(|(n, file)| (MapRole::Overlay(n), file.as_str()));
         maps.into_iter().filter_map(|(role, file)| Some((role, file.as_deref()?))).chain(overlays)
     }
 }
 
-/// A star or the head of a comet: a sprite.
+/// The sprite of a star, or of the head of a comet, which is drawn like a star.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StarSprite {
     /// Clip x and y after division by w (-1 to 1 over the viewport), and reversed depth, which is 0 (infinitely far) for a star.
     pub centre: Vec3,
     /// Half the height of the sprite in pixels; 0 if another frame of a composed image draws the sprite.
     pub radius_px: f32,
-    /// Width over height, above 1 away from the equator of an equirectangular image.
+    /// Width over height: above 1 away from the equator of an equirectangular image, otherwise 1.
     pub stretch: f32,
     /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
@@ -133,7 +134,7 @@ pub struct StarSprite {
     pub star: Option<usize>,
 }
 
-/// A body too small for a disc, or the glare of a small disc (`disc_radius_px`): a sprite with its flux.
+/// The sprite of a body too small for a disc, or of the glare of a small disc ([`Self::is_disc_glare`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     pub body: NaifId,
@@ -141,13 +142,16 @@ pub struct Point {
     pub centre: Vec3,
     /// Half the height of the sprite in pixels.
     pub radius_px: f32,
-    /// Width over height, above 1 away from the equator of an equirectangular image.
+    /// Width over height: above 1 away from the equator of an equirectangular image, otherwise 1.
     pub stretch: f32,
     /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
     /// Area in pixels that the body hides of the discs and rings behind it: the area of its disc and of the air beyond its limb, times the fraction of its
-    /// light that bodies and rings in front of it transmit. 0 if there is no disc or ring behind it; for the Sun; if the body's own disc is drawn, too; in
-    /// pixel views other than the final image; and by day for a camera in air, except in front of the Sun.
+    /// light that bodies and rings in front of it transmit. It is 0
+    /// - for the Sun, and if there is no disc or ring behind the body,
+    /// - if the body's own disc is drawn, too, because the disc hides as much,
+    /// - in pixel views other than the final image,
+    /// - by day for a camera in air, except in front of the Sun, because the sky outshines the bodies behind.
     pub covered_px: f32,
     /// For the glare of a disc, the disc's radius in pixels: such a sprite is wider than that of a point and has no core. 0 for a body drawn as a point.
     pub disc_radius_px: f32,

@@ -99,8 +99,8 @@ uniforms! {
     pub struct DrawUniforms {
         /// Bounding rectangle in clip space: x of the left edge, y of the top edge, x of the right, y of the bottom (y up, -1..1).
         pub rect_in_clip: Vec4 = "rect_in_clip",
-        /// A point on each view ray. Far camera: the intersection with the plane through the body's centre parallel to the image, so that
-        /// values are of order one; near camera: the camera itself.
+        /// A point on each view ray: the camera itself, or for a camera far from the body the intersection with the plane through the body's centre parallel
+        /// to the image, so that values are of order one. `anchor_is_camera` says which.
         pub anchor_origin: Vec3 = "anchor_origin",
         pub anchor_du: Vec3 = "anchor_du",
         pub anchor_dv: Vec3 = "anchor_dv",
@@ -108,16 +108,17 @@ uniforms! {
         pub ray_origin: Vec3 = "ray_origin",
         pub ray_du: Vec3 = "ray_du",
         pub ray_dv: Vec3 = "ray_dv",
-        /// Near camera: |camera|² - 1, computed in f64 and then narrowed. Ignored when `anchor_is_camera` is 0.
+        /// |camera|² - 1, computed in f64 and then narrowed. Ignored when `anchor_is_camera` is 0.
         pub anchor_radius_sq_minus_1: f32 = "anchor_radius_sq_minus_1",
         /// 1: the anchor is the camera. 0: it is in the plane through the body's centre.
         pub anchor_is_camera: f32 = "anchor_is_camera",
-        /// |ray|² (1 - q²), where q is the view ray's distance from the centre, as a polynomial: coefficients of 1, u, v, then of u², uv, v².
+        /// |ray|² (1 - q²), where q is the view ray's distance from the centre, as a polynomial in u and v: coefficients of 1, u, v, then of u², uv, v²
+        /// (xyz of each row).
         pub silhouette_form: [Vec4; 2] = "silhouette_form",
         /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(depth_row.xyz, p) + depth_row.w).
         pub depth_row: Vec4 = "depth_row",
-        /// The point of the unit sphere that is nearest to the camera, measured along the line from the camera to the body's centre. The depth's pixel view is
-        /// relative to this line, not to the view axis, which differs between the faces of a dome image.
+        /// The point of the body that reaches farthest along the line from the body's centre to the camera. The pixel view `depth` shows places along this
+        /// line, from 0 to 1 at this point, and not along the view axis, which differs between the faces of a dome image.
         pub nearest_point: Vec3 = "nearest_point",
         /// Semi-axes divided by the equatorial radius: (1, b/a, c/a).
         pub axis_ratios: Vec3 = "axis_ratios",
@@ -129,20 +130,21 @@ uniforms! {
         /// Limb darkening per channel (emissive surfaces only).
         pub limb_darkening_u1: Vec3 = "limb_darkening_u1",
         pub limb_darkening_u2: Vec3 = "limb_darkening_u2",
-        /// Part of each pixel over which the light of a thin crescent is averaged, 0 to 1 (`surface::crescent`).
+        /// Part of each pixel over which the light of a thin crescent is averaged: 1 for all of it, less where averages fade out, 0 for a single point
+        /// (`surface::crescent`).
         pub averaged_part: f32 = "averaged_part",
         /// Factors on y and z of a unit-sphere point. Longitude and latitude of the resulting direction give the column and the row of the map. The factors
         /// depend on whether the map's rows are spaced by planetocentric or by planetographic latitude.
         pub map_stretch: Vec2 = "map_stretch",
         /// Lower limit of the width on the ground of any pixel of the draw, as a fraction of the body's circumference.
         pub map_pixel: f32 = "map_pixel",
-        /// Height of the camera above the unit sphere, equatorial radii.
+        /// Distance of the camera from the centre, minus 1.
         pub camera_height: f32 = "camera_height",
         /// Radiance of a white texel of the night map.
         pub night_radiance: Vec3 = "night_radiance",
         /// Factor on the ocean glint.
         pub specular_strength: f32 = "specular_strength",
-        /// Mean square slope of the waves.
+        /// Mean square slope of the waves: the sum for both horizontal directions.
         pub wave_slope_sq: f32 = "wave_slope_sq",
         /// Factor on the slopes of the normal map.
         pub normal_strength: f32 = "normal_strength",
@@ -160,6 +162,7 @@ uniforms! {
         pub clip_from_unit_sphere: Mat4 = "clip_from_unit_sphere",
         /// Subtracted from vertices, unit-sphere frame: the camera if it is near the body, else 0.
         pub mesh_anchor: Vec3 = "mesh_anchor",
+        /// `None`: the shape is the ellipsoid or a ring.
         pub mesh: Option<MeshInstance>,
         pub detail: DetailUniforms,
         /// Limbs of bodies in front of an emissive body.
@@ -171,8 +174,9 @@ uniforms! {
 /// The triangles of a draw whose shape is a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshInstance {
+    /// The body's shape model.
     pub model: Arc<Mesh>,
-    /// Altitude of the Sun's centre over the shape's own horizon at each vertex, in radii of the Sun's disc.
+    /// For each vertex: altitude of the Sun's centre above the horizon that the shape forms there, in radii of the Sun's disc; negative below it.
     pub sun_altitudes: Arc<Vec<f32>>,
 }
 
@@ -180,14 +184,14 @@ uniforms! {
     /// The cloud shell, for its own draw and for its shadow on the ground.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct CloudUniforms {
-        /// Texel values of a clear sky and of a closed cloud deck.
+        /// Values of the cloud map, 0 to 1, of a clear sky and of a closed cloud deck.
         pub clear_texel: f32 = "cloud_clear",
         pub closed_texel: f32 = "cloud_full",
         /// Radius of the shell in the body's unit-sphere frame.
         pub radius: f32 = "cloud_radius",
-        /// Lambert albedo of a closed deck.
+        /// Lambert albedo of a closed deck; it dims the light that a deck lets through to the ground.
         pub albedo: f32 = "cloud_albedo",
-        /// Radiance of a closed deck per irradiance. This field and the next two are for pixels in which the ground's draw also shows the clouds.
+        /// Radiance of a closed deck divided by its irradiance. This field and the next two are for pixels in which the ground's draw also shows the clouds.
         pub reflectance: f32 = "cloud_reflectance",
         /// Optical depth of the air above the clouds, in the form of [`AtmosphereUniforms::optical_depth_above_ground`].
         pub optical_depth_above: [Vec4; OPTICAL_DEPTH_TERMS] = "cloud_optical_depth_above",
@@ -197,17 +201,17 @@ uniforms! {
 }
 
 uniforms! {
-    /// The air above a floor: the ground or, in the clouds' draw, the cloud shell. Lengths are in the floor's equatorial radii. `radius_sq_minus_1` is |p|² -
-    /// 1 in the frame in which the floor is the unit sphere.
+    /// The air above a floor: the ground or, in the clouds' draw, the cloud shell. Lengths are in the floor's equatorial radii. `radius_sq_minus_1` is
+    /// |p|² - 1 in the frame in which the floor is the unit sphere.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct AtmosphereUniforms {
         /// `radius_sq_minus_1` of the air's top.
         pub top_radius_sq_minus_1: f32 = "air_top_radius_sq_minus_1",
-        /// Heights of the two ends of a view ray along which the height only increases or only decreases: x at the camera, y at the far end. An end outside
-        /// the air has the height of the air's top. `scene::atmosphere::uniform_rows` computes the uniform `air_quadrature_nodes` from them.
+        /// For the view rays that only rise or only fall within the air: heights of the near end (x: the camera, or the air's top if the camera is above it)
+        /// and of the far end (y: 0 or the air's top). `scene::atmosphere::uniform_rows` computes the uniform `air_quadrature_nodes` from them.
         pub end_heights: Vec2,
         pub rayleigh_scale_height: f32 = "air_rayleigh_scale_height",
-        /// Coefficients per equatorial radius at the floor, linear RGB.
+        /// This and the other coefficients of Rayleigh and Mie: at the floor, per equatorial radius, linear RGB.
         pub rayleigh_scattering: Vec3 = "air_rayleigh_scattering",
         pub rayleigh_extinction: Vec3 = "air_rayleigh_extinction",
         /// Of the sunlight that extinction removes, the fraction that reaches the ground as skylight.
@@ -219,8 +223,10 @@ uniforms! {
         pub mie_extinction: Vec3 = "air_mie_extinction",
         /// `radius_sq_minus_1` at the bottom, the middle and the top of the absorption layer.
         pub absorption_layer: Vec3 = "air_absorption_layer",
+        /// At the middle of the absorption layer, per equatorial radius, linear RGB.
         pub absorption_extinction: Vec3 = "air_absorption_extinction",
-        /// Optical depth of the air above the ground, as `scene::atmosphere::optical_depth_above_ground` fits it.
+        /// Optical depth of the air above the floor, as `scene::atmosphere::optical_depth_above_ground` fits it: coefficients of t, t², ... (xyz: RGB), and k
+        /// in w of the first row, for t = 1 / (1 + k cos z) at the zenith angle z.
         pub optical_depth_above_ground: [Vec4; OPTICAL_DEPTH_TERMS] = "air_optical_depth_above_ground",
         /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of the two is shown. 2: the map
         /// includes an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's
@@ -229,18 +235,19 @@ uniforms! {
         /// Weight of mode 1 or 2 in a mixture with mode 0: 1 for a camera above the air, less for one in it; 0 if `blend_mode` is 0. In the draw of the sky the
         /// shader gives mode 2 less weight: none to rays that rise from a camera in the air.
         pub map_weight: f32 = "air_map_weight",
-        /// Radiance of the night sky, as it lights the ground. In a draw of the sky: of the airglow above the camera, 0 for a camera outside the air.
+        /// Radiance of the night sky (airglow and light from beyond the air), as it lights the ground. In a draw of the sky: of the airglow alone, above the
+        /// camera; 0 for a camera outside the air.
         pub night_radiance: f32 = "air_night_radiance",
         /// In a draw of the sky: mean radiance of zodiacal light and starlight, 0 for a camera outside the air. The air scatters a part of it, in proportion to
         /// the air's opacity.
         pub light_from_beyond: f32 = "air_starlight",
-        /// Irradiance by the second light source, the body that reflects most sunlight here, relative to the Sun's, for the light of the air; 0 if the air
+        /// Irradiance by the second light source, the body that reflects most sunlight here, divided by the Sun's here, for the light of the air; 0 if the air
         /// would not visibly scatter that light.
         pub second_light_irradiance: Vec3 = "air_second_light",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
         pub rim_is_thin: f32 = "air_rim_is_thin",
         /// Largest accepted error of interpolation in the coarse image of the air: x relative to the air's light, y as radiance divided by the irradiance of
-        /// the first light source, the Sun. An error below either is accepted. Negative if no pixel may interpolate.
+        /// the first light source, the Sun. An error below either is accepted. Both are negative if no pixel may interpolate.
         pub max_coarse_error: Vec2,
         /// First row of the body's part of the coarse image of the air. `render::plan` sets this field.
         pub coarse_first_row: f32 = "air_coarse_first_row",
@@ -253,7 +260,7 @@ uniforms! {
 }
 
 uniforms! {
-    /// Uniforms of shaders/lib/eclipse, all f32. Positions are relative to the receiver's centre, subtracted in f64; lengths are in its equatorial radii.
+    /// Uniforms of shaders/lib/eclipse, all f32. Positions are differences in f64 from the receiver's centre; lengths are in its equatorial radii.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct EclipseUniforms {
         /// Unit vector to the Sun in body axes (xyz), and 1 / distance (w).
@@ -270,8 +277,8 @@ uniforms! {
         pub occluder_positions: Vec<Vec4> = "occluder_position",
         /// Per occluder: the unit vector of its outline's long axis (xy), and the semi-axes (zw).
         pub occluder_outlines: Vec<Vec4> = "occluder_outline",
-        /// Per refracting layer of the first occluder's atmosphere: apparent radius and reduced bending angle (radians; `scene::eclipse::refraction`) at its
-        /// lower edge (xy) and at its upper edge (zw).
+        /// Per refracting layer of the first occluder's atmosphere: apparent radius and reduced bending angle, radians, at its lower edge (xy) and at its upper
+        /// edge (zw). Reduced: times `scene::eclipse::refraction::shift_per_bending`.
         pub air_edges: Vec<Vec4> = "occluder_air_edges",
         /// Per refracting layer: its transmittance.
         pub air_transmittance: Vec<Vec4> = "occluder_air_transmittance",
@@ -281,22 +288,20 @@ uniforms! {
 }
 
 uniforms! {
-    /// Uniforms of shaders/lib/detail.wesl, where a lattice is a cubic grid of cells of one size.
+    /// Uniforms of shaders/lib/detail.wesl, where a lattice is a cubic grid of cells of one size. Positions are relative to an origin: in a narrow field of
+    /// view a point of the ground in view; otherwise the camera if it is near the body, else the body's centre. Lengths are in the body's radii.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct DetailUniforms {
-        /// Per lattice: the position of the reference point within its cell (xyz), and the side of a cell in radii (w). The shader's positions are relative
-        /// to the reference point.
+        /// Per lattice, from coarse to fine: the position of the origin within its cell, in cells (xyz), and the side of a cell (w).
         pub lattice: [Vec4; MAX_DETAIL_LATTICES] = "detail_lattice",
-        /// Per lattice: the cell that contains the reference point (xyz), modulo the lattices' period.
+        /// Per lattice: the cell that contains the origin (xyz), modulo the lattices' period.
         pub cells: [Vec4; MAX_DETAIL_LATTICES] = "detail_cells",
-        /// Side of a cell in radii at which lattices have faded out; they begin to fade at half this side. Coarser lattices are left out, because the rows hold
-        /// only the finest ones.
+        /// Side of a cell at which lattices have faded out; they begin to fade at half this side. The rows hold no coarser lattice.
         pub largest: f32 = "detail_largest",
-        /// The camera relative to the reference point (xyz), and the tangent of the angle that a pixel spans (w).
+        /// The camera relative to the origin (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
-        /// In a narrow field of view the reference point is on the ground. First row: that point (xyz), and its distance from the camera divided by the length
-        /// of the ray to it (w; 0: the field is not narrow, or no ray of the grid that seeks the point meets the ground). Second row: that ray (xyz), and the
-        /// point's u in the draw's rectangle (w). Third row: the point's v (x).
+        /// The origin, if it is a point of the ground. Row 0: this point in the unit-sphere frame (xyz), and its view depth (w; 0: the origin is no point of
+        /// the ground). Row 1: the view ray to the point, with a view depth of 1 (xyz), and the point's u in the draw's rectangle (w). Row 2: its v (x).
         pub reference: [Vec4; 3] = "detail_reference",
     }
 }
@@ -305,8 +310,8 @@ uniforms! {
     /// Uniforms of shaders/lib/limb_heights.wesl.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct LimbUniforms {
-        /// In the Moon's draw: unit vectors towards the position angles 0 and 90 degrees of its limb. In the draw of the Sun behind the Moon: coefficients that
-        /// give a pixel's offset from the Moon along these (shaders/lib/draw.wesl).
+        /// In the Moon's draw: unit vectors towards the position angles 0 and 90 degrees of its limb. In the draw of the Sun behind the Moon: coefficients of
+        /// 1, x, y that give a pixel's offset from the Moon along these vectors (shaders/lib/draw.wesl).
         pub position_angle_axes: [Vec4; 2] = "limb_position_angle_axes",
         pub table: Option<Arc<LimbTable>>,
     }
@@ -316,8 +321,8 @@ uniforms! {
     /// Uniforms of shaders/lib/foreground_limb.wesl.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct ForegroundLimbUniforms {
-        /// Three rows for each of two bodies, which shaders/lib/foreground_limb.wesl describes. All rows share one origin of screen positions: the w components
-        /// of the two third rows are its x and its y, pixels.
+        /// Three rows for each of two bodies, which shaders/lib/foreground_limb.wesl describes. All rows share one origin of screen positions, whose x (pixels)
+        /// is w of the first body's third row, and whose y is w of the second's.
         pub rows: [Vec4; 6] = "foreground_limb",
     }
 }
@@ -346,14 +351,14 @@ uniforms! {
         pub max_segments: f32 = "ring_segments",
         /// Size of half a pixel at the body's distance, equatorial radii.
         pub half_pixel: f32 = "ring_half_pixel",
-        /// Factor (x) and exponent (y) of the large particles' phase function.
+        /// Phase function of the large particles: x times the scattering angle (radians) to the power y.
         pub phase: Vec2 = "ring_phase",
         /// Asymmetry of each lobe of the dust's phase function, and the fraction of the light in each lobe.
         pub dust_asymmetry: Vec3 = "ring_dust_asymmetry",
         pub dust_weight: Vec3 = "ring_dust_weight",
         /// Height (x) of the opposition surge, and its width (y): the tangent of half the phase angle at which half of the height is left.
         pub opposition: Vec2 = "ring_opposition",
-        /// 1: the half in front of the body's centre, -1: behind it, 0: both.
+        /// The half of the rings that is drawn. 1: the one in front of the body's centre; -1: the one behind it; 0: both.
         pub side: f32 = "ring_side",
         /// Tangent of the Sun's angular radius.
         pub sun_tangent: f32 = "sun_tangent",
@@ -371,19 +376,20 @@ uniforms! {
 }
 
 impl RingUniforms {
-    /// Coefficients (x, y, z) of the index of the table's bin that contains a radius: x - y / radius, at most z.
+    /// (x, y, z) for the index of the bin that contains a radius in the table: x - y / radius, at most z.
     fn bins(&self) -> Vec3 {
         self.table.as_ref().map_or(Vec3::ZERO, |t| Vec3::from_array(t.bins.map(camera::narrow_scalar)))
     }
 
-    /// The index of the table's first slant among all slants, and the largest offset from that index.
+    /// The slants of a ring's own table, by their index in the series of all slants (`scene::rings::ring_table`): the first (x), and the last relative to it,
+    /// minus a margin (y).
     fn slants(&self) -> Vec2 {
         let [first, last] = self.table.as_ref().map_or([0, 1], |t| t.slants).map(f64::from);
         // The upper limit stays just below the last row, so that interpolation reads the last row as the successor of the row before it.
         Vec2::new(camera::narrow_scalar(first), camera::narrow_scalar(last - first - 1e-3))
     }
 
-    /// Number of rows of a shadow's table, one per slant of sunlight.
+    /// Number of slants of sunlight in the table of the rings' shadow, one per row after the bins; 0 without a table.
     fn sun_rows(&self) -> f32 {
         self.table.as_ref().map_or(0.0, |t| camera::narrow_scalar(f64::from(t.rows_after_bins())))
     }
@@ -404,7 +410,7 @@ impl DrawUniforms {
             .chain(Self::DERIVED)
     }
 
-    /// The value of a uniform by its name in the WESL files.
+    /// The value of a uniform by its name in the WESL files; `None` if no field has that name.
     pub fn uniform(&self, name: &str) -> Option<UniformValue<'_>> {
         let of_lights = |field: fn(&Light) -> Vec3| UniformValue::Rows(self.lights.iter().map(|l| field(l).extend(0.0)).collect());
         match name {

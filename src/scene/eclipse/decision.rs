@@ -23,7 +23,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if !decisions.log.record_effect(Effect::Eclipse, !found.occluders.is_empty(), std::mem::take(&mut found.reason)) {
         found.occluders.clear();
     }
-    decisions.chosen.eclipse = model::choose_eclipse_model(&mut found.occluders, model::requested_model(context.request));
+    decisions.chosen.eclipse = model::choose_eclipse_model(&mut found.occluders, model::eclipse_model_choice(context.request));
     decisions.log.set_stated_error(Effect::Eclipse.name(), stated_errors::of_eclipse(decisions.chosen.eclipse.model));
     decisions.eclipse = uniforms::uniforms_of_occluders(&found.occluders, decisions.chosen.eclipse.model, &found.receiver, found.sun);
     decisions
@@ -43,7 +43,7 @@ pub(crate) fn decide_for_rings(inputs: &DecisionInputs<'_, '_>, decisions: &mut 
         found.reason = reason!("eclipse-switched-off");
     }
     decisions.log.record("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
-    let eclipse = model::choose_eclipse_model(&mut found.occluders, model::requested_model(context.request));
+    let eclipse = model::choose_eclipse_model(&mut found.occluders, model::eclipse_model_choice(context.request));
     decisions.chosen.ring_eclipse = eclipse;
     decisions.log.set_stated_error("eclipse-on-rings", stated_errors::of_eclipse(eclipse.model));
     uniforms::uniforms_of_occluders(&found.occluders, eclipse.model, &found.receiver, found.sun)

@@ -21,10 +21,10 @@ pub enum EclipseModelChoice {
 
 /// Chooses the model. If it includes refraction, the occluder whose air refracts light becomes the first. `Refracted` without such an occluder becomes
 /// `LimbDarkened`.
-pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> Eclipse {
+pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], model_choice: EclipseModelChoice) -> Eclipse {
     let count = u8::try_from(occluders.len()).unwrap_or(MAX_OCCLUDERS);
-    let requested_refracted = requested == EclipseModelChoice::Requested(EclipseModel::Refracted);
-    let model = match requested {
+    let requested_refracted = model_choice == EclipseModelChoice::Requested(EclipseModel::Refracted);
+    let model = match model_choice {
         _ if count == 0 => EclipseModel::None,
         EclipseModelChoice::Requested(EclipseModel::Refracted) | EclipseModelChoice::Best | EclipseModelChoice::Draft => {
             match occluders.iter().position(|o| refraction::refracts(o.body) && (o.has_umbra || requested_refracted)) {
@@ -32,7 +32,7 @@ pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], requested: EclipseMo
                     occluders[..=k].rotate_right(1);
                     EclipseModel::Refracted
                 }
-                None if requested == EclipseModelChoice::Draft => EclipseModel::UniformDisc,
+                None if model_choice == EclipseModelChoice::Draft => EclipseModel::UniformDisc,
                 None => EclipseModel::LimbDarkened,
             }
         }
@@ -42,7 +42,7 @@ pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], requested: EclipseMo
 }
 
 /// The eclipse model that the user set, or the default of the quality.
-pub(crate) fn requested_model(request: &ViewRequest) -> EclipseModelChoice {
+pub(crate) fn eclipse_model_choice(request: &ViewRequest) -> EclipseModelChoice {
     match (request.effects.eclipse_model(), request.quality) {
         (Some(model), _) => EclipseModelChoice::Requested(model),
         (None, Quality::Draft) => EclipseModelChoice::Draft,

@@ -1,10 +1,10 @@
 //! The occluders of a receiver.
 //!
-//! In: the receiver at its apparent time, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that can darken a visible pixel. Light
-//! time is accounted for. The Sun is where it was when the light that now reaches the receiver left the Sun; an occluder is where it was when that light passed
-//! the occluder. The directions to Sun and occluder include the aberration by the receiver's motion. Aberration does not change the angle between the two as
-//! seen from the receiver's centre, but tilts the shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6 km,
-//! 0.6 s). shaders/lib/eclipse computes the remaining light.
+//! In: the receiver at the time when light reaches it, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that can darken a visible
+//! pixel. Light time is accounted for. The Sun is where it was when the light that now reaches the receiver left the Sun; an occluder is where it was when that
+//! light passed the occluder. The directions to Sun and occluder include the aberration by the receiver's motion. Aberration does not change the angle between
+//! the two as seen from the receiver's centre, but tilts the shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6
+//! km, 0.6 s). shaders/lib/eclipse computes the remaining light.
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::apparent::aberrated;
@@ -87,7 +87,7 @@ impl Axis {
         Some(Self { sunward, perpendicular_axes: [x, y], sun_distance, cot_sun_angular_radius })
     }
 
-    /// Components of a vector perpendicular to the axis.
+    /// Components of a vector along the two `perpendicular_axes`.
     pub(crate) fn offset_across(&self, v: DVec3) -> DVec2 {
         DVec2::new(v.dot(self.perpendicular_axes[0]), v.dot(self.perpendicular_axes[1]))
     }
@@ -98,8 +98,8 @@ impl Axis {
 /// (tests/ephemeris/positions.rs).
 const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 
-/// In images, a body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of the smallest visible change. Seen from the systems
-/// of Mercury to Jupiter, planets in transit block less, except Venus and the Earth.
+/// In images, a body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of the smallest visible change. As seen from the
+/// systems of Mercury to Jupiter, all planets in transit but Venus and the Earth block less.
 pub const MIN_BLOCKED_FRACTION_IN_IMAGES: f64 = 0.1 * VISIBLE_CHANGE;
 
 /// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.
@@ -319,6 +319,7 @@ impl<'a> Occluder<'a> {
             let centre = axis.perpendicular_axes[0] * self.offset_across.x
                 + axis.perpendicular_axes[1] * self.offset_across.y
                 + axis.sunward * self.distance_along;
+            // By how much the penumbra's radius grows per distance behind the occluder.
             let widening = 1.0 / axis.cot_sun_angular_radius;
             let region = ShadowRegion::of(centre, self.semi_axes.x, axis.sunward, widening, extent.max_radius, extent.shape);
             match region.filter(|r| r.meets(&frustum)) {
@@ -420,9 +421,10 @@ mod tests {
             body_to_sun_km: DVec3::X * 1.08e8,
         };
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera_position: None, frustum: None, pixel_width: 0.0 };
-        let count = |radii_of_mercury: f64, min_blocked_fraction: f64| {
-            let semi_axes = DVec2::splat(mercury.radii_km.x * radii_of_mercury / venus.radii_km.x);
-            let body = Body { radii_km: mercury.radii_km * radii_of_mercury, ..mercury.clone() };
+        // Number of occluders, if Mercury's radius is multiplied by `radius_ratio`.
+        let count = |radius_ratio: f64, min_blocked_fraction: f64| {
+            let semi_axes = DVec2::splat(mercury.radii_km.x * radius_ratio / venus.radii_km.x);
+            let body = Body { radii_km: mercury.radii_km * radius_ratio, ..mercury.clone() };
             let (long_axis, distance_along) = (DVec2::X, 5e7 / venus.radii_km.x);
             let occluder = Occluder {
                 body: &body,

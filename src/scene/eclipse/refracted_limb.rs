@@ -1,11 +1,12 @@
 //! The refracted limb: the Sun's refracted image in the atmosphere of a body in front of the Sun, at the body's limb.
 //!
 //! In: the placed bodies. Out: the decision for each body with a refracting atmosphere, and a [`RefractedLimb`] for each that is drawn. The camera must be
-//! outside the atmosphere. The air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore a point in the
-//! shadow receives the same light from that model as from the refracted limb that a camera at this point would see. Below the top of the atmosphere only the
+//! outside the atmosphere. The air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore that
+//! model gives a point in the shadow the light of the refracted limb that a camera at this point sees. Below the top of the atmosphere only the
 //! refracted limb shows the Sun: the part of the Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths
-//! are in the body's equatorial radii. On small discs the light fades, because points have none. shaders/entry/refracted_limb.wesl sums the layers'
-//! light over a pixel. Not modelled: bodies in front of the Sun as seen from the limb, and the Sun's albedo map.
+//! are in the body's equatorial radii. On small discs the light fades, because a body drawn as a point shows no refracted limb.
+//! shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: other bodies that hide the Sun from the limb, and the Sun's albedo
+//! map. A *reduced* bending angle is the shift of the Sun's image that a bending angle causes ([`refraction::shift_per_bending`]).
 
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};
@@ -39,13 +40,13 @@ pub struct RefractedLimb {
     pub axis_ratios: Vec3,
     /// Reversed depth just in front of the body's near side.
     pub depth: f32,
-    /// Unit vector to the Sun in body axes, then the cotangent of the Sun's angular radius.
+    /// x, y, z: unit vector to the Sun in body axes; w: cotangent of the Sun's angular radius.
     pub sun_direction: Vec4,
-    /// Two unit vectors perpendicular to the Sun's direction.
+    /// Two unit vectors perpendicular to the Sun's direction, body axes; w: 0.
     pub sun_basis: [Vec4; 2],
-    /// Radiance of the Sun's disc: coefficients of 1, mu, mu².
+    /// Radiance of the Sun's disc, as far as it is drawn (`drawn_fraction`) and tinted by the air around the camera: coefficients of 1, mu, mu².
     pub sun_limb_darkening: [Vec4; 3],
-    /// For each edge of a layer: height over the limb, then shift of the Sun's image in solar radii.
+    /// For each edge of a layer, from the ground up. x: height over the limb; y: shift of the Sun's image away from the body's centre, in solar radii.
     pub air_edges: Vec<Vec4>,
     /// For each layer two values: the mean transmittance, then its change from the lower edge to the upper.
     pub air_transmittance: Vec<Vec4>,
@@ -81,7 +82,7 @@ struct LimbGeometry {
     separation_rad: f64,
     /// Angular radius of the body.
     limb_radius_rad: f64,
-    /// Largest error of `limb_radius_rad` for a body that is not a sphere.
+    /// Largest error of `limb_radius_rad`, which is that of a sphere, for an ellipsoid.
     limb_radius_error_rad: f64,
     /// Distance from the camera to the body's centre, radii of the body.
     camera_distance: f64,
@@ -103,27 +104,27 @@ impl LimbGeometry {
         }
     }
 
-    /// Angle between the body's centre and a ray with this impact parameter, radii of the body; a right angle if the camera is nearer to the centre.
-    fn straight_angle(&self, radius: f64) -> f64 {
-        (radius / self.camera_distance).min(1.0).asin()
+    /// Angle between the body's centre and a straight ray with this impact parameter, radii of the body; a right angle if the camera is nearer to the centre.
+    fn angle_of_straight_ray(&self, impact_parameter: f64) -> f64 {
+        (impact_parameter / self.camera_distance).min(1.0).asin()
     }
 
-    /// Whether any layer can show the Sun. This test does not need the layers, which take milliseconds to compute. `max_reduced_bending`: see
-    /// [`refraction::max_reduced_bending`].
+    /// Whether any layer can show the Sun: whether the angles that the layers show, of which negative ones lie beyond the body's centre, can reach the Sun's
+    /// disc. This test does not need the layers, which take milliseconds to compute. `max_reduced_bending`: see [`refraction::max_reduced_bending`].
     fn may_show_sun(&self, placed: &PlacedBody<'_>, max_reduced_bending: f64) -> bool {
         let top_km = placed.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
         // The largest and the smallest angle that `unrefracted_angles` can return.
-        let max_angle = self.straight_angle(1.0 + top_km / placed.body.radii_km.x);
+        let max_angle = self.angle_of_straight_ray(1.0 + top_km / placed.body.radii_km.x);
         let min_angle = self.limb_radius_rad - max_reduced_bending;
         let margin = self.sun_radius_rad + self.limb_radius_error_rad;
         self.separation_rad - margin <= max_angle.max(-min_angle) && self.separation_rad + margin >= min_angle
     }
 
     /// Where on the sky the light at the lower and the upper edge of a layer comes from: the angle in radians between the body's centre and that source, as it
-    /// would be seen without refraction. Negative if the source is on the other side of the centre. `layer`: radius and reduced bending angle at its lower edge
-    /// (x, y) and at its upper edge (z, w).
+    /// would be seen without refraction. Negative if the source is on the other side of the centre. `layer`: one of [`RefractingLayers::edges`], apparent
+    /// radius and reduced bending angle at the lower edge (x, y), then at the upper (z, w).
     fn unrefracted_angles(&self, layer: &DVec4) -> (f64, f64) {
-        let at = |radius: f64, reduced_bending: f64| self.straight_angle(radius) - reduced_bending;
+        let at = |radius: f64, reduced_bending: f64| self.angle_of_straight_ray(radius) - reduced_bending;
         (at(layer.x, layer.y), at(layer.z, layer.w))
     }
 
@@ -140,6 +141,7 @@ impl LimbGeometry {
         let (sum, greatest) = showing.fold((DVec3::ZERO, DVec3::ZERO), |(sum, greatest), (layer, transmittances)| {
             (sum + *transmittances * ((layer.z - layer.x) / pixel_width_radii), greatest.max(*transmittances))
         });
+        // The mean transmittance over a pixel is at most the greatest of a layer.
         centre_radiance * sum.min(greatest)
     }
 }
@@ -152,15 +154,16 @@ pub(crate) struct LimbSegment {
     pub solid_angle: f64,
     /// Mean radiance over that solid angle, brightest channel, as far as it is drawn.
     pub radiance: f64,
-    /// Fraction of this light that comes from where the Sun would not be seen without refraction.
+    /// Fraction of this light whose rays would miss the Sun without refraction.
     pub bent_fraction: f64,
 }
 
 /// A refracted limb, for the light meter.
 pub(crate) struct LimbLight {
     pub segments: Vec<LimbSegment>,
-    /// Solid angle, sr, of a disc as wide as the arc that shows the Sun: the Sun's in a sunset seen from orbit, the body's if the entire limb shows the Sun.
-    pub extent: f64,
+    /// Solid angle, sr, of a disc whose diameter is the chord of the arc that shows the Sun. In a sunset seen from orbit this is about the Sun's disc; if the
+    /// entire limb shows the Sun, it is the body's disc.
+    pub arc_disc_sr: f64,
     /// Mean transmittance of the layers that show the Sun, over the channels.
     pub transmittance: f64,
     /// Fraction of the light that is drawn: less than 1 for a small disc.
@@ -189,9 +192,9 @@ pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_ra
     let to_sun = sun.placement.centre_km / sun.distance_km;
     let x = (to_sun - to_body * to_body.dot(to_sun)).try_normalize().unwrap_or_else(|| to_body.any_orthonormal_vector());
     let y = to_body.cross(x);
-    // Position angles, from the direction of the Sun, at which a line through the body's centre crosses the Sun's disc: on the Sun's side, then on the opposite
-    // side.
+    // Half the range of position angles, from the direction of the Sun, in which a line through the body's centre crosses the Sun's disc.
     let half_arc = (geometry.sun_radius_rad / geometry.separation_rad.max(1e-300)).min(1.0).asin();
+    // The middles of the segments: on the Sun's side of the limb, then on the opposite side.
     let position_angles = (0..2 * SEGMENTS).map(|k| {
         let side = if k < SEGMENTS { 0.0 } else { std::f64::consts::PI };
         side + half_arc * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
@@ -199,7 +202,7 @@ pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_ra
     let step_rad = 2.0 * half_arc / f64::from(SEGMENTS);
     let pixel_width_radii = pixel_rad * geometry.limb_distance;
     let (sin_limb, cos_limb) = geometry.limb_radius_rad.sin_cos();
-    // Thickness of the layers that show the Sun, and the same times their mean transmittance, summed over all segments.
+    // Thickness of the layers that show the Sun, and the product of this thickness and their mean transmittance; both summed over all segments.
     let (mut all_shown, mut all_light) = (0.0, 0.0);
     let mut segments = Vec::new();
     for angle in position_angles {
@@ -207,14 +210,15 @@ pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_ra
         // Angles from the body's centre at which the line at this position angle enters and leaves the Sun's disc; negative on the opposite side.
         let half_chord = (geometry.sun_radius_rad.powi(2) - (geometry.separation_rad * sin).powi(2)).max(0.0).sqrt();
         let (from, to) = (geometry.separation_rad * cos - half_chord, geometry.separation_rad * cos + half_chord);
-        // The part of a range of angles that is on the Sun's disc.
-        let part_on_sun = |low: f64, high: f64| (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300);
-        // Thickness of the layers that show the Sun, in radii; their transmittance summed over it, and that of the bent light alone.
+        // The fraction of a range of angles that is on the Sun's disc.
+        let fraction_on_sun = |low: f64, high: f64| (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300);
+        // Thickness of the layers that show the Sun, in radii; the integral of their transmittance over it, and the part of this integral whose rays would miss
+        // the Sun without refraction.
         let (mut shown_thickness, mut light, mut bent_light) = (0.0_f64, 0.0_f64, 0.0_f64);
         for (layer, transmittances) in layers.edges.iter().zip(&layers.transmittances) {
             let (low, high) = geometry.unrefracted_angles(layer);
-            let shown = part_on_sun(low, high) * (layer.z - layer.x);
-            let straight_fraction = part_on_sun(geometry.straight_angle(layer.x), geometry.straight_angle(layer.z));
+            let shown = fraction_on_sun(low, high) * (layer.z - layer.x);
+            let straight_fraction = fraction_on_sun(geometry.angle_of_straight_ray(layer.x), geometry.angle_of_straight_ray(layer.z));
             shown_thickness += shown;
             light += shown * transmittances.max_element();
             bent_light += shown * transmittances.max_element() * (1.0 - straight_fraction);
@@ -225,14 +229,15 @@ pub(crate) fn limb_light(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_ra
             let width = shown_thickness.max(pixel_width_radii);
             segments.push(LimbSegment {
                 direction: to_body * cos_limb + (x * cos + y * sin) * sin_limb,
+                // Length of the segment times its width, as angles.
                 solid_angle: step_rad * sin_limb * width / geometry.limb_distance,
                 radiance: photometry::sun_disc_radiance() * drawn_fraction * light / width,
                 bent_fraction: bent_light / light,
             });
         }
     }
-    let extent = std::f64::consts::PI * (sin_limb * half_arc.sin()).powi(2);
-    (!segments.is_empty()).then(|| LimbLight { segments, extent, transmittance: all_light / all_shown, drawn_fraction })
+    let arc_disc_sr = std::f64::consts::PI * (sin_limb * half_arc.sin()).powi(2);
+    (!segments.is_empty()).then(|| LimbLight { segments, arc_disc_sr, transmittance: all_light / all_shown, drawn_fraction })
 }
 
 /// The uniforms of one limb; `None` if the atmosphere is outside the image. `tint`: see [`refracted_limbs`]. `drawn_fraction`: see [`RefractedLimb`].
@@ -260,7 +265,8 @@ fn refracted_limb(
     let air_edges = std::iter::once(edge(first.x, first.y)).chain(layers.edges.iter().map(|e| edge(e.z, e.w))).collect();
     let transmittances = layers.transmittances.iter().zip(slopes(&layers.transmittances)).flat_map(|(mean, slope)| [*mean, slope]);
     let nearest_depth_km = placement.centre_km.dot(camera.forward) - placement.radii_km.max_element();
-    // A few rounding errors of f32 nearer than the near side. Nothing can be between the camera and a body whose near side is closer than the near plane.
+    // Nearer than the near side by a few rounding errors of f32. If the near side is closer than the near plane: the depth of
+    // that plane, because nothing can be in front of the body.
     let depth =
         if nearest_depth_km > NEAR_DEPTH_KM { NEAR_DEPTH_KM / nearest_depth_km * (1.0 + 4.0 * f64::from(f32::EPSILON)) } else { 1.0 };
     Some(RefractedLimb {
@@ -296,8 +302,8 @@ pub(crate) fn refracted_limbs(
     let Some(sun) = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0) else { return Vec::new() };
     let mut all = Vec::new();
     for p in placed.iter().filter(|p| refraction::refracts(p.body) && p.distance_km > 0.0 && request.pixel_view == PixelView::Final) {
-        let is_disc = |b: &&mut BodyReport| b.id == p.body.id && matches!(b.appearance, Appearance::Disc | Appearance::DiscAndPoint);
-        let Some(report) = reports.iter_mut().find(is_disc) else { continue };
+        let is_this_disc = |b: &&mut BodyReport| b.id == p.body.id && matches!(b.appearance, Appearance::Disc | Appearance::DiscAndPoint);
+        let Some(report) = reports.iter_mut().find(is_this_disc) else { continue };
         let own_effects = request.effects.for_catalog_body(p.body);
         let effects = own_effects.as_ref().unwrap_or(&request.effects);
         let mut record = |on: bool, reason: Reason| {
@@ -326,9 +332,10 @@ pub(crate) fn refracted_limbs(
         let layers = reduced_bending
             .filter(|reduced_bending| geometry.may_show_sun(p, *reduced_bending))
             .and_then(|_| refraction::layers(p.body, p.body.radii_km.x, OUTLINE_RADIUS, shift_per_bending));
-        // A point has no refracted light, so that of a small disc fades.
+        // A body drawn as a point shows no refracted limb, so that of a small disc fades.
         let drawn_fraction = beyond_small_disc(report.diameter_px);
         let tint = tint(p.placement.centre_km);
+        // At the centre of the Sun's disc mu is 1.
         let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint * drawn_fraction;
         let shown = layers.map(|layers| {
             let max_radiance =
@@ -367,6 +374,7 @@ mod tests {
             assert!(k == 0 || low >= rising[k - 1].x - 1e-15, "{k}");
             assert!(k + 1 == rising.len() || high <= rising[k + 1].x + 1e-15, "{k}");
         }
+        // At k = 4 the slope is the central difference, (0.8 - 0.02) / 2 = 0.39.
         assert!(slopes[4].x > 0.2, "the slope in the middle of a smooth rise must not vanish: {}", slopes[4].x);
     }
 }

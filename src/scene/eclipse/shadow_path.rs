@@ -2,8 +2,8 @@
 //!
 //! In: a receiver and its occluder at one time. Out: lines on the ground for one passage, that is, one crossing of the shadow over the receiver: the passage
 //! whose middle is nearest to that time. A limit is the envelope of the umbra's edges at all instants: the points where the edge is parallel to its own motion
-//! over the rotating ground. Always: the geometry is that of [`ShadowCone`] at each instant, light time to the receiver's centre included. `events::path`
-//! computes the limits of the Moon's shadow on the Earth by another method, from the moment of deepest eclipse at each place.
+//! over the rotating ground. Always: the geometry is that of [`ShadowCone`] at each instant, light time to the receiver's centre included. `events::path` has
+//! another method for the limits of the Moon's shadow on the Earth: it starts from the instant of greatest eclipse at each place.
 
 use crate::catalog::Body;
 use crate::ephemeris::Ephemeris;
@@ -17,32 +17,39 @@ use std::sync::Arc;
 
 /// A passage is found if its middle is at most this far from the receiver's time, seconds.
 const MAX_MIDDLE_OFFSET_S: f64 = 6.0 * 3600.0;
-/// Upper limit of half a passage's duration, seconds: half of Callisto's passage over Jupiter takes about 2.5 hours.
+/// Upper limit of half a passage's duration, seconds, with a wide margin: half of Callisto's passage over Jupiter takes about 2.5 hours.
 const MAX_HALF_DURATION_S: f64 = 6.0 * 3600.0;
 /// Number of intervals between the instants at which the points of a line are computed.
 const INSTANT_INTERVALS: u32 = 200;
-/// Number of the umbra's generators in the search for the limits.
+/// Number of generators, straight lines on the umbra's cone, in the search for the limits.
 const GENERATORS: u32 = 64;
-/// Two requests whose passages have middles at most this far apart, seconds, are for the same passage.
+/// Passages of the same bodies whose middles are at most this far apart, seconds, are the same passage.
 const SAME_PASSAGE_S: f64 = 60.0;
-/// In the search for the middle of a passage: the time over which the axis is extrapolated from its motion, and the precision of the middle, seconds.
+/// In the search for the middle of a passage: the interval over which the velocity of the axis is measured, and the precision of the middle, seconds.
 const SEARCH_STEP_S: f64 = 60.0;
 const MIDDLE_PRECISION_S: f64 = 0.1;
+/// The middle counts as not found after this many steps of the search.
+const MAX_SEARCH_STEPS: u32 = 8;
+/// Halvings of an interval in a bisection: to 1e-12 of its length.
+const BISECTION_STEPS: u32 = 40;
+/// Number of paths in the cache.
+const CACHED_PATHS: usize = 8;
 /// The motion of the umbra's edge over the ground is a central difference: between this many seconds later and this many earlier.
 const DIFFERENCE_STEP_S: f64 = 1.0;
 
-/// Lines on the ground of one passage.
+/// Lines on the ground of one passage, in the receiver's unit-sphere frame.
 #[derive(Clone, Debug)]
 pub(crate) struct ShadowPath {
-    /// The path of the shadow's axis; `None` if it misses the ground.
+    /// The path of the shadow's axis; `None` if the axis misses the ground in the middle of the passage.
     pub centre_line: Option<GroundLine>,
-    /// The limits of the umbra, or of the antumbra beyond its apex.
+    /// The limits of the umbra, or of the antumbra beyond its apex: first those on the left of the shadow's motion, then those on its right. A side may
+    /// have none, or several with gaps between them.
     pub limits: Vec<GroundLine>,
     /// When the shadow's axis is nearest to the receiver's centre.
     pub middle: Instant,
 }
 
-/// Cache key: the bodies of a passage, and its middle in TDB seconds past J2000.
+/// Cache key: the bodies of a passage with the radii on which its lines depend, and its middle in TDB seconds past J2000.
 #[derive(Debug)]
 struct PassageKey {
     /// Of the Sun, the receiver and the occluder.
@@ -58,7 +65,7 @@ pub(crate) struct ShadowPaths(Memo<PassageKey, Arc<ShadowPath>>);
 
 impl Default for ShadowPaths {
     fn default() -> Self {
-        Self(Memo::with_capacity(8))
+        Self(Memo::with_capacity(CACHED_PATHS))
     }
 }
 
@@ -97,7 +104,7 @@ struct PassageGeometry<'a, 'b> {
 }
 
 impl PassageGeometry<'_, '_> {
-    /// The receiver and the shadow cone at a time; `None` if the occluder is not in front of the Sun.
+    /// The receiver and the shadow cone at a time; `None` if the occluder is not in front of the Sun, or if the ephemeris lacks this time.
     fn at(&self, time_s: f64) -> Option<(Receiver<'_>, ShadowCone)> {
         let receiver = Receiver::at(self.ephemeris, self.receiver.body, self.receiver.time.plus_seconds(time_s)).ok()?;
         let axis = Axis::of(&receiver, self.sun)?;
@@ -110,7 +117,8 @@ impl PassageGeometry<'_, '_> {
         self.at(time_s).map(|(_, cone)| cone)
     }
 
-    /// Vector from the receiver's centre to the nearest point of the shadow's axis: ICRF axes, equatorial radii.
+    /// Vector from the receiver's centre to the nearest point of the shadow's axis, in equatorial radii. The axes are those of the ICRF, so that the body's
+    /// rotation does not count as motion.
     fn nearest_axis_point(&self, time_s: f64) -> Option<DVec3> {
         let (receiver, cone) = self.at(time_s)?;
         let ConeLine { origin, direction } = cone.axis_line();
@@ -121,9 +129,10 @@ impl PassageGeometry<'_, '_> {
     /// repeated linear extrapolation finds it. `None` if the penumbra misses the receiver, or if the middle is not found within [`MAX_MIDDLE_OFFSET_S`].
     fn passage(&self) -> Option<(f64, f64)> {
         let mut time_s = 0.0;
-        for _ in 0..8 {
+        for _ in 0..MAX_SEARCH_STEPS {
             let (axis_point, next) = (self.nearest_axis_point(time_s)?, self.nearest_axis_point(time_s + SEARCH_STEP_S)?);
             let velocity = (next - axis_point) / SEARCH_STEP_S;
+            // Where |axis_point + velocity * step| is least.
             let step = -axis_point.dot(velocity) / velocity.length_squared();
             time_s += step;
             if !time_s.is_finite() || time_s.abs() > MAX_MIDDLE_OFFSET_S {
@@ -131,6 +140,7 @@ impl PassageGeometry<'_, '_> {
             }
             if step.abs() < MIDDLE_PRECISION_S {
                 let cone = self.cone(time_s)?;
+                // In equatorial radii. At the contact distance the penumbra touches the receiver.
                 let (nearest, contact_distance) = (axis_point.length(), 1.0 + cone.radius(ConeKind::Penumbra));
                 // The factor of 1.2 is a margin for the curvature of the motion.
                 let half_duration_s = 1.2 * ((contact_distance * contact_distance - nearest * nearest).max(0.0)).sqrt() / velocity.length();
@@ -145,8 +155,8 @@ impl PassageGeometry<'_, '_> {
         let axis_meets_ground = |time_s: f64| self.cone(time_s).is_some_and(|cone| cone.half_chord_sq(cone.axis_line()) > 0.0);
         let centre_point = |time_s: f64| self.cone(time_s).and_then(|cone| cone.ground_point(cone.axis_line()));
         let ground_line = |points: Vec<DVec3>| (points.len() > 3).then_some(GroundLine { points, is_closed: false });
-        let centre_line = span(middle_s, half_duration_s, axis_meets_ground)
-            .and_then(|span| ground_line(instants(span).filter_map(centre_point).collect()));
+        let centre_line = interval_where(middle_s, half_duration_s, axis_meets_ground)
+            .and_then(|interval| ground_line(instants(interval).filter_map(centre_point).collect()));
         let umbra_meets_ground = |time_s: f64| {
             let generator_meets_ground = |cone: &ShadowCone, k: u32| {
                 cone.half_chord_sq(cone.generator_at(ConeKind::Umbra, TAU * f64::from(k) / f64::from(GENERATORS))) > 0.0
@@ -154,10 +164,11 @@ impl PassageGeometry<'_, '_> {
             self.cone(time_s).is_some_and(|cone| (0..GENERATORS).any(|k| generator_meets_ground(&cone, k)))
         };
         let mut limits = Vec::new();
-        if let Some(span) = span(middle_s, half_duration_s, umbra_meets_ground) {
+        if let Some(interval) = interval_where(middle_s, half_duration_s, umbra_meets_ground) {
             let limit_points = |time_s: f64| self.limit_points(time_s).unwrap_or_default();
-            let limits_by_instant: Vec<[Option<DVec3>; 2]> = instants(span).map(limit_points).collect();
+            let limits_by_instant: Vec<[Option<DVec3>; 2]> = instants(interval).map(limit_points).collect();
             for side in 0..2 {
+                // A side may have no point for some instants; the line ends there.
                 let runs = limits_by_instant.chunk_by(|a, b| a[side].is_some() == b[side].is_some());
                 limits.extend(runs.filter_map(|run| ground_line(run.iter().filter_map(|sides| sides[side]).collect())));
             }
@@ -166,12 +177,13 @@ impl PassageGeometry<'_, '_> {
     }
 
     /// The two points at which the umbra's edge is parallel to its motion over the ground: the one on the left of the motion, seen from above, then the one on
-    /// its right. Either is `None` if no such point was found.
+    /// its right. Either is `None` if no such point was found. The outer `None`: there is no shadow cone at one of the times of the
+    /// central difference, or a generator misses the ground during the bisection.
     fn limit_points(&self, time_s: f64) -> Option<[Option<DVec3>; 2]> {
         let (earlier, now, later) = (self.cone(time_s - DIFFERENCE_STEP_S)?, self.cone(time_s)?, self.cone(time_s + DIFFERENCE_STEP_S)?);
         let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.generator_at(ConeKind::Umbra, angle));
-        // The point of the edge on the generator at `angle` (radians), the point's motion, and a number with the sign of the motion's component across the
-        // edge.
+        // The point of the edge on the generator at `angle` (radians), the point's motion, and a number whose sign tells to which side of the edge the point
+        // moves; at a limit this sign changes.
         let motion_at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
             /// Half the step of the central difference that gives the direction of the edge, radians.
             const ANGLE_STEP: f64 = 1e-4;
@@ -192,12 +204,13 @@ impl PassageGeometry<'_, '_> {
                 continue;
             }
             let (mut low, mut high) = (from, from + TAU / f64::from(GENERATORS));
-            for _ in 0..40 {
+            for _ in 0..BISECTION_STEPS {
                 let angle = 0.5 * (low + high);
                 let (.., component) = motion_at(angle)?;
                 if (component > 0.0) == (from_component > 0.0) { low = angle } else { high = angle }
             }
             let (point, motion, _) = motion_at(low)?;
+            // The vector `up x motion` points to the left of the motion, and `point` points up.
             let is_left = point.cross(motion).dot(point - centroid) > 0.0;
             sides[usize::from(!is_left)] = Some(point);
         }
@@ -205,11 +218,11 @@ impl PassageGeometry<'_, '_> {
     }
 }
 
-/// The interval around the middle in which a condition holds; `None` if it does not hold in the middle.
-fn span(middle_s: f64, half_duration_s: f64, holds: impl Fn(f64) -> bool) -> Option<[f64; 2]> {
+/// The interval around the middle in which a condition holds, seconds; `None` if the condition does not hold in the middle.
+fn interval_where(middle_s: f64, half_duration_s: f64, holds: impl Fn(f64) -> bool) -> Option<[f64; 2]> {
     let end = |mut outside: f64| {
         let mut inside = middle_s;
-        for _ in 0..40 {
+        for _ in 0..BISECTION_STEPS {
             let time_s = 0.5 * (inside + outside);
             if holds(time_s) { inside = time_s } else { outside = time_s }
         }
@@ -241,7 +254,7 @@ mod tests {
         check(&catalog, found.iter().filter_map(path_of).collect());
     }
 
-    /// Distance in kilometres from a place on the ground, given in geodetic degrees, to the nearest point of a polyline.
+    /// Distance in kilometres from a place on the ground, given in geodetic degrees, to the nearest point of a polyline in the unit-sphere frame.
     fn distance_km(radii_km: DVec3, line: &[DVec3], latitude_deg: f64, longitude_deg: f64) -> f64 {
         let height_km = 0.0;
         let (place, _normal) = crate::ephemeris::topocentric::ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
@@ -258,6 +271,7 @@ mod tests {
     fn the_path_of_2024_agrees_with_nasa() {
         with_paths(399, "2024-04-08T18:17:16Z", |catalog, found| {
             let [(301, path)] = &found[..] else { panic!("{} paths", found.len()) };
+            // The axis is nearest to the centre within two minutes of greatest eclipse.
             assert!(
                 (path.middle.tdb_seconds_past_j2000() - Instant::parse("2024-04-08T18:17:16Z").expect("a time").tdb_seconds_past_j2000())
                     .abs()
@@ -272,7 +286,7 @@ mod tests {
             assert_eq!(path.limits.len(), 2);
             let [left, right] = [0, 1].map(|k| distance_km(radii_km, &path.limits[k].points, 25.29, -104.138));
             assert!((left + right - 197.5).abs() < 6.0 && (left - right).abs() < 6.0, "{left} {right}");
-            // Negative control: a place 0.2 degrees farther north is more than 10 km from the line.
+            // Negative control: a place 0.21 degrees (23 km) farther north is more than 10 km from the line.
             assert!(distance_km(radii_km, &centre.points, 25.5, -104.138) > 10.0);
         });
         // Twelve hours before the eclipse no passage is found; five hours before it, this passage is found.
@@ -283,31 +297,34 @@ mod tests {
     /// The centre lines of moons' shadows on Jupiter span less than 15 degrees of latitude, and a large moon's limits are 0.2 to 2.5 of its diameters apart.
     #[test]
     fn the_shadow_of_a_moon_crosses_jupiter_along_a_belt() {
-        let mut seen = 0;
+        let mut passage_count = 0;
         for time in ["2024-12-07T20:00:00Z", "2024-12-08T12:00:00Z", "2024-12-09T06:00:00Z", "2024-12-10T00:00:00Z"] {
             with_paths(599, time, |catalog, found| {
                 let radii_km = catalog.body(NaifId(599)).expect("Jupiter").radii_km;
                 for (moon, path) in found.iter().filter(|(_, path)| path.centre_line.is_some()) {
                     let line = &path.centre_line.as_ref().expect("a centre line").points;
+                    // Parametric latitudes.
                     let latitudes: Vec<f64> = line.iter().map(|p| p.z.asin().to_degrees()).collect();
                     let (south, north) = latitudes.iter().fold((90.0_f64, -90.0_f64), |(s, n), l| (s.min(*l), n.max(*l)));
                     assert!(north - south < 15.0, "{moon}: {south} to {north}");
-                    let width_km = path.limits.iter().map(|limit| {
-                        let at = line[line.len() / 2] * radii_km;
-                        limit.points.iter().map(|p| (*p * radii_km).distance(at)).fold(f64::INFINITY, f64::min)
-                    });
+                    let middle_km = line[line.len() / 2] * radii_km;
+                    let distances_to_limits_km = path
+                        .limits
+                        .iter()
+                        .map(|limit| limit.points.iter().map(|p| (*p * radii_km).distance(middle_km)).fold(f64::INFINITY, f64::min));
                     let diameter_km = 2.0 * catalog.body(NaifId(*moon)).expect("a moon").radii_km.x;
-                    let width_km: f64 = width_km.sum();
-                    // A small moon's umbra ends before it reaches Jupiter.
+                    let width_km: f64 = distances_to_limits_km.sum();
+                    // Only the Galilean moons: a small moon's umbra ends before it reaches Jupiter.
                     if diameter_km < 2000.0 {
                         continue;
                     }
                     // The umbra is narrower than the moon because of the Sun's angular size, and longer where it meets the ground at a slant.
+                    // A width needs both limits.
                     assert!(path.limits.len() < 2 || (0.2..2.5).contains(&(width_km / diameter_km)), "{moon}: {width_km} of {diameter_km}");
-                    seen += 1;
+                    passage_count += 1;
                 }
             });
         }
-        assert!(seen >= 1, "no passage of a large moon in three days");
+        assert!(passage_count >= 1, "no passage of a large moon");
     }
 }

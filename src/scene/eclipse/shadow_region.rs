@@ -27,7 +27,7 @@ pub struct Frustum {
 impl Frustum {
     /// The frustum of `camera` in the axes of a placed body.
     pub(crate) fn of(camera: &Camera, placement: &Placement) -> Self {
-        let tan = camera.tan_half_fov * (1.0 + DVec2::splat(MARGIN_PX) / camera.half_size());
+        let tan = camera.tan_half_fov * (1.0 + DVec2::splat(MARGIN_PX) / camera.half_size_px());
         let [right, up, forward] = [camera.right, camera.up, camera.forward].map(|axis| placement.body_from_icrf * axis);
         let sides = [forward * tan.x - right, forward * tan.x + right, forward * tan.y - up, forward * tan.y + up];
         Self {
@@ -129,11 +129,11 @@ mod tests {
     impl Shadow {
         fn random(random: &mut Random) -> Self {
             // A random elevation of the Sun over the plane, down to 0.001 degrees.
-            let flat = random.direction() * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-5.0, 0.0)));
+            let flattened = random.direction() * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-5.0, 0.0)));
             Self {
                 centre: random.direction() * random.between(0.5, 30.0) * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-3.0, 0.0))),
                 radius: 10.0_f64.powf(random.between(-3.0, 0.5)),
-                sunward: flat.normalize(),
+                sunward: flattened.normalize(),
                 widening: 10.0_f64.powf(random.between(-4.0, -1.5)),
             }
         }
@@ -160,7 +160,7 @@ mod tests {
         Frustum::of(&camera, &placement)
     }
 
-    /// Random darkened points of the receiver: near the axis, where the region is narrow, and on the plane for rings.
+    /// Random points of the receiver in the penumbra; on the plane for rings.
     fn darkened_points(random: &mut Random, shadow: &Shadow, shape: ReceiverShape) -> Vec<DVec3> {
         let along = shadow.centre.dot(shadow.sunward);
         let point_near_shadow = |random: &mut Random| {

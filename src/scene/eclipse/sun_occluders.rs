@@ -9,7 +9,7 @@ use crate::message::Reason;
 use crate::scene::atmosphere::clouds;
 use crate::scene::camera::Camera;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
-use crate::scene::eclipse::model::{EclipseModelChoice, choose_eclipse_model, requested_model};
+use crate::scene::eclipse::model::{EclipseModelChoice, choose_eclipse_model, eclipse_model_choice};
 use crate::scene::eclipse::occluders::{self, MIN_BLOCKED_FRACTION_IN_IMAGES, Occluder, Receiver, ReceiverExtent};
 use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape};
 use crate::scene::placed::PlacedBody;
@@ -112,7 +112,7 @@ pub(crate) fn evaluate_shadow<T>(
     if context.request.effects.override_of(Effect::Eclipse) == Some(false) {
         return None;
     }
-    evaluate_shadow_with_model(context, placed, diameter_px, requested_model(context.request), evaluate)
+    evaluate_shadow_with_model(context, placed, diameter_px, eclipse_model_choice(context.request), evaluate)
 }
 
 /// Like [`visible_sunlight`], but always with [`EclipseModelChoice::Best`], even if the user switched eclipses off: a magnitude must not depend on the

@@ -43,8 +43,8 @@ fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseMode
     let layers = match occluders.first() {
         Some(first) if model == EclipseModel::Refracted => {
             let shift_per_bending = refraction::shift_per_bending(first.distance_along, axis.sun_distance);
-            let mean_radius = (first.semi_axes.x * first.semi_axes.y).sqrt();
-            refraction::layers(first.body, receiver.radius_km(), mean_radius, shift_per_bending)
+            let mean_outline_radius = (first.semi_axes.x * first.semi_axes.y).sqrt();
+            refraction::layers(first.body, receiver.radius_km(), mean_outline_radius, shift_per_bending)
         }
         _ => None,
     };

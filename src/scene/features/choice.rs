@@ -121,8 +121,8 @@ impl FeatureSelection {
         self.eclipse.occluders == 0 && view.shows_radiance()
     }
 
-    /// Whether the ground's draw can show the clouds. To limit the number of shader keys, it can only with albedo, normal and cloud maps, and without overlays,
-    /// a mesh and the other features tested here.
+    /// Whether the ground's draw can show the clouds. To limit the number of shader keys, it can do so only with albedo, normal and cloud maps, and without
+    /// overlays, a mesh and the other features tested here.
     pub(crate) fn shows_clouds_on_ground(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         let has_maps = self.maps.albedo

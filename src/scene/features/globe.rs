@@ -109,9 +109,10 @@ pub(crate) fn uniforms_of_fraction(
         std::iter::once(&lights::sunlight(placed.body_to_sun_km)).chain(secondary_lights).map(to_body_frame).collect()
     };
     let shows_clouds = inputs.effects().override_of(Effect::Clouds) != Some(false);
+    // Clouds hide a part of the glint.
     let glint_factor =
         if shows_clouds { disc_light::glint_factor(body, placed.phase_angle_rad, placed.distance_km / body.radii_km.x) } else { 1.0 };
-    let ground_scale = 1.0;
+    let floor_scale = 1.0;
     let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
         albedo: camera::narrow(reflectance * placed.radiance_scale() * colour_factor(body, light_factor)),
@@ -129,7 +130,7 @@ pub(crate) fn uniforms_of_fraction(
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),
         clouds: clouds::uniforms(body),
         eclipse: EclipseUniforms::default(),
-        air: air::uniforms(body, ground_scale),
+        air: air::uniforms(body, floor_scale),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
         detail: detail::uniforms(Capabilities::of(body).detail, camera, placement, &rays),

@@ -141,8 +141,8 @@ pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -
     let decided = decide_in_order(&MAP_DECISIONS, &inputs, Decisions::new(inputs.log()));
     let features = decided.chosen.globe_features(inputs.body(), inputs.pixel_view());
     let mut files = map_files(&inputs, &features, &decided);
-    let cloud_draw_map = decided.clouds.and_then(|c| c.map_files.cloud);
-    files.cloud = files.cloud.or(cloud_draw_map);
+    let cloud_draw_map = decided.clouds.and_then(|c| c.map_files.clouds);
+    files.clouds = files.clouds.or(cloud_draw_map);
     Some((files, if has_mesh { Shape::Mesh } else { features.shape }))
 }
 
@@ -166,7 +166,8 @@ fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>
     DecidedBody { appearance: Appearance::Disc, diameter_px: inputs.diameter_px, decisions, draws, point: None, disc_glare: None }
 }
 
-/// Decides on the point that replaces a small disc. From [`POINT_ONLY_BELOW_PX`] to [`DISC_ONLY_FROM_PX`], disc and point share the light.
+/// Decides on the point that replaces a small disc. From [`POINT_ONLY_BELOW_PX`] to [`DISC_ONLY_FROM_PX`], disc and point share the light. `None` without a
+/// point, or if the point is behind the camera or has no light and hides nothing.
 fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
     let (frame, placed, disc_fraction) = (inputs.frame, inputs.placed, inputs.disc_fraction);
     // Points are drawn after the air, so its transmittance is applied here.
@@ -248,7 +249,7 @@ fn map_files(inputs: &DecisionInputs<'_, '_>, features: &DrawFeatures, decided: 
         normal: file(features.maps.normal, &body.maps.normal),
         specular: file(features.maps.specular, &body.maps.specular),
         night: file(features.maps.night, &body.maps.night),
-        cloud: body.clouds.as_ref().filter(|_| features.maps.cloud_shadow).map(|c| c.map.file.clone()),
+        clouds: body.clouds.as_ref().filter(|_| features.maps.cloud_shadow).map(|c| c.map.file.clone()),
         cloud_texel_bits: body.clouds.as_ref().map(atmosphere::clouds::texel_bits),
         overlays: decided.overlays.iter().map(|o| o.file.clone()).collect(),
     }
@@ -307,7 +308,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
             draw.uniforms.air.night_radiance *= decided.night_fraction_on_ground;
         }
         if draw.features.air_pass != AirPass::None {
-            atmosphere::air_pass::set_bound(&mut draw.uniforms, inputs);
+            atmosphere::air_pass::set_error_bounds(&mut draw.uniforms, inputs);
         }
         if let Some(table) =
             inputs.frame.context.resources.scattering_tables.get(&draw.body).filter(|_| draw.features.air.model == AtmosphereModel::Table)

@@ -164,7 +164,7 @@ mod tests {
     fn an_eclipse_removes_no_light() {
         let catalog = Catalog::embedded();
         let eclipse = Eclipse { occluders: 1, model: EclipseModel::LimbDarkened };
-        let (mut under_air, mut by_rings) = (0, 0);
+        let (mut with_planet_shine, mut with_ring_shine) = (0, 0);
         for body in catalog.bodies() {
             for air_model in air::possible_models(body) {
                 for (secondary_light_count, ring_shine) in [(0, false), (1, false), (2, false), (0, true)] {
@@ -174,12 +174,13 @@ mod tests {
                     assert_eq!(DrawFeatures { eclipse: plain.eclipse, lights: plain.lights, ..eclipsed }, plain, "{}", body.name);
                     let has_air = air_model != AtmosphereModel::None;
                     assert!(eclipsed.lights == plain.lights || has_air && plain.lights > 1 && eclipsed.lights > plain.lights);
-                    under_air += usize::from(has_air && secondary_light_count > 0 && eclipsed.lights > 1 && eclipsed.eclipse == eclipse);
-                    by_rings += usize::from(has_air && eclipsed.ring_shine && eclipsed.eclipse == eclipse);
+                    with_planet_shine +=
+                        usize::from(has_air && secondary_light_count > 0 && eclipsed.lights > 1 && eclipsed.eclipse == eclipse);
+                    with_ring_shine += usize::from(has_air && eclipsed.ring_shine && eclipsed.eclipse == eclipse);
                 }
             }
         }
-        assert!(under_air > 20 && by_rings > 10, "{under_air} {by_rings}");
+        assert!(with_planet_shine > 20 && with_ring_shine > 10, "{with_planet_shine} {with_ring_shine}");
     }
 
     #[test]

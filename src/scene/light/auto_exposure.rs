@@ -34,8 +34,9 @@ const MAX_MEDIAN_GLARE: [f64; 3] = [0.2, 0.02, 0.003];
 const LOST_SUBJECT_RATIO: f64 = 0.1;
 /// Number of stops by which the brightest city lights must exceed white to get full weight.
 const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
-/// The reason of an exposure names every other subject that contributes more than `NAMED_SHARE`, or moves the exposure by more than `NAMED_STOPS`. It names a
-/// limit that moves the exposure by more than `NAMED_STOPS`, and the main subject's target level if the image misses this level by more than `NAMED_STOPS`.
+/// Beside the main subject, the reason of an exposure names every subject that contributes more than `NAMED_SHARE`, or moves the exposure by more than
+/// `NAMED_STOPS`. It also names a limit (by the glare, or for a night sky) that moves the exposure by more than `NAMED_STOPS`, and the main subject's target
+/// level if the image misses this level by more than `NAMED_STOPS`.
 const NAMED_SHARE: f64 = 0.1;
 const NAMED_STOPS: f64 = 0.1;
 

@@ -1,8 +1,9 @@
 //! The irradiance at the viewer from an entire body (globe and rings), at any phase angle.
 //!
 //! In: the body, and the positions of the viewer and of the Sun or another light. Out: [`Irradiance`]. Left out: eclipses. Errors: 0.2 magnitudes for globes,
-//! 0.15 for Saturn with rings (tests/scene/magnitudes.rs). Ring-shine fades in between two phase angles (`SHINE_FADE_IN_RAD`): its tables are not computed for
-//! views from the Earth. From beyond, magnitudes need them, also if the user has switched off the rings or their light: a magnitude is that of the real body.
+//! 0.15 for Saturn with rings (tests/scene/magnitudes.rs). Ring-shine fades in between two phase angles (`SHINE_FADE_IN_RAD`), so that its tables are not
+//! computed for views from the Earth. At greater phase angles magnitudes need the tables, even if the user has switched off the rings or their light: a
+//! magnitude is that of the real body.
 
 use crate::catalog::{Body, Ring};
 use crate::scene::light::{disc_light, ellipsoid, photometry};
@@ -23,7 +24,7 @@ const MIN_RING_SHINE: f64 = 0.01;
 pub(crate) struct Irradiance {
     /// Luminance of the light of the ground, which has the body's colour.
     of_ground: f64,
-    /// Light of the air, of the Earth also that of the glint on the sea, linear RGB ([`disc_light::ground_and_air_irradiance`]).
+    /// Light of the air (for the Earth, of the air and of the glint on the sea), linear RGB ([`disc_light::ground_and_air_irradiance`]).
     of_air: DVec3,
     /// Light of the rings, linear RGB.
     of_rings: DVec3,
@@ -32,8 +33,8 @@ pub(crate) struct Irradiance {
 }
 
 impl Irradiance {
-    /// What an image shows of it in which `shows` tells whether an effect may be drawn: without the light of the air if the air is switched off. That of the
-    /// Earth is one table for air and glint, most of which is the glint: it stays until both are off.
+    /// The irradiance as an image shows it; `shows` tells whether the image may draw an effect. If the air is switched off, its light is left out. The Earth's
+    /// is one table for air and glint, mostly of the glint, and stays until both are off.
     pub(crate) fn with_shown_air(self, body: &Body, shows: impl Fn(Effect) -> bool) -> Self {
         let is_shown = shows(Effect::Atmosphere) || body.maps.specular.is_some() && shows(Effect::Specular);
         if is_shown { self } else { Self { of_air: DVec3::ZERO, ..self } }
@@ -73,7 +74,7 @@ pub(crate) fn globe_irradiance(body: &Body, phase_angle_rad: f64, sun_km: DVec3,
     }
 }
 
-/// At least 1 km, because the body may be the Sun itself.
+/// Distance of the Sun; at least 1 km, because the body may be the Sun itself.
 fn sun_distance_km(sun_km: DVec3) -> f64 {
     sun_km.length().max(1.0)
 }
@@ -102,7 +103,7 @@ pub(crate) fn irradiance(caches: &Caches, body: &Body, phase_angle_rad: f64, sun
     }
     let (viewer_distance_km, viewer, sun_distance_km) = (viewer_km.length(), viewer_km.normalize(), sun_distance_km(sun_km));
     let rings = RingLight::of(&caches.ring_tables, body, sun_km.normalize(), viewer);
-    // From the mean radiance of a disc of the equatorial radius under a sunlight of irradiance 1.
+    // Factor from the mean radiance of a disc of the equatorial radius, under a sunlight of irradiance 1, to the irradiance at the viewer.
     let sunlit_solid_angle = (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2);
     Irradiance {
         of_ground: of_globe.of_ground * rings.globe_light_fraction,

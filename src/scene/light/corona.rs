@@ -3,11 +3,12 @@
 //! In: the apparent position of the Sun, the threshold, the date, the glare that the frame draws. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl,
 //! and the reason; for the light meter, the corona's weight and its radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it,
 //! and the air in front dims it. The corona is left out if it changes the glare by less than the threshold. A Sun outside the frame has no glare (`glare`), so
-//! its corona is drawn. While the Sun enters the frame the glare grows; the corona is left out once it no longer makes a visible difference. The light meter
-//! counts a corona under the same conditions, so that no image is exposed for one that is not drawn. K and F corona are combined: averaged over
-//! position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the sunspot cycle. From 15 to 25 degrees
-//! from the Sun the corona fades into the zodiacal light (scene::sky::zodiacal). Left out: streamers; the change of the mean brightness within a cycle (a
-//! factor of two between eclipses); prominences and chromosphere; the view from inside the corona, because the law is that of an observer far outside.
+//! its corona is drawn. While the Sun enters the frame the glare grows; once the corona makes no visible difference beside it, it is left out. The light meter
+//! counts a corona under the same conditions, so that no image is exposed for one that is not drawn. K corona (light scattered by electrons) and F corona (by
+//! dust) are combined: averaged over position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the
+//! sunspot cycle. From 15 to 25 degrees from the Sun the corona fades into the zodiacal light (scene::sky::zodiacal). Left out: streamers; the change of the
+//! mean brightness within a cycle (a factor of two between eclipses); prominences and chromosphere; the view from inside the corona, because the law is that of
+//! an observer far outside.
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
@@ -71,7 +72,8 @@ pub struct Corona {
     pub flattening: f32,
     /// Radiance of each of Baumbach's terms at the limb.
     pub terms: Vec3,
-    /// Cosine of the elongation at which the corona has faded out, and 1 / (inner cosine - outer cosine), where it fades between the two.
+    /// The corona fades between two elongations. Cosine of the outer one, at which it has faded out; and 1 / (cosine of the inner one - cosine of the outer
+    /// one).
     pub outer_cosine: f32,
     pub inverse_fade_width: f32,
     /// The Sun's colour, tinted by the air in front of it.
@@ -211,7 +213,7 @@ pub(crate) fn corona(
     };
     let narrow_in_sun_axes = |v: DVec3| narrow(in_sun_axes(v));
     let corona = Corona {
-        rect_in_clip: rect.of_whole_pixels(camera.half_size()).narrowed(),
+        rect_in_clip: rect.of_whole_pixels(camera.half_size_px()).narrowed(),
         draw_count_behind: 0,
         middle: narrow_in_sun_axes(camera.forward),
         right: narrow_in_sun_axes(camera.right * camera.tan_half_fov.x),

@@ -38,7 +38,7 @@ fn flux_by_planet_shine(inputs: &DecisionInputs<'_, '_>) -> DVec3 {
     if frame.threshold.relative_to_white(placed.body.geometric_albedo.max(0.01) * sunlight) < 1.0 {
         return DVec3::ZERO;
     }
-    // The decisions about planet-shine on the disc are among those about the disc.
+    // The log is dropped: the decisions about planet-shine are recorded for the disc itself.
     point::flux_of_irradiance(frame.camera, placed, planet_shine::irradiance_of_point(inputs, &mut inputs.log()))
 }
 

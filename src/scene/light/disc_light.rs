@@ -1,8 +1,8 @@
 //! The light of a body's disc by phase angle, divided between its ground and its air.
 //!
 //! In: a body, and a phase angle `alpha` in radians, 0..=pi. Out: the factor on the drawn ground, and the light of the body's point. Always: ground and air
-//! together have the light of the published law, up to its limit; disc and point are alike (tests/scene/points_like_discs.rs), with all effects on.
-//! Exception: the ground keeps `MIN_GROUND_PART` of the law where the drawn air would leave it less.
+//! together have the light of the published law, up to the law's limit (its greatest phase angle); disc and point are alike
+//! (tests/scene/points_like_discs.rs), with all effects on. Exception: the ground keeps `MIN_GROUND_PART` of the law where the drawn air would leave it less.
 //!
 //! The air's light has two forms. Where clear air is opaque along the limb, the rim continues the disc's colour, in proportion to the ground (Venus, the giant
 //! planets: `rim::continued_light`). Haze and dust have the light of the catalog's `forward_light` (Mars, Titan, Pluto). Without a published law the
@@ -50,9 +50,10 @@ fn part_without_haze(body: &Body, law: &PhaseLaw, alpha: f64) -> f64 {
     (1.0 - haze / (body.geometric_albedo * law.brightness(alpha.to_degrees())).max(1e-12)).max(MIN_GROUND_PART)
 }
 
-/// Light of a rim that continues the ground's colour at a phase angle of 90 degrees, where the light of the ground is the photometric model's phase function;
-/// at other phase angles it is proportional to their sine. The function sums over heights, so callers call it once.
+/// Light, at a phase angle of 90 degrees, of a rim that continues the ground's colour, in the unit in which the ground's light is the phase function of the
+/// photometric model. At other phase angles the rim's light is proportional to their sine. The function sums over heights, so callers call it once.
 fn rim_of_model(body: &Body) -> f64 {
+    // All channels of the model's albedo are equal, since the body reflects.
     rim::continued_light(body) / model_geometric_albedo(&body.photometry)[0].max(1e-12)
 }
 
@@ -112,14 +113,14 @@ pub(crate) fn glint_factor(body: &Body, alpha: f64, distance_radii: f64) -> f64 
     GLINT_PAST_CLOUDS.powf(weight)
 }
 
-/// By how much [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter does not compute their light
+/// Factor by which [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter does not compute their light
 /// in front of sunlit ground; if the air is drawn, the meter makes the ground brighter by this factor instead.
 pub(crate) fn haze_over_ground(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
     part_without_haze(body, law, alpha.min(law.limit_deg.to_radians())).powf(-correction_weight(distance_radii))
 }
 
-/// A bound of the mean radiance of a disc under irradiance 1, green, at every phase angle; infinite for a body that shines by itself.
+/// A bound of the green mean radiance of a disc under irradiance 1 at every phase angle; infinite for a body that shines by itself.
 pub(crate) fn max_mean_radiance(body: &Body) -> f64 {
     if is_emissive(body) {
         return f64::INFINITY;
@@ -169,7 +170,7 @@ pub fn ground_and_air_irradiance(
 
 /// Irradiance by ground and air, linear RGB; for a body with bright and dark sides as if every viewer saw the side that was measured.
 /// Parameters as for [`ground_and_air_irradiance`].
-pub(crate) fn irradiance_without_sides(
+pub(crate) fn irradiance_of_measured_side(
     body: &Body,
     alpha: f64,
     sun_distance_km: f64,
@@ -198,7 +199,7 @@ mod tests {
                 let alpha = f64::from(k) * std::f64::consts::PI / 720.0;
                 // With this size and distance the irradiance is the mean radiance.
                 let (viewer_distance_km, radius_sq_km2) = (1.0, 1.0);
-                let mean_radiance = irradiance_without_sides(body, alpha, KM_PER_AU, viewer_distance_km, radius_sq_km2).y;
+                let mean_radiance = irradiance_of_measured_side(body, alpha, KM_PER_AU, viewer_distance_km, radius_sq_km2).y;
                 let ratio = mean_radiance / max_mean_radiance(body);
                 assert!(ratio <= 1.0, "{} at {} degrees: {ratio} of the bound", body.name, alpha.to_degrees());
                 nearest_to_bound = nearest_to_bound.max(ratio);

@@ -155,6 +155,7 @@ pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRe
     // Tangents of the smallest and the largest angle from the view axis, after projection along the image's other axis.
     let span = |across: f64| {
         let projected_length = across.hypot(towards.z);
+        // PI, all angles: the directions surround the other axis, along which they are projected.
         let half_width = if angle < FRAC_PI_2 && angle.sin() < projected_length { (angle.sin() / projected_length).asin() } else { PI };
         let middle = across.atan2(towards.z);
         let tangent = |a: f64| if a.abs() < FRAC_PI_2 { a.tan() } else { f64::INFINITY.copysign(a) };
@@ -189,7 +190,7 @@ pub(crate) fn glare(
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let rect = rect_around(camera, in_camera, (strength.max_element() / cutoff.max(f64::MIN_POSITIVE)).sqrt());
     let glare = Glare {
-        rect_in_clip: rect.of_whole_pixels(camera.half_size()).narrowed(),
+        rect_in_clip: rect.of_whole_pixels(camera.half_size_px()).narrowed(),
         sun_direction: narrow(in_camera),
         core_angle_sq: narrow_scalar(core_angle_sq),
         strength: narrow(strength),

@@ -59,7 +59,7 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
     let phase_angle_rad = crate::ephemeris::angle_rad(-to_source, source.body_to_sun_km);
     let radius_sq_km2 = radius_sq_km2(source.body);
     let sun_distance_km = source.body_to_sun_km.length();
-    let irradiance = disc_light::irradiance_without_sides(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
+    let irradiance = disc_light::irradiance_of_measured_side(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
     Some(IncidentLight { from: source.body.id, direction: to_source / distance_km, irradiance })
 }
 

@@ -1,10 +1,10 @@
 //! Visual magnitude of an entire body, lit by the sunlight that eclipses leave.
 //!
 //! In: a placed body, and the bodies around it. Out: its magnitude. Left out: planet-shine, so that a body entirely in an umbra without refracted light has
-//! no magnitude. In a partial eclipse of the bodies named below, the error is at most 0.1 magnitudes if more than 0.4 of the light is left. If less is left,
-//! the body is too bright: by up to 0.7 magnitudes if a twentieth is left, and by more below that. The cause is the linear ramp in
-//! [`crate::scene::eclipse::approximate_shadow`], whose test compares Titan, Io, Callisto and Phobos with sums over rays. The error is largest for a moon that
-//! is much smaller than the penumbra is wide.
+//! no magnitude. In partial eclipses of Titan, Io, Callisto and Phobos, the error is at most 0.1 magnitudes if more than 0.4 of the light is left. If less is
+//! left, the body is too bright: by up to 0.7 magnitudes if a twentieth is left, and by more below that. The cause is the linear ramp in
+//! [`crate::scene::eclipse::approximate_shadow`], whose test compares these moons with sums over rays. The error is largest for a moon that is much smaller
+//! than the penumbra is wide.
 
 use crate::catalog::NaifId;
 use crate::scene::eclipse::sun_occluders;

@@ -1,4 +1,4 @@
-//! Photometry: reflectance and geometric albedo of each photometric model; phase functions of models and bodies; bright and dark sides; magnitudes.
+//! Photometry: reflectance and geometric albedo of each photometric model; phase functions of models and bodies; rotational light curves; magnitudes.
 //!
 //! Units: a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi), and irradiance 1 is the Sun's at 1 au. A body of geometric albedo p
 //! at full phase then has the mean radiance p times its irradiance. `alpha` is the phase angle in radians, 0..=pi.
@@ -132,10 +132,10 @@ pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
 /// Numbers of photometric longitudes and latitudes of [`light_curve`].
 const LIGHT_CURVE_GRID: [u32; 2] = [24, 12];
 
-/// Brightness of the disc relative to a disc of the published albedo without bright and dark sides: the rotational light curve. 1 without an albedo map; with a
-/// map without harmonics its relative mean. Otherwise it sums the reflectance times the relative albedo, which is the map's relative mean times 1 plus the
-/// map's harmonics, and at least 0, over the part of a sphere that is lit and visible. `sun` and `viewer`: unit vectors from the body, body axes. Errors: those
-/// of the harmonics, which leave out all finer detail of the map (tests/image/light_curves.rs).
+/// The rotational light curve: brightness of the disc relative to a disc of the published albedo that is the same everywhere. 1 without an albedo map; for a
+/// map without harmonics its `relative_mean`. Otherwise the mean of the relative albedo over the lit and visible part of a sphere, weighted by the reflectance.
+/// The relative albedo is `relative_mean` times the sum of 1 and the map's harmonics, and at least 0. `sun` and `viewer`: unit vectors from the body, body
+/// axes. Errors: those of the harmonics, which leave out all finer detail of the map (tests/image/light_curves.rs).
 pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
     let reflects = !matches!(body.photometry, Photometry::Emissive { .. });
     let Some(map) = body.maps.albedo.as_ref().filter(|_| reflects) else { return 1.0 };
@@ -163,8 +163,9 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
     if light_of_uniform_albedo > 0.0 { map.relative_mean * light / light_of_uniform_albedo } else { 1.0 }
 }
 
-/// What the published law of a body that was measured from one side (the Moon) contains of that side's bright and dark parts: the [`light_curve`] of the side,
-/// as the mean over a crescent and its mirror image, relative to full phase. 1 for other bodies. Beyond the law's limit, the value at the limit.
+/// The published law of a body that was measured from one side (the Moon) contains a factor for the bright and dark parts of that side. This is the factor: the
+/// [`light_curve`] seen from the measured side, mean of a crescent and its mirror image, relative to full phase. 1 for other bodies. Beyond the law's limit,
+/// the value at the limit.
 pub fn measured_side_curve(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
     let Some(side) = law.measured_side else { return 1.0 };

@@ -8,9 +8,9 @@ use crate::scene::error::SceneError;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// Default full angle of a fisheye: a hemisphere, degrees.
+/// Default field of view of a fisheye (`ViewRequest::fov_deg`), a full angle in degrees: a hemisphere.
 pub const DEFAULT_FISHEYE_DEG: f64 = 180.0;
-/// Full angles that a fisheye can show, degrees.
+/// Fields of view that a fisheye can show, full angles in degrees. `scene::composite` checks the range.
 pub const FISHEYE_RANGE_DEG: RangeInclusive<f64> = 1.0..=360.0;
 /// Range of the tilt of a dome, degrees.
 pub const DOME_TILT_RANGE_DEG: RangeInclusive<f64> = -180.0..=180.0;
@@ -23,7 +23,8 @@ pub enum Projection {
     Perspective,
     /// The distance from the image's middle is proportional to the angle from its axis (azimuthal equidistant, "angular fisheye").
     Fisheye,
-    /// The entire sphere: longitude along the rows, latitude along the columns.
+    /// The entire sphere: longitude varies along the rows, latitude along the columns. Before the tilt, the poles are the view's up and down directions, and
+    /// the target is in the middle column.
     Equirectangular,
 }
 
@@ -81,7 +82,8 @@ impl StereoLayout {
 pub struct Stereo {
     /// How one image shows both eyes' images.
     pub layout: StereoLayout,
-    /// Distance between the eyes, kilometres. `None`: a thirtieth of the width that the image shows at the target's distance; on the ground 63 mm.
+    /// Distance between the eyes, kilometres. `None`: 63 mm if the camera stands on the ground, otherwise a thirtieth of the width that one eye's image shows
+    /// at the target's distance.
     pub eye_separation_km: Option<f64>,
 }
 
@@ -90,9 +92,10 @@ pub struct Stereo {
 pub struct Composition {
     /// How directions map to positions in the image.
     pub projection: Projection,
-    /// Whether a fisheye has the zenith (the view's up direction) in its middle and the target towards the bottom, where a dome has its front.
-    pub zenith_centred: bool,
-    /// Degrees by which the direction in the image's middle is lowered towards the image's bottom: the tilt of a dome.
+    /// Whether the middle of a fisheye is the zenith (the view's up direction), not the line of sight. The target is then towards the bottom, where a dome has
+    /// its front.
+    pub is_zenith_centred: bool,
+    /// The tilt of a dome: degrees by which the direction in the image's middle is lowered towards the image's bottom, negative if it is raised.
     pub tilt_deg: f64,
     /// The stereo pair, if the image is drawn for two eyes.
     pub stereo: Option<Stereo>,
@@ -110,14 +113,16 @@ impl Composition {
     pub(crate) fn check(&self) -> Result<(), SceneError> {
         let invalid = |what: &str| Err(SceneError::Request(what.into()));
         let is_perspective = self.projection == Projection::Perspective;
+        // Each eye sees a perspective frame.
         if self.stereo.is_some() && !(is_perspective && self.warp.is_none()) {
             return invalid("stereo requires the perspective projection and no warp mesh");
         }
+        // The tilt is that of a dome or sphere; a perspective view is tilted by its camera.
         if is_perspective && self.tilt_deg != 0.0 {
             return invalid("a dome's tilt requires --projection fisheye or equirectangular");
         }
         // The poles of an equirectangular image are the zenith and the nadir already.
-        if self.zenith_centred && self.projection != Projection::Fisheye {
+        if self.is_zenith_centred && self.projection != Projection::Fisheye {
             return invalid("centring on the zenith requires --projection fisheye");
         }
         if !DOME_TILT_RANGE_DEG.contains(&self.tilt_deg) {
@@ -132,7 +137,7 @@ impl Composition {
     /// The text for metadata and provenance.
     pub fn to_text(&self) -> String {
         let mut text = self.projection.name().to_owned();
-        if self.zenith_centred {
+        if self.is_zenith_centred {
             text.push_str(", zenith in the middle");
         }
         if self.tilt_deg != 0.0 {

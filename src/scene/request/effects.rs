@@ -20,7 +20,7 @@ pub enum Effect {
     SelfShadow,
     /// The albedo map.
     Albedo,
-    /// Images over the ground.
+    /// Images over the albedo map: a body's overlays, data layers included.
     Overlays,
     /// Relief from the normal map.
     Normal,
@@ -61,7 +61,7 @@ pub enum Effect {
 }
 
 impl Effect {
-    /// Every effect, in the order in which they are listed.
+    /// Every effect, in the order in which texts and panels list them.
     pub const ALL: [Self; 23] = [
         Self::Ellipsoid,
         Self::Mesh,
@@ -112,12 +112,13 @@ impl Effect {
             Self::RefractedLimb => "refracted-limb",
             Self::PlanetShine => "planet-shine",
             Self::Points => "points",
+            // As the name of its shader.
             Self::Glare => "glow",
             Self::Corona => "corona",
         }
     }
 
-    /// Names of the models among which the user may choose, as in `+eclipse=linear`.
+    /// Names of the models among which the user may choose, as in `+eclipse=linear`; empty if there is no choice.
     pub fn models(self) -> &'static [&'static str] {
         const ECLIPSE_MODELS: [&str; EclipseModel::CHOICES.len()] = [
             EclipseModel::Linear.name(),
@@ -153,7 +154,7 @@ pub struct EffectOverrides {
 
 impl EffectOverrides {
     /// Reads `+night,-normal,+eclipse=linear`; `moon:-eclipse` applies to one body only. If an effect is named twice, the last sign counts. A model stays
-    /// set until another model is named or the effect is switched off. Choosing a model does not switch on an effect that is below its threshold.
+    /// set until another model is named or the effect is switched off. Choosing a model cancels an earlier `-` but is no `+`: the effect's threshold decides.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let mut overrides = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {
@@ -165,6 +166,7 @@ impl EffectOverrides {
                     return Err(SceneError::Request(format!("effect `{}`: the effect is missing after the colon", echo(part))));
                 }
                 let body = normalized_name(body);
+                // Parsed together with what was read for the body before, so that its last sign counts.
                 let previous = overrides.per_body.get(&body).map(Self::to_text).unwrap_or_default();
                 overrides.per_body.insert(body, Self::parse(&format!("{previous},{rest}"))?);
                 continue;
@@ -205,14 +207,14 @@ impl EffectOverrides {
         }
     }
 
-    /// All overrides that apply to one body; `None` if there are no overrides for this body only.
+    /// All overrides that apply to one body, those for all bodies included. `None` if this body has no overrides of its own; then `self` applies.
     pub fn for_body(&self, name: &str) -> Option<Self> {
-        self.under_names(std::iter::once(name))
+        self.for_names(std::iter::once(name))
     }
 
     /// Like [`Self::for_body`], for all names of a body of the catalog. Overrides under its main name take precedence, because the window uses that name.
     pub(crate) fn for_catalog_body(&self, body: &Body) -> Option<Self> {
-        self.under_names(body.aliases.iter().chain(std::iter::once(&body.name)).map(String::as_str))
+        self.for_names(body.aliases.iter().chain(std::iter::once(&body.name)).map(String::as_str))
     }
 
     /// Whether the user switched an effect of a body on or off; `None` if neither.
@@ -220,21 +222,21 @@ impl EffectOverrides {
         self.for_catalog_body(body).as_ref().unwrap_or(self).override_of(effect)
     }
 
-    /// All overrides that apply to a body with these names: overrides under later names take precedence. `None` if there are none under any of the names.
-    fn under_names<'n>(&self, names: impl Iterator<Item = &'n str>) -> Option<Self> {
+    /// As [`Self::for_body`], for a body with these names: overrides under later names take precedence. `None` if there are none under any of the names.
+    fn for_names<'n>(&self, names: impl Iterator<Item = &'n str>) -> Option<Self> {
         if self.per_body.is_empty() {
             return None;
         }
         let mut under_each_name = names.filter_map(|name| self.per_body.get(&normalized_name(name))).peekable();
         under_each_name.peek()?;
         let mut all = Self { per_body: BTreeMap::new(), ..self.clone() };
-        under_each_name.for_each(|own| all.apply(own));
+        under_each_name.for_each(|own| all.replace_by(own));
         Some(all)
     }
 
-    /// Adds the overrides for one body (`own`), which replace those for all bodies. A model chosen for the body cancels a `-` for all bodies, as in
+    /// Replaces overrides for all bodies by those for one body (`own`), where it has any. A model chosen for the body cancels a `-` for all bodies, as in
     /// [`Self::choose_model`].
-    fn apply(&mut self, own: &Self) {
+    fn replace_by(&mut self, own: &Self) {
         for effect in Effect::ALL {
             if let Some(on) = own.override_of(effect) {
                 self.set(effect, on);
@@ -247,8 +249,8 @@ impl EffectOverrides {
         self.air_model = own.air_model.or(self.air_model);
     }
 
-    /// Mutable access to the overrides of one body only.
-    pub fn of_body(&mut self, name: &str) -> &mut Self {
+    /// The overrides of one body only, to be changed.
+    pub fn own_overrides_mut(&mut self, name: &str) -> &mut Self {
         self.per_body.entry(normalized_name(name)).or_default()
     }
 
@@ -292,7 +294,7 @@ impl EffectOverrides {
         Effect::ALL.iter().flat_map(effect_texts).chain(body_texts).collect::<Vec<_>>().join(",")
     }
 
-    /// Chooses one of [`Effect::models`] by its name.
+    /// Chooses one of [`Effect::models`] by its name, and cancels a `-` of the effect.
     ///
     /// # Errors
     /// The effect has no such model.
@@ -386,14 +388,16 @@ mod tests {
     fn other_names_of_a_body_mean_the_same_body() {
         let catalog = crate::catalog::Catalog::embedded();
         let body = |name: &str| catalog.body_named(name).expect("in the catalog");
-        let is_set = |text: &str, name: &str| EffectOverrides::parse(text).expect("effects").override_of_body(body(name), Effect::Eclipse);
+        let eclipse_override =
+            |text: &str, name: &str| EffectOverrides::parse(text).expect("effects").override_of_body(body(name), Effect::Eclipse);
         for text in ["moon:-eclipse", "Luna:-eclipse", " LUNA :-eclipse", "moon:-night,luna:-eclipse"] {
-            assert_eq!((is_set(text, "moon"), is_set(text, "earth")), (Some(false), None), "{text}");
+            assert_eq!((eclipse_override(text, "moon"), eclipse_override(text, "earth")), (Some(false), None), "{text}");
         }
-        assert_eq!(is_set("1_Ceres:-eclipse", "ceres"), Some(false));
-        assert_eq!(is_set("-eclipse,luna:+eclipse", "moon"), Some(true));
-        // The window sets effects under the body's own name.
-        assert_eq!(is_set("luna:-eclipse,moon:+eclipse", "moon"), Some(true));
-        assert_eq!(is_set("-eclipse,luna:+eclipse", "io"), Some(false));
+        // The alias `1 Ceres`.
+        assert_eq!(eclipse_override("1_Ceres:-eclipse", "ceres"), Some(false));
+        assert_eq!(eclipse_override("-eclipse,luna:+eclipse", "moon"), Some(true));
+        // The window sets effects under the body's main name, which therefore takes precedence.
+        assert_eq!(eclipse_override("luna:-eclipse,moon:+eclipse", "moon"), Some(true));
+        assert_eq!(eclipse_override("-eclipse,luna:+eclipse", "io"), Some(false));
     }
 }

@@ -1,6 +1,7 @@
 //! A view request: position and direction of the camera, field of view, exposure, effects and layers.
 //!
-//! In: values from the command line, the window or a camera file. Out: [`ViewRequest`]; [`ViewRequest::check`] rejects values outside their ranges.
+//! In: values from the command line, the window or a camera file (`camera_file`). Out: [`ViewRequest`]; [`ViewRequest::check`] rejects values outside their
+//! ranges. Not here: the checks of directions and of a missing target (`scene::camera::viewpoint`).
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::message::TextLanguage;
@@ -22,8 +23,7 @@ pub enum Axes {
     /// International Celestial Reference Frame.
     #[default]
     Icrf,
-    /// Body-fixed axes of the body relative to which the camera is placed: the one that the [`Position`] names, or the target for
-    /// [`Position::AboveTarget`].
+    /// Body-fixed axes of the body relative to which the camera is placed. For [`Position::AboveTarget`] this is the target; other positions name it.
     BodyFixed,
 }
 
@@ -63,7 +63,7 @@ pub enum Position {
 }
 
 impl Position {
-    /// The default up direction: on the ground the zenith, so that the horizon is level, else north.
+    /// The up direction of a request that gives a position but no up direction: on the ground the zenith, so that the horizon is level, else north.
     pub fn default_up(&self) -> Up {
         match self {
             Self::Ground { .. } => Up::Zenith,
@@ -86,13 +86,14 @@ pub enum Look {
     },
 }
 
-/// The up direction of the image. If it is along the line of sight, the celestial pole replaces it, or else the equinox (ICRF +x).
+/// The up direction of the image. If it is along the line of sight, the celestial pole replaces it; if that is along it too, the equinox (ICRF +x).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Up {
     /// The north pole of the target if the camera looks at it, else that of the body relative to which the camera is placed.
     #[default]
     North,
-    /// Away from the body relative to which the camera is placed; on the ground, along the normal of its ellipsoid.
+    /// Away from the centre of the body relative to which the camera is placed; on the ground, along the normal of its ellipsoid. At a body's centre, the
+    /// celestial pole replaces it.
     Zenith,
     /// The celestial pole, ICRF +z.
     Celestial,
@@ -107,13 +108,13 @@ pub enum Up {
     },
 }
 
-/// Difference of exposure that counts as invisible: it changes mid grey by 0.8 of a level of 255.
+/// Difference of exposure that counts as invisible: it changes mid grey (0.18 of white, encoded as sRGB) by 0.8 / 255.
 pub const INVISIBLE_EXPOSURE_CHANGE_STOPS: f64 = 0.02;
 
 /// How the exposure is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum ExposureRequest {
-    /// Chosen by the light meter.
+    /// Chosen by the light meter (`scene::light::meter`).
     #[default]
     Auto,
     /// Given in stops: at 0 a white plane facing the Sun at 1 au reaches linear 1; each stop doubles the value.
@@ -162,7 +163,7 @@ impl ToneMap {
         }
     }
 
-    /// The tone map with this name; names of earlier versions are accepted.
+    /// The tone map with this name, in lower or upper case; `None` for an unknown name. Names of earlier versions are accepted.
     pub fn by_name(name: &str) -> Option<Self> {
         // Earlier versions used the names `film` and `plain`.
         let former = [("film", Self::Filmic), ("plain", Self::Clipped)];
@@ -174,12 +175,13 @@ impl ToneMap {
 /// The trade-off between speed and accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
-    /// One sample per pixel, one tap per read of a map, rings averaged over one range of radii per pixel, and faster models of eclipses and air.
+    /// One sample per pixel, one tap per read of a map, and faster models of eclipses and air. A pixel of a ring shows the mean over the range of
+    /// radii that it covers.
     Draft,
-    /// Four samples per pixel, up to 8 taps per read of a map, and rings averaged over two overlapping ranges of radii per pixel.
+    /// Four samples per pixel, up to 8 taps per read of a map. A pixel of a ring shows the mean over two such ranges, half a pixel apart, against moire.
     #[default]
     Standard,
-    /// Four samples per pixel, up to 16 taps per read of a map, and air evaluated for each pixel. The command line also computes such images in f64.
+    /// As standard, but up to 16 taps per read of a map, and air evaluated for each pixel. The command line computes these images in f64 instead of f32.
     Reference,
 }
 
@@ -196,7 +198,7 @@ impl Quality {
         }
     }
 
-    /// The quality with this name.
+    /// The quality with this name, in lower or upper case; `None` for an unknown name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|q| q.name().eq_ignore_ascii_case(name))
     }
@@ -208,10 +210,10 @@ pub(crate) const MAX_IMAGE_PX: u32 = 16384;
 const FOV_RANGE_DEG: RangeInclusive<f64> = 1e-7..=170.0;
 /// Exposures that a request may give, stops: far beyond those of the Sun's disc and of the darkest sky.
 const EXPOSURE_RANGE_STOPS: RangeInclusive<f64> = -60.0..=60.0;
-/// Stops by which stars may be brightened or darkened.
+/// Values of [`ViewRequest::stars_boost_stops`]: factors of up to 1e9 either way.
 const STARS_BOOST_RANGE_STOPS: RangeInclusive<f64> = -30.0..=30.0;
 
-/// One view. `target` may be missing only if `look` gives a direction.
+/// One view. `target` may be missing only if `look` gives a direction and `position` is not above the target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewRequest {
     /// The time at which the light arrives at the camera.
@@ -226,8 +228,8 @@ pub struct ViewRequest {
     pub up: Up,
     /// How the image is put together.
     pub composition: Composition,
-    /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: a default that depends on the position:
-    /// [`FOV_AT_FITTED_DISTANCE_DEG`] or [`FOV_AT_GIVEN_POSITION_DEG`]; from a body's centre, the field of view that fits the target.
+    /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: for a fisheye 180, otherwise [`FOV_AT_FITTED_DISTANCE_DEG`] or
+    /// [`FOV_AT_GIVEN_POSITION_DEG`]; but if the camera is at a body's centre and looks at the target, the field of view that fits the target's disc.
     pub fov_deg: Option<f64>,
     /// Width in pixels, 1..=16384.
     pub width: u32,
@@ -241,9 +243,9 @@ pub struct ViewRequest {
     pub effects: EffectOverrides,
     /// Layers drawn behind and over the bodies.
     pub layers: Layers,
-    /// Stops by which stars, Milky Way and zodiacal light are brightened, -30 to 30.
+    /// Stops by which stars, Milky Way and zodiacal light are brightened, -30 to 30; negative: darkened.
     pub stars_boost_stops: f64,
-    /// The body whose name, marker and outline are emphasised, in the window the selected one; `None`: the target, or else the Sun.
+    /// The body whose name, marker and outline are emphasised: in the window, the one that the user selected. `None`: the target, or else the Sun.
     pub selected: Option<NaifId>,
     /// The trade-off between speed and accuracy.
     pub quality: Quality,
@@ -260,8 +262,8 @@ pub struct ViewRequest {
 /// Default field of view for [`Position::AboveTarget`] without a distance; the distance then follows from it. It is that of a long lens, so that nearly a
 /// hemisphere of the target is visible.
 pub const FOV_AT_FITTED_DISTANCE_DEG: f64 = 20.0;
-/// Default field of view in all other cases: for [`Position::AboveTarget`] with a distance, and for all other positions. At a distance of 3 radii a disc fills
-/// 85 % of the frame's height. Exception: from a body's centre, the field of view is fitted to the target if the camera looks at it.
+/// Default field of view for [`Position::AboveTarget`] with a distance, and for all other positions, except where it is fitted to the target
+/// ([`ViewRequest::fov_deg`]). At a distance of 3 radii a disc fills 85 % of the frame's height.
 pub const FOV_AT_GIVEN_POSITION_DEG: f64 = 45.0;
 /// Diameter of a fitted disc relative to the frame's height.
 pub const FITTED_DISC_FRACTION: f64 = 0.75;
@@ -293,7 +295,7 @@ impl ViewRequest {
         }
     }
 
-    /// The request with all overrides of effects that apply to this body; `None` if the user has set none for this body only.
+    /// The request with all overrides of effects that apply to this body; `None` if none is for this body only, so that the request itself applies.
     pub(crate) fn for_body(&self, body: &Body) -> Option<Self> {
         self.effects.for_catalog_body(body).map(|effects| Self { effects, ..self.clone() })
     }
@@ -306,12 +308,13 @@ impl ViewRequest {
         Ok(())
     }
 
-    /// Rejects invalid values, naming them.
+    /// Rejects numbers outside their ranges, naming them.
     pub fn check(&self) -> Result<(), SceneError> {
         let invalid = |what: String| Err(SceneError::Request(what));
         if !(1..=MAX_IMAGE_PX).contains(&self.width) || !(1..=MAX_IMAGE_PX).contains(&self.height) {
             return invalid(format!("size {}x{}: each side must be 1 to {MAX_IMAGE_PX} pixels", self.width, self.height));
         }
+        // `scene::composite` checks the field of view of a fisheye; an image of the entire sphere has none.
         if let Some(fov) = self.fov_deg
             && !FOV_RANGE_DEG.contains(&fov)
             && self.composition.projection == Projection::Perspective
@@ -360,5 +363,5 @@ impl ViewRequest {
     }
 }
 
-/// Height of a standing person's eyes above the ground, kilometres.
+/// Height of a standing person's eyes above the ground, kilometres: the default of [`Position::Ground`]'s `height_km` on the command line and in camera files.
 pub const EYE_HEIGHT_KM: f64 = 0.0017;

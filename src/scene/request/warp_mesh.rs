@@ -101,7 +101,7 @@ impl WarpMesh {
             // the cells there are triangles, and some of the corner areas are 0.
             let corner_areas = [twice_area(a, b, c), twice_area(b, c, d), twice_area(c, d, a), twice_area(d, a, b)];
             let (turns_left, turns_right) = (corner_areas.iter().any(|t| *t > 0.0), corner_areas.iter().any(|t| *t < 0.0));
-            let is_folded = turns_left == turns_right || is_counter_clockwise.is_some_and(|c| c != turns_left);
+            let is_folded = turns_left == turns_right || is_counter_clockwise.is_some_and(|of_others| of_others != turns_left);
             if is_folded {
                 let (row, column) = (row + 1, column + 1);
                 let what = format!(

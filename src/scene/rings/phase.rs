@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 pub(crate) const PHASE_EXPONENT: f64 = 3.09;
 /// Amplitude and angular width (tangent of half the phase angle) of the opposition surge: the B ring brightens by 0.3 mag within half a degree in the phase
 /// curves of Franklin and Cook 1965 (Astron. J. 70, 704).
-pub(crate) const OPPOSITION: [f64; 2] = [0.32, 0.0045];
+pub(crate) const OPPOSITION_SURGE: [f64; 2] = [0.32, 0.0045];
 /// Phase function of dust: asymmetry and weight of each Henyey-Greenstein lobe. Three lobes, as in the fit by Hedman and Stark 2015 (Astrophys. J. 811, 67) to
 /// Saturn's G ring between 3 and 170 degrees of scattering angle; the numbers have not been checked against their table. All dust uses this phase
 /// function, although the E ring's smaller grains scatter more widely. Within some 3 degrees of the Sun the E ring is therefore too bright, by an
@@ -24,7 +24,8 @@ pub(crate) fn power_law_factor() -> f64 {
     *FACTOR.get_or_init(|| {
         const STEPS: u32 = 4096;
         let step = std::f64::consts::PI / f64::from(STEPS);
-        let sum: f64 = (0..STEPS).map(|k| (f64::from(k) + 0.5) * step).map(|y| y.powf(PHASE_EXPONENT) * y.sin()).sum();
+        // `theta`: pi minus the phase angle.
+        let sum: f64 = (0..STEPS).map(|k| (f64::from(k) + 0.5) * step).map(|theta| theta.powf(PHASE_EXPONENT) * theta.sin()).sum();
         2.0 / (sum * step)
     })
 }
@@ -49,7 +50,7 @@ fn phase_of_lobes(lobes: &[[f64; 2]], alpha: f64) -> f64 {
 /// Phase function of large particles with the opposition surge, from the cosine of the phase angle.
 pub fn large_particle_phase(cos_alpha: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
-    let [amplitude, width] = OPPOSITION;
+    let [amplitude, width] = OPPOSITION_SURGE;
     power_law_phase(alpha) * (1.0 + amplitude / (1.0 + (0.5 * alpha).tan() / width))
 }
 

@@ -1,10 +1,10 @@
 //! The effect of rings on a body's total brightness: the light that they scatter to a viewer, the fraction of the globe's light that they transmit, and the
 //! light that they scatter onto the globe (ring-shine).
 //!
-//! In: a ringed body, the directions to Sun and viewer in body axes. Out: [`RingLight`], [`seen_ring_shine`]. The light is computed as in
-//! shaders/lib/ring/photometry.wesl for a point Sun and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide.
-//! tests/scene/magnitudes.rs compares it with Mallama and Hilton 2018 (Astron. Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5
-//! degrees). Not modelled: the globe's light on the rings, the Sun's size.
+//! In: a ringed body, the directions to Sun and viewer in body axes. Out: [`RingLight`], [`seen_ring_shine`], and the [`transmittance`] along a ray. The light
+//! is computed as in shaders/lib/ring/photometry.wesl for a point Sun and a distant viewer: single scattering by a flat layer that the globe and its shadow
+//! partly hide. tests/scene/magnitudes.rs compares it with Mallama and Hilton 2018 (Astron. Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase
+//! angles up to 6.5 degrees). Not modelled: the globe's light on the rings, the Sun's size.
 
 use crate::catalog::Body;
 use crate::scene::draw::tables::RingShine;
@@ -20,12 +20,13 @@ use std::sync::LazyLock;
 const RADIUS_COUNT: usize = 24;
 /// Number of azimuths tested at each radius.
 const AZIMUTH_COUNT: usize = 72;
-/// Numbers of cells across and along the lit and visible part of the globe, for the globe's light that the rings transmit; more along it, because the edges of
-/// shadows mostly run across. The error of the fraction is at most 0.025 (test below); mostly it is below 0.005.
+/// Numbers of cells across and along the lit and visible part of the globe, a lune, for the globe's light that the rings transmit. There are more along the
+/// lune, because the edges of shadows mostly run across it. The error of the fraction is at most 0.025 (test below); mostly it is below 0.005.
 const LUNE_COLUMNS: usize = 12;
 const LUNE_ROWS: usize = 48;
-/// Rings that block no more light than opaque rings of this width count as transparent. Equatorial radii; the sum for the way from the Sun and the way to the
-/// viewer. Such rings take at most 0.006 of the globe's light (Uranus; Neptune 0.0002, Jupiter less) at phase angles up to 175 degrees (test below).
+/// Rings that block less light than opaque rings of this width, in equatorial radii, count as transparent; it is compared with the sum for the way from the Sun
+/// and the way to the viewer. Such rings take at most 0.006 of the globe's light (Uranus; Neptune 0.0002, Jupiter less) at phase angles up to 175 degrees (test
+/// below).
 const MIN_BLOCKED_WIDTH: f64 = 0.015;
 /// Smallest extent in radius over which transmittance is averaged, equatorial radii: it keeps the division by the extent accurate.
 const MIN_EXTENT: f64 = 1e-6;
@@ -33,8 +34,8 @@ const MIN_EXTENT: f64 = 1e-6;
 /// Numbers of cells along and across the meridians of the globe, for its ring-shine. A grid eight times as fine changes the light by up to 4 %.
 const SHINE_ROWS: usize = 24;
 const SHINE_COLUMNS: usize = 48;
-/// Phase angles between which ring-shine fades in, in the light of a point and in the light meter: at the first a quarter of the disc is dark, at the second
-/// more than half. At smaller phase angles ring-shine is at most a hundredth of Saturn's light.
+/// Phase angles between which ring-shine fades in, both in the light of a body drawn as a point and in the light meter: at the first a quarter of the disc is
+/// dark, at the second more than half. At smaller phase angles ring-shine is at most a hundredth of Saturn's light.
 pub(crate) const SHINE_FADE_IN_RAD: (f64, f64) = (1.0, 1.7);
 
 /// Unit vectors in the rings' plane, at the middles of `AZIMUTH_COUNT` equal angles.
@@ -44,8 +45,8 @@ static DIRECTIONS: LazyLock<[DVec2; AZIMUTH_COUNT]> =
 /// The light of rings and their effect on the globe's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RingLight {
-    /// I/F integrated over the visible sunlit area of the rings as projected towards the viewer, divided by pi and the squared equatorial radius, linear RGB.
-    /// It corresponds to the globe's geometric albedo times its phase function.
+    /// I/F (radiance relative to that of a white Lambert plane that faces the Sun), integrated over the visible sunlit area of the rings as projected towards
+    /// the viewer, divided by pi and the squared equatorial radius, linear RGB. It corresponds to the globe's geometric albedo times its phase function.
     pub ring_albedo: DVec3,
     /// Fraction of the globe's light that is neither in the rings' shadow nor hidden by them.
     pub globe_light_fraction: f64,
@@ -55,7 +56,7 @@ impl RingLight {
     /// The value for a body without rings.
     pub(crate) const NONE: Self = Self { ring_albedo: DVec3::ZERO, globe_light_fraction: 1.0 };
 
-    /// `sun` and `viewer`: unit vectors from the body's centre, body axes.
+    /// The light of a body's rings. `sun` and `viewer`: unit vectors from the body's centre, body axes.
     pub(crate) fn of(tables: &RingTables, body: &Body, sun: DVec3, viewer: DVec3) -> Self {
         let unit_km = body.radii_km.x;
         if body.rings.iter().all(|r| r.tau_normal <= 0.0) {
@@ -67,20 +68,22 @@ impl RingLight {
         let (mu, mu0) = (viewer.z.abs().max(MIN_COSINE), sun.z.abs().max(MIN_COSINE));
         let is_same_side = viewer.z * sun.z > 0.0;
         let globe = Globe { axes: body.radii_km / unit_km };
-        let (innermost, width) = (first.inner, (last.outer - first.inner) / RADIUS_COUNT as f64);
-        let visible_fractions: Vec<f64> =
-            (0..RADIUS_COUNT).map(|k| globe.visible_fraction(innermost + (k as f64 + 0.5) * width, sun, viewer)).collect();
-        let visible_at = |r: f64| visible_fractions[(((r - innermost) / width) as usize).min(RADIUS_COUNT - 1)];
+        let (innermost, radius_step) = (first.inner, (last.outer - first.inner) / RADIUS_COUNT as f64);
+        let lit_and_seen_fractions: Vec<f64> =
+            (0..RADIUS_COUNT).map(|k| globe.lit_and_seen_fraction(innermost + (k as f64 + 0.5) * radius_step, sun, viewer)).collect();
+        let lit_and_seen_at = |r: f64| lit_and_seen_fractions[(((r - innermost) / radius_step) as usize).min(RADIUS_COUNT - 1)];
         let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
         let (large_particle_phase, dust_phase) = (large_particle_phase(cos_phase), dust_phase(cos_phase.acos()));
-        let reflected = |interval: &RingInterval| {
+        let scattered_to_viewer = |interval: &RingInterval| {
             let scattered = scattered(interval.tau, 1.0 / mu, 1.0 / mu0, is_same_side);
             let area = PI * (interval.outer - interval.inner) * (interval.outer + interval.inner) * viewer.z.abs();
             let phase = large_particle_phase * (1.0 - interval.dust_fraction) + dust_phase * interval.dust_fraction;
-            let of_white = 0.25 * phase * scattered * area * visible_at(0.5 * (interval.inner + interval.outer));
+            // `scattered` leaves out the albedo and a quarter of the phase function.
+            let of_white = 0.25 * phase * scattered * area * lit_and_seen_at(0.5 * (interval.inner + interval.outer));
             DVec3::from_array(interval.albedo) * of_white
         };
-        let ring_albedo = if sun.z == 0.0 { DVec3::ZERO } else { intervals.iter().map(reflected).sum::<DVec3>() / PI };
+        // A Sun exactly in the plane lights neither side.
+        let ring_albedo = if sun.z == 0.0 { DVec3::ZERO } else { intervals.iter().map(scattered_to_viewer).sum::<DVec3>() / PI };
         Self { ring_albedo, globe_light_fraction: globe.transmitted_fraction(&intervals, sun, viewer) }
     }
 }
@@ -102,24 +105,25 @@ struct Globe {
 
 impl Globe {
     /// Fraction of a circle in the rings' plane, with this radius, from which neither the Sun nor the viewer is hidden by the globe.
-    fn visible_fraction(&self, radius: f64, sun: DVec3, viewer: DVec3) -> f64 {
+    fn lit_and_seen_fraction(&self, radius: f64, sun: DVec3, viewer: DVec3) -> f64 {
         // The globe as a unit sphere: coordinates divided by its semi-axes.
         let circle_axes = DVec2::splat(radius) / self.axes.truncate();
         let [sun, viewer] = [sun, viewer].map(|towards| towards / self.axes);
         let [sun_sq, viewer_sq] = [sun, viewer].map(DVec3::length_squared);
-        let is_visible = |direction: &&DVec2| {
+        let is_lit_and_seen = |direction: &&DVec2| {
             let point = **direction * circle_axes;
             let radius_sq_minus_1 = point.length_squared() - 1.0;
+            // Whether the ray from the point, which has z = 0, meets the unit sphere: the condition that the quadratic equation has a solution ahead.
             let is_blocked = |towards: DVec2, towards_sq: f64| {
                 let along = point.dot(towards);
                 along < 0.0 && along * along > towards_sq * radius_sq_minus_1
             };
             !is_blocked(sun.truncate(), sun_sq) && !is_blocked(viewer.truncate(), viewer_sq)
         };
-        DIRECTIONS.iter().filter(is_visible).count() as f64 / AZIMUTH_COUNT as f64
+        DIRECTIONS.iter().filter(is_lit_and_seen).count() as f64 / AZIMUTH_COUNT as f64
     }
 
-    /// See [`seen_ring_shine`]. The cells are equal steps of the unit sphere's latitude and of the hour angle from the Sun. `path`: towards the viewer.
+    /// See [`seen_ring_shine`]. The cells are equal steps of the unit sphere's latitude and of the hour angle from the Sun. `path`: in the viewer's direction.
     fn seen_ring_shine(&self, shine: &RingShine, path: &RingPath<'_>, sun: DVec3) -> DVec3 {
         let noon = sun.truncate().try_normalize().unwrap_or(DVec2::X);
         let (cell_height_rad, cell_width_rad) = (PI / SHINE_ROWS as f64, TAU / SHINE_COLUMNS as f64);
@@ -129,7 +133,8 @@ impl Globe {
             for column in 0..SHINE_COLUMNS {
                 let meridian = DVec2::from_angle((column as f64 + 0.5) * cell_width_rad).rotate(noon);
                 let unit_point = (meridian * cos_latitude).extend(sin_latitude);
-                // The globe is the unit sphere stretched by `axes`. Its projected area per area of the unit sphere; `unit_point / axes` is normal to the globe.
+                // Area of the globe as projected towards the viewer, per area of the unit sphere. The globe is the unit sphere stretched by `axes`, and
+                // `unit_point / axes` is normal to the globe (Nanson's formula).
                 let projected_area = self.axes.element_product() * (unit_point / self.axes).dot(path.towards);
                 if projected_area <= 0.0 {
                     continue;
@@ -173,6 +178,7 @@ impl Globe {
                 let unit_point = outward * cos_latitude + pole * sin_latitude;
                 let north = pole * cos_latitude - outward * sin_latitude;
                 let normal = (unit_point / self.axes).normalize();
+                // The cell's projected area is proportional to its cosine towards the viewer on the unit sphere, and to `cos_latitude`.
                 let light = normal.dot(sun).max(0.0) * unit_point.dot(to_viewer).max(0.0) * cos_latitude;
                 let cell = [east * (cell_width_rad * cos_latitude), north * cell_height_rad].map(|edge| edge * self.axes);
                 if light == 0.0 {
@@ -186,7 +192,7 @@ impl Globe {
     }
 }
 
-/// Paths through the rings in one direction.
+/// Parallel paths through the rings.
 struct RingPath<'a> {
     intervals: &'a [RingInterval],
     /// Unit vector along the paths, body axes.
@@ -216,7 +222,8 @@ impl<'a> RingPath<'a> {
         width - self.integrals.last().copied().unwrap_or(0.0)
     }
 
-    /// Integral of the transmittance over the radius, from the inner edge of the first interval. Without rings the transmittance is 1.
+    /// Integral of the transmittance over the radius, from the inner edge of the first interval; negative inside this edge. Without intervals it is the radius,
+    /// because the transmittance is 1.
     fn integral_to(&self, radius: f64) -> f64 {
         let index = self.intervals.partition_point(|interval| interval.outer <= radius);
         let (Some(first), Some(last)) = (self.intervals.first(), self.intervals.last()) else { return radius };
@@ -241,7 +248,9 @@ impl<'a> RingPath<'a> {
         }
         let point_outward = point.truncate().normalize_or_zero();
         let crossing = (point + self.towards * length).truncate();
-        // A cell whose middle is beyond the plane may have points before it, from which the paths cross the plane just outside the globe's equator.
+        // A cell whose middle is beyond the plane may have points on the other side, from which the paths cross the plane just outside the globe's equator. For
+        // such a cell the radius is that of the middle's path, continued backwards to the plane, to first order. Paths that run inwards cross the plane within
+        // the globe.
         let outward = if length > 0.0 { crossing.normalize_or_zero() } else { point_outward };
         let outward_cosine = outward.dot(self.towards.truncate());
         let radius = if length > 0.0 {
@@ -251,7 +260,7 @@ impl<'a> RingPath<'a> {
         } else {
             return 1.0;
         };
-        // The radius at which the paths cross the plane changes along a vector by the product of the vector with this one.
+        // The dot product of this vector with a displacement of the point is the change of the radius at which the path crosses the plane.
         let gradient = outward.extend(-outward_cosine / self.towards.z);
         let half_width = 0.5 * DVec2::from_array(cell.map(|side| gradient.dot(side))).length().max(MIN_EXTENT);
         let (from, to) = (radius - half_width, radius + half_width);
@@ -311,11 +320,12 @@ mod tests {
         assert!(ring_albedo[9] > 0.2, "{ring_albedo:?}");
     }
 
-    /// Light that falls on the ground in proportion to the distance from the equator's plane, |z|, against closed forms: 2/3 seen from the pole, whatever the
-    /// flattening, and 4/(3 pi) seen from the equator.
+    /// Irradiance |z|, the distance from the equator's plane in the unit-sphere frame, against closed forms: its integral over the disc, divided by pi, is 2/3
+    /// seen from the pole, whatever the flattening, and 4/(3 pi) seen from the equator of a sphere.
     #[test]
     fn seen_ring_shine_is_the_integral_over_the_visible_globe() {
         use crate::scene::rings::ring_shine::{COLUMNS, ROWS};
+        // The table contains irradiance divided by |z|.
         let shine = RingShine { texels: vec![1.0; 2 * ROWS * COLUMNS * 4], max_height: 1.0, brightest: 1.0 };
         let sun = direction(20.0, 40.0);
         let seen = |polar_radius: f64, intervals: &[RingInterval], viewer: DVec3| {
@@ -327,7 +337,7 @@ mod tests {
         for (found, expected) in found.into_iter().zip(expected) {
             assert!((found / expected - 1.0).abs() < 0.01, "{found}, not {expected}");
         }
-        // Opaque rings hide the far half of the globe beyond their plane, and nothing from straight above.
+        // Opaque rings hide a part of the half of the globe beyond their plane, but nothing from straight above.
         let opaque = [RingInterval { inner: 1.0, outer: 9.0, tau: 50.0, albedo: [0.0; 3], dust_fraction: 0.0 }];
         let oblique = direction(40.0, 10.0);
         let [open, hidden] = [&opaque[..0], &opaque[..]].map(|intervals| seen(0.9, intervals, oblique));
@@ -336,11 +346,11 @@ mod tests {
     }
 
     /// [`Globe::transmitted_fraction`] by many points of the square around the globe's disc, each with the transmittance at this point.
-    fn transmitted_fraction_by_points(globe: &Globe, intervals: &[RingInterval], sun: DVec3, viewer: DVec3, side: u32) -> f64 {
+    fn transmitted_fraction_by_points(globe: &Globe, intervals: &[RingInterval], sun: DVec3, viewer: DVec3, points_per_side: u32) -> f64 {
         let (across, up) = viewer.any_orthonormal_pair();
         let (mut reflected, mut transmitted) = (0.0, 0.0);
-        for k in 0..side * side {
-            let [x, y] = [k % side, k / side].map(|i| 2.0 * (f64::from(i) + 0.5) / f64::from(side) - 1.0);
+        for k in 0..points_per_side * points_per_side {
+            let [x, y] = [k % points_per_side, k / points_per_side].map(|i| 2.0 * (f64::from(i) + 0.5) / f64::from(points_per_side) - 1.0);
             let plane_point = (across * x + up * y) / globe.axes;
             let towards = viewer / globe.axes;
             let (a, b, c) = (towards.length_squared(), plane_point.dot(towards), plane_point.length_squared() - 1.0);
@@ -365,7 +375,7 @@ mod tests {
             let planet = catalog.body(NaifId(id)).expect("in the catalog");
             let intervals = RingTables::default().intervals(planet.rings.iter(), planet.radii_km.x);
             let globe = Globe { axes: planet.radii_km / planet.radii_km.x };
-            let (mut largest, mut summed) = (0.0_f64, 0);
+            let (mut largest, mut non_transparent_count) = (0.0_f64, 0);
             for _ in 0..400 {
                 let (sun, viewer) = (random.direction(), random.direction());
                 if crate::ephemeris::angle_rad(sun, viewer) > 175_f64.to_radians() {
@@ -374,9 +384,9 @@ mod tests {
                 let fraction = globe.transmitted_fraction(&intervals, sun, viewer);
                 let error = fraction - transmitted_fraction_by_points(&globe, &intervals, sun, viewer, 300);
                 largest = largest.max(error.abs());
-                summed += i32::from(fraction < 1.0);
+                non_transparent_count += i32::from(fraction < 1.0);
             }
-            println!("{id}: {largest:.4}; summed {summed} times");
+            println!("{id}: {largest:.4}; not transparent {non_transparent_count} times");
             assert!(largest < 0.01, "{id}: {largest}");
         }
     }
@@ -388,7 +398,7 @@ mod tests {
         let saturn = catalog.body(NaifId(699)).expect("Saturn");
         let intervals = RingTables::default().intervals(saturn.rings.iter(), saturn.radii_km.x);
         let globe = Globe { axes: saturn.radii_km / saturn.radii_km.x };
-        let (mut flicker_of_few_points, mut light_lost_as_crescent) = (0.0_f64, 0.0_f64);
+        let (mut flicker_of_few_points, mut light_lost_by_crescent) = (0.0_f64, 0.0_f64);
         // Latitude of the Sun, phase angle in longitude, the viewer's first latitude and its step: the rings open and nearly edge-on, the globe full and as a
         // crescent.
         for (sun_deg, phase_deg, from_deg, step_deg) in [
@@ -406,7 +416,7 @@ mod tests {
                 let expected = transmitted_fraction_by_points(&globe, &intervals, sun, viewer, 500);
                 errors.push(globe.transmitted_fraction(&intervals, sun, viewer) - expected);
                 errors_of_few.push(transmitted_fraction_by_points(&globe, &intervals, sun, viewer, 24) - expected);
-                light_lost_as_crescent = light_lost_as_crescent.max(if phase_deg > 170.0 { 1.0 - expected } else { 0.0 });
+                light_lost_by_crescent = light_lost_by_crescent.max(if phase_deg > 170.0 { 1.0 - expected } else { 0.0 });
             }
             let largest = errors.iter().fold(0.0_f64, |largest, error| largest.max(error.abs()));
             let flicker = |errors: &[f64]| errors.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
@@ -416,6 +426,6 @@ mod tests {
         }
         // Negative control: with as many points on a square the light jumps by more than 0.05 from step to step. The crescent behind the rings loses more than
         // 0.05 of its light, so that the test compares something.
-        assert!(flicker_of_few_points > 0.05 && light_lost_as_crescent > 0.05, "{flicker_of_few_points}, {light_lost_as_crescent}");
+        assert!(flicker_of_few_points > 0.05 && light_lost_by_crescent > 0.05, "{flicker_of_few_points}, {light_lost_by_crescent}");
     }
 }

@@ -46,8 +46,8 @@ impl RingShine {
     /// vector, body axes.
     pub(crate) fn irradiance_rgb(&self, point: DVec3, sun: DVec3) -> DVec3 {
         let height = point.z.abs();
-        let horizontal = sun.truncate().try_normalize().unwrap_or(DVec2::X);
-        let hour_fraction = point.truncate().perp_dot(horizontal).abs().atan2(point.truncate().dot(horizontal)) / PI;
+        let noon = sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let hour_fraction = point.truncate().perp_dot(noon).abs().atan2(point.truncate().dot(noon)) / PI;
         let cell = |fraction: f64, count: usize| {
             let position = fraction.clamp(0.0, 1.0) * (count - 1) as f64;
             let low = (position as usize).min(count - 2);
@@ -128,8 +128,8 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     }
     let sun_disc_parts = sun_disc_parts(geometry.sin_elevation.abs(), geometry.sun_tangent);
     let annulus = |group: &Vec<RingInterval>| {
-        let weights: f64 = group.iter().map(weight).sum();
-        let radius = group.iter().map(|s| weight(s) * 0.5 * (s.inner + s.outer)).sum::<f64>() / weights.max(1e-300);
+        let total_weight: f64 = group.iter().map(weight).sum();
+        let radius = group.iter().map(|s| weight(s) * 0.5 * (s.inner + s.outer)).sum::<f64>() / total_weight.max(1e-300);
         let light_at_slant = |side: usize, k: usize| {
             let slant = (k as f64 / SLANTS_PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
@@ -241,25 +241,25 @@ impl RingShineGeometry<'_> {
     /// Irradiance divided by height, at a height and an hour angle in radians. `gauss`: nodes and weights of the quadrature. `side`: 0 on the side of the plane
     /// on which the Sun's centre is, 1 on the other.
     fn irradiance_per_height(&self, annuli: &[Annulus], gauss: &[(f64, f64)], side: usize, height: f64, hour_angle: f64) -> DVec3 {
-        let horizontal = (1.0 - height * height).max(0.0).sqrt();
-        let normal = DVec3::new(horizontal, 0.0, height / self.polar_ratio).normalize();
-        let place = DVec3::new(horizontal, 0.0, self.polar_ratio * height);
+        let axis_distance = (1.0 - height * height).max(0.0).sqrt();
+        let normal = DVec3::new(axis_distance, 0.0, height / self.polar_ratio).normalize();
+        let place = DVec3::new(axis_distance, 0.0, self.polar_ratio * height);
         let (sin_hour, cos_hour) = hour_angle.sin_cos();
         let sine = self.sin_elevation.abs();
         // For a Sun over the pole the sine of the upper knot is above 1.
         let cosine = (1.0 - sine * sine).max(0.0).sqrt();
         // Direction to the Sun relative to the place's meridian.
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
-        // Horizontal component of the Sun's direction in the unit-sphere frame.
-        let sun_horizontal = cosine / cosine.hypot(sine / self.polar_ratio);
+        // Component of the Sun's direction in the rings' plane, unit-sphere frame.
+        let sun_in_plane = cosine / cosine.hypot(sine / self.polar_ratio);
         // Of the rings' plane, only points beyond this radius can be above the horizon of the place.
-        let horizon_radius = 1.0 / horizontal.max(1e-9);
+        let horizon_radius = 1.0 / axis_distance.max(1e-9);
         let mut sum = DVec3::ZERO;
         for annulus in annuli.iter().filter(|a| a.radius > horizon_radius) {
             let r = annulus.radius;
             let half_arc = (horizon_radius / r).acos();
             // Half angle of the ring's arc in the globe's shadow, centred on the anti-solar point, whose hour angle is pi.
-            let shadow_cosine = (r * r - 1.0).max(0.0).sqrt() / (r * sun_horizontal).max(1e-12);
+            let shadow_cosine = (r * r - 1.0).max(0.0).sqrt() / (r * sun_in_plane).max(1e-12);
             let shadow_half_arc = if shadow_cosine < 1.0 { shadow_cosine.acos() } else { 0.0 };
             let (from, to) = (hour_angle - half_arc, hour_angle + half_arc);
             // The parts of the visible arc on either side of the shadow.
@@ -392,10 +392,11 @@ mod tests {
     #[test]
     fn the_parts_of_the_suns_disc_share_its_light() {
         for sine in [0.0, 1e-4, 3e-4, 4.99e-4, 5e-4, 0.1] {
-            let [[above, up], [below, down]] = sun_disc_parts(sine, 5e-4);
-            assert!((above + below - 1.0).abs() < 1e-12 && up >= 0.0 && down >= 0.0);
+            let [[above, height_above], [below, depth_below]] = sun_disc_parts(sine, 5e-4);
+            assert!((above + below - 1.0).abs() < 1e-12 && height_above >= 0.0 && depth_below >= 0.0);
             // The mean height of the entire disc is the height of its centre.
-            assert!((above * up - below * down - sine).abs() < 1e-9, "{sine}: {above} {up} {below} {down}");
+            let mean_height = above * height_above - below * depth_below;
+            assert!((mean_height - sine).abs() < 1e-9, "{sine}: {above} {height_above} {below} {depth_below}");
         }
     }
 

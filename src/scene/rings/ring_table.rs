@@ -199,6 +199,7 @@ impl RingConditions {
     /// of light that the interval removes.
     pub(super) fn light(&self, interval: &RingInterval, slant: f64) -> f64 {
         let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slant) };
+        // Part 0 is the one on the viewer's side.
         let light_of_part = |(part, [fraction, sine]): (usize, [f64; 2])| {
             if fraction > 0.0 { fraction * scattered(interval.tau, slant, 1.0 / sine.max(MIN_COSINE), part == 0) } else { 0.0 }
         };
@@ -231,7 +232,7 @@ impl RingTable {
         for k in first..=last {
             let slant = (f64::from(k) / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
             // Dust has rows of its own, because it has another phase function. Besides, its sums would lose precision if added to those of dense rings.
-            // For each kind (0: large particles, 1: dust) the row of means, then the row of their integrals.
+            // For each kind (0: large particles, 1: dust) the row of the intervals' values, then the row of the integrals from the innermost radius.
             let mut rows = [const { Vec::new() }; RING_ROWS_PER_SLANT as usize];
             let mut sums = [[0.0; 4]; 2];
             for interval in intervals {
@@ -239,11 +240,11 @@ impl RingTable {
                 let [red, green, blue] = interval.albedo.map(|albedo| light * albedo);
                 let large = [red, green, blue].map(|v| v * (1.0 - interval.dust_fraction));
                 let dust = [red, green, blue].map(|v| v * interval.dust_fraction);
-                let means = [[large[0], large[1], large[2], interval.removed_fraction(slant)], [dust[0], dust[1], dust[2], 0.0]];
-                for (kind, mean) in means.into_iter().enumerate() {
-                    rows[2 * kind].extend(mean.map(narrow_scalar));
+                let values_of_kinds = [[large[0], large[1], large[2], interval.removed_fraction(slant)], [dust[0], dust[1], dust[2], 0.0]];
+                for (kind, values) in values_of_kinds.into_iter().enumerate() {
+                    rows[2 * kind].extend(values.map(narrow_scalar));
                     rows[2 * kind + 1].extend(sums[kind].map(narrow_scalar));
-                    for (sum, value) in sums[kind].iter_mut().zip(mean) {
+                    for (sum, value) in sums[kind].iter_mut().zip(values) {
                         *sum += (interval.outer - interval.inner) * value;
                     }
                 }

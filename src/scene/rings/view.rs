@@ -14,7 +14,9 @@ use crate::scene::draw::uniforms::RingUniforms;
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
-use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, dust_phase, large_particle_phase, power_law_factor};
+use crate::scene::rings::phase::{
+    DUST_LOBES, MIN_COSINE, OPPOSITION_SURGE, PHASE_EXPONENT, dust_phase, large_particle_phase, power_law_factor,
+};
 use crate::scene::rings::ring_shine::{RingShineGeometry, sun_disc_parts};
 use crate::scene::rings::ring_table::{RingConditions, slants_of_sunlight};
 use crate::scene::stated_errors::{self, MAX_EDGE_ERROR_PX};
@@ -89,7 +91,7 @@ struct FrameLimits {
     corner_rad: f64,
 }
 
-/// Limits of how a ring is seen, over all pixels that may show it.
+/// Bounds of the conditions under which a ring is seen, over all pixels that may show it.
 struct RingLimits {
     /// Optical depth along the flattest ray.
     max_slant_depth: f64,
@@ -168,7 +170,7 @@ impl<'a> RingView<'a> {
         // the farthest corner.
         let ring_rad = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
         let spread_rad = corner_rad.min(ring_rad);
-        // The narrowest pixel, at the ring's nearest point: a pixel spans a smaller angle away from the middle of the image.
+        // Width of the narrowest pixel, equatorial radii, at the ring's nearest point: a pixel spans a smaller angle away from the middle of the image.
         let gap = (inner - axis_distance).max(axis_distance - outer).max(0.0);
         let narrowest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest_ray * longest_ray);
         RingLimits {
@@ -301,7 +303,7 @@ impl<'a> RingView<'a> {
             let v = self.placement.centre_km + body_to_icrf * outline_corner(outer_km, k).extend(0.0);
             (DVec2::new(v.dot(camera.right), v.dot(camera.up)) / camera.tan_half_fov).extend(v.dot(camera.forward))
         };
-        let pad = DVec2::splat(PADDING_PX + 1.0) / camera.half_size();
+        let pad = DVec2::splat(PADDING_PX + 1.0) / camera.half_size_px();
         let edge = DVec2::ONE + pad;
         let planes =
             [DVec3::new(1.0, 0.0, edge.x), DVec3::new(-1.0, 0.0, edge.x), DVec3::new(0.0, 1.0, edge.y), DVec3::new(0.0, -1.0, edge.y)];
@@ -352,7 +354,7 @@ impl<'a> RingView<'a> {
                 include(p + (q - p) * (excess(p) / (excess(p) - excess(q))))?;
             }
         }
-        let pad = DVec2::splat(PADDING_PX + 1.0) / self.camera.half_size();
+        let pad = DVec2::splat(PADDING_PX + 1.0) / self.camera.half_size_px();
         let (min, max) = (min - pad, max + pad);
         (min.x < max.x && min.y < max.y).then_some(ClipRect { left: min.x, top: max.y, right: max.x, bottom: min.y })
     }
@@ -394,9 +396,9 @@ impl<'a> RingView<'a> {
     /// Uniforms of ring-shine on the globe. `phase_brightness`: the factor in the drawn albedo for the phase angle of the Sun's light. It does not apply to
     /// ring-shine and is divided out.
     pub(crate) fn shine_parameters(&self, shine: &RingShine, phase_brightness: f64) -> Vec4 {
-        let horizontal = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
+        let sun_in_plane = self.sun.truncate().try_normalize().unwrap_or(DVec2::X);
         let [x, y, z, w] =
-            [horizontal.x, horizontal.y, 1.0 / shine.max_height, 1.0 / phase_brightness.max(1e-6)].map(camera::narrow_scalar);
+            [sun_in_plane.x, sun_in_plane.y, 1.0 / shine.max_height, 1.0 / phase_brightness.max(1e-6)].map(camera::narrow_scalar);
         Vec4::new(x, y, z, w)
     }
 
@@ -428,11 +430,12 @@ impl<'a> RingView<'a> {
     /// Ring uniforms of the globe in the rings' shadow. The table contains the rings out to the outermost with a visible shadow, or all rings if none has one.
     pub(crate) fn shadow_uniforms(&self, rings: &[&Ring], sun: Option<&Body>, model: RingShadow) -> RingUniforms {
         let tangent = self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x));
-        let is_visible = |r: &&&Ring| self.threshold.is_exceeded_by_change(-(-r.tau_normal / self.sun.z.abs().max(MIN_COSINE)).exp_m1());
-        let outer_km = rings.iter().filter(is_visible).map(|r| r.outer_km).fold(0.0, f64::max);
-        let seen: Vec<&Ring> = rings.iter().copied().filter(|r| outer_km == 0.0 || r.outer_km <= outer_km).collect();
+        let has_visible_shadow =
+            |r: &&&Ring| self.threshold.is_exceeded_by_change(-(-r.tau_normal / self.sun.z.abs().max(MIN_COSINE)).exp_m1());
+        let outer_km = rings.iter().filter(has_visible_shadow).map(|r| r.outer_km).fold(0.0, f64::max);
+        let in_table: Vec<&Ring> = rings.iter().copied().filter(|r| outer_km == 0.0 || r.outer_km <= outer_km).collect();
         let slants = slants_of_sunlight(self.sun.z, tangent, model == RingShadow::Penumbra);
-        let table = self.caches.ring_tables.shadow(&seen, self.body.radii_km.x, &slants);
+        let table = self.caches.ring_tables.shadow(&in_table, self.body.radii_km.x, &slants);
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
     }
 
@@ -451,7 +454,7 @@ impl<'a> RingView<'a> {
             phase: Vec2::new(narrow(power_law_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: of_each_lobe(0),
             dust_weight: of_each_lobe(1),
-            opposition: Vec2::new(narrow(OPPOSITION[0]), narrow(OPPOSITION[1])),
+            opposition: Vec2::new(narrow(OPPOSITION_SURGE[0]), narrow(OPPOSITION_SURGE[1])),
             side: 0.0,
             sun_tangent: narrow(self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6)),
             shadow_axes: camera::narrow(self.body.radii_km / self.body.radii_km.x),

@@ -33,7 +33,7 @@ pub struct SkyBackground {
     pub up: Vec3,
     /// Radiance of the panorama's linear value 1; 0 if it is not drawn.
     pub map_radiance: f32,
-    /// The panorama that is added (`SkyMap::bright`), and the radiance of its linear value 1; 0 without it.
+    /// A second panorama, whose light is added to the first (`SkyMap::bright`), and the radiance of its linear value 1; 0 without it.
     pub bright_file: Option<String>,
     pub bright_radiance: f32,
     /// Mip level of the panorama.
@@ -69,8 +69,8 @@ fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64
     (0..GRID_RAYS * GRID_RAYS).map(brightness_at).fold(0.0, f64::max) * unit_radiance
 }
 
-/// The background of a frame (`None` if neither of its parts is drawn) with the decisions about its parts; neither in pixel views other than the final image.
-/// `has_corona`: whether the frame draws the Sun's corona.
+/// The background of a frame (`None` if neither of its parts is drawn) with the decisions about its parts; no background and no decisions in pixel views other
+/// than the final image. `has_corona`: whether the frame draws the Sun's corona.
 pub(crate) fn background(
     request: &ViewRequest,
     camera: &Camera,

@@ -155,7 +155,7 @@ impl CometProjection<'_> {
         let direction = aberrated(from_camera / distance, self.velocity_km_s);
         let clip = self.camera.clip(direction)?;
         let depth_au = direction.dot(self.camera.forward) * distance;
-        let px = clip * self.camera.half_size();
+        let px = clip * self.camera.half_size_px();
         (depth_au > NEAR_AU).then(|| ProjectedPoint {
             px,
             depth: NEAR_AU / depth_au,
@@ -166,12 +166,12 @@ impl CometProjection<'_> {
 
     /// Clip x and y, from -1 to 1 across the frame; reversed depth.
     fn clip(&self, point: &ProjectedPoint) -> Vec3 {
-        narrow((point.px / self.camera.half_size()).extend(point.depth))
+        narrow((point.px / self.camera.half_size_px()).extend(point.depth))
     }
 
     /// Whether a segment of this half width is outside the frame.
     fn is_outside(&self, a: &ProjectedPoint, b: &ProjectedPoint, half_px: f64) -> bool {
-        let limit_px = self.camera.half_size() + DVec2::splat(half_px);
+        let limit_px = self.camera.half_size_px() + DVec2::splat(half_px);
         let is_beyond = |v: DVec2| v.cmpgt(limit_px);
         (is_beyond(a.px) & is_beyond(b.px)).any() || (is_beyond(-a.px) & is_beyond(-b.px)).any()
     }
@@ -378,7 +378,7 @@ pub(crate) fn comets(
         // A head too faint for the exposure is drawn as a marker.
         let flux = (head_irradiance * head.flux_per_irradiance).max(MARKER_LEVEL * white / point_peak());
         let radius_px = point_radius_px(flux * point_peak() / white);
-        if head.px.abs().cmpgt(camera.half_size() + radius_px).any() {
+        if head.px.abs().cmpgt(camera.half_size_px() + radius_px).any() {
             continue;
         }
         shown_head_count += 1;

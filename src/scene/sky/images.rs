@@ -1,9 +1,9 @@
 //! The user's images of the sky, drawn behind all bodies. Each is in a tangent plane of the celestial sphere (gnomonic projection, FITS `TAN`).
 //!
 //! In: the catalog's layers with an image of the sky, the camera, the viewer's velocity. Out: [`SkyImageDraw`], the uniforms of
-//! shaders/entry/sky_image.wesl, and the reasons. Always: an image is display-referred: its white is white at any exposure. Its tangent point and axes
-//! follow stellar aberration; the variation of aberration over the image (0.35 arcsec per degree) is left out. All values are f64; only the view's axes in
-//! the image are narrowed.
+//! shaders/entry/sky_image.wesl, and the decisions. Always: an image is display-referred: its white is white at any exposure. Its tangent point and axes
+//! follow stellar aberration; the variation of aberration over the image (0.35 arcsec per degree at the Earth's velocity) is
+//! left out. All values are f64; only the uniforms are narrowed.
 
 use crate::catalog::{DataLayer, ImageWcs};
 use crate::ephemeris::apparent::aberrated;
@@ -15,8 +15,8 @@ use std::sync::Arc;
 
 /// Length of an image's longer side in the frame, pixels, up to which the image is not drawn.
 const MIN_SIZE_PX: f64 = 0.5;
-/// Finite-difference step along the tangent plane for its axes under aberration, radians: small against the angles over which aberration varies, large against
-/// rounding.
+/// Step in the tangent plane, radians, of the finite differences that give the plane's axes under aberration: small against the angles over which aberration
+/// varies, large against rounding.
 const STEP_RAD: f64 = 1e-4;
 
 /// Uniforms of an image on the sky.
@@ -36,12 +36,12 @@ pub struct SkyImageDraw {
 }
 
 /// The matrix from a direction (ICRF) to homogeneous image coordinates h, (u, v) = h.xy / h.z: u to the right, v down, 0 to 1. `size`: of the image in texels.
-/// `None` for an image that is not of the sky.
+/// `velocity_km_s`: that of the viewer, for the aberration. `None` for an image that is not of the sky.
 fn image_from_icrf(wcs: &ImageWcs, size: DVec2, velocity_km_s: DVec3) -> Option<DMat3> {
     let ImageWcs::Tangent { centre_deg, centre_px, deg_per_px } = wcs else { return None };
-    let [(sin_a, cos_a), (sin_d, cos_d)] = centre_deg.map(|v| v.to_radians().sin_cos());
-    let to_centre = DVec3::new(cos_d * cos_a, cos_d * sin_a, sin_d);
-    let east = DVec3::new(-sin_a, cos_a, 0.0);
+    let [(sin_ra, cos_ra), (sin_dec, cos_dec)] = centre_deg.map(|v| v.to_radians().sin_cos());
+    let to_centre = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
+    let east = DVec3::new(-sin_ra, cos_ra, 0.0);
     let north = to_centre.cross(east);
     // The plane's axes under aberration, as finite differences of apparent directions.
     let apparent_centre = aberrated(to_centre, velocity_km_s);
@@ -50,8 +50,9 @@ fn image_from_icrf(wcs: &ImageWcs, size: DVec2, velocity_km_s: DVec3) -> Option<
         (step / step.dot(apparent_centre) - apparent_centre) / STEP_RAD
     };
     let icrf_from_plane = DMat3::from_cols(apparent_axis(east), apparent_axis(north), apparent_centre);
-    let [[a, b], [c, d]] = *deg_per_px;
-    let px_per_radian = DMat2::from_cols(DVec2::new(a, c), DVec2::new(b, d)).inverse() * 1_f64.to_degrees();
+    let [[east_by_x, east_by_y], [north_by_x, north_by_y]] = *deg_per_px;
+    let deg_from_px = DMat2::from_cols(DVec2::new(east_by_x, north_by_x), DVec2::new(east_by_y, north_by_y));
+    let px_per_radian = deg_from_px.inverse() * 1_f64.to_degrees();
     // In FITS the centre of the first pixel has the coordinate 1, and rows run upwards; in the image rows run downwards.
     let in_image_coordinates = |px: DVec2| DVec2::new(px.x / size.x, -px.y / size.y);
     let (x, y) = (in_image_coordinates(px_per_radian.x_axis), in_image_coordinates(px_per_radian.y_axis));
@@ -74,9 +75,9 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
         };
         let texel = DVec2::ONE / size;
         let span_px = DVec2::new(distance_px(DVec2::X * texel) * size.x, distance_px(DVec2::Y * texel) * size.y);
-        // The image is tested as a sphere at the distance 1; a sphere of radius 2 is in the frame whatever its direction.
-        let (radius, margin_px) = ((0.5 * span_px.length() * camera.pixel_tangent()).min(2.0), 1.0);
-        let is_in_frame = camera.sphere_may_be_in_frame(camera.in_axes(image_centre.normalize()), radius, margin_px);
+        // The image is tested as a sphere whose centre is 1 km away. One of 2 km radius contains the camera, so it is in the frame whatever its direction.
+        let (radius_km, margin_px) = ((0.5 * span_px.length() * camera.pixel_tangent()).min(2.0), 1.0);
+        let is_in_frame = camera.sphere_may_be_in_frame(camera.in_axes(image_centre.normalize()), radius_km, margin_px);
         let on = is_in_frame && span_px.max_element() > MIN_SIZE_PX;
         let [width, height] = [span_px.x, span_px.y].map(|px| Argument::Number(format!("{px:.1}")));
         let name = &layer.name;
@@ -105,7 +106,8 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
 mod tests {
     use super::*;
 
-    /// Compares with the textbook formula of the gnomonic projection (Calabretta & Greisen 2002, section 5.1.3), with a matrix that rotates and stretches.
+    /// Compares with the textbook formula of the gnomonic projection (Calabretta & Greisen 2002, section 5.1.3), with a matrix that rotates and stretches. The
+    /// FITS coordinates (1, 1) are half a pixel from the left and the lower edge.
     #[test]
     fn positions_in_the_image_follow_the_standard() {
         let (ra0, dec0) = (83.633_f64, 22.0145_f64);
@@ -128,7 +130,7 @@ mod tests {
                 "{ra}: {found} {px:?}"
             );
         }
-        // For a moving viewer the tangent point appears where a star in its direction appears.
+        // For a moving viewer the tangent point (310.0 pixels from the left edge) appears where a star in its direction appears. A pixel is 0.7 arcsec wide.
         let velocity = DVec3::new(10.0, -25.0, 7.0);
         let moved = image_from_icrf(&wcs, size, velocity).expect("of the sky");
         let (sin_a, cos_a) = ra0.to_radians().sin_cos();

@@ -15,9 +15,9 @@ pub struct SkyMap {
     pub width: u32,
     /// Radiance that the linear value 1 stands for.
     pub unit_radiance: f64,
-    /// Mean linear value of the brightest region; 1 for a panorama of the user.
+    /// Mean linear value of the brightest region; 1, an upper limit, for a panorama of the user.
     pub brightest_value: f64,
-    /// Light that is added to that of the texels: what exceeds the linear value 1.
+    /// Light that is added to that of the texels: what exceeds the linear value 1. `None` if nothing does.
     pub bright: Option<BrightSkyMap>,
     /// Whether this is the built-in Milky Way, for the text of the decision.
     pub is_milky_way: bool,

@@ -13,27 +13,29 @@ use std::sync::Arc;
 pub struct MinorPlanetColumns {
     /// Vector from the Sun to the perihelion, au, ICRF, and 1 - e: four numbers per body.
     pub perihelion: Arc<Vec<f32>>,
-    /// Velocity at the perihelion in au per unit of the shader's time (ICRF; its length is sqrt(1 + e) perihelion distances), and the irradiance at full phase,
-    /// 1 au from Sun and viewer: four numbers per body.
+    /// Velocity at the perihelion, au per unit of the shader's time (see `OrbitTiming`), ICRF, and the irradiance by the body at full phase, 1 au from Sun and
+    /// viewer (1: that by the Sun at 1 au): four numbers per body.
     pub perihelion_velocity: Arc<Vec<f32>>,
     /// Slope parameter G of the H,G law.
     pub slope: Arc<Vec<f32>>,
-    /// Timing of each orbit, in f64.
+    /// The timing of each orbit.
     timings: Arc<Vec<OrbitTiming>>,
 }
 
-/// Timing of an orbit: a perihelion passage in days past J2000, the length in days of the shader's unit of time, and half the period in that unit. The unit
-/// is the time in which the mean anomaly of an orbit with the semi-major axis q, the perihelion distance, increases by one radian.
+/// Timing of an orbit with the perihelion distance q and the eccentricity e. The shader's unit of time, in which q and the Sun's GM are 1, is sqrt(q^3 / GM).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct OrbitTiming {
+    /// A perihelion passage, days past J2000 (TDB).
     passage_days: f64,
     days_per_unit: f64,
+    /// Half the period, in the shader's unit; infinite for an open orbit.
     half_period: f64,
 }
 
 impl OrbitTiming {
     fn of(orbit: &HeliocentricOrbit) -> Self {
         let (q, one_minus_e) = (orbit.perihelion_au, 1.0 - orbit.eccentricity);
+        // Kepler's third law; the semi-major axis is 1 / (1 - e) perihelion distances.
         let half_period = if one_minus_e > 0.0 { PI * one_minus_e.powf(-1.5) } else { f64::INFINITY };
         Self { passage_days: orbit.passage_days, days_per_unit: q.powf(1.5) / GAUSS_CONSTANT, half_period }
     }
@@ -53,10 +55,12 @@ impl MinorPlanetColumns {
             let orbit = &body.orbit;
             let (irradiance, g) = match body.brightness {
                 BrightnessLaw::Asteroid { h, g } => (irradiance_of_magnitude(h), g),
+                // A minor planet without a magnitude counts as too faint to see. Comets are drawn by `scene::sky::comets`.
                 BrightnessLaw::Comet { .. } | BrightnessLaw::Unknown => (0.0, 0.0),
             };
             perihelion.extend(narrow(orbit.to_perihelion * orbit.perihelion_au).to_array());
             perihelion.push(narrow_scalar(1.0 - orbit.eccentricity));
+            // The speed at the perihelion is sqrt((1 + e) GM / q), in the shader's unit q sqrt(1 + e).
             let velocity = orbit.motion_at_perihelion * (orbit.perihelion_au * (1.0 + orbit.eccentricity).sqrt());
             perihelion_velocity.extend(narrow(velocity).to_array());
             perihelion_velocity.push(narrow_scalar(irradiance));
@@ -83,28 +87,30 @@ mod tests {
     use glam::DVec3;
     use std::f64::consts::TAU;
 
-    /// For centuries, reduced times stay within half a period, and differ from the full time by a whole number of periods.
+    /// For about two thousand years before and after J2000, reduced times stay within half a period and differ from the full time by whole periods.
     #[test]
     fn times_are_reduced_by_whole_turns() {
+        const PASSAGE_DAYS: f64 = 8375.25;
         let orbit = |q: f64, e: f64| HeliocentricOrbit {
             perihelion_au: q,
             eccentricity: e,
             to_perihelion: DVec3::X,
             motion_at_perihelion: DVec3::Y,
-            passage_days: 8375.25,
+            passage_days: PASSAGE_DAYS,
         };
+        // Perihelion distance in au and eccentricity of closed orbits, from circular to nearly parabolic.
         for (q, e) in [(2.5, 0.08), (0.587, 0.967), (0.3, 0.9992), (1.0, 0.0)] {
             let timing = OrbitTiming::of(&orbit(q, e));
             let period_days = TAU / GAUSS_CONSTANT * (q / (1.0 - e)).powf(1.5);
-            for days in [-700_000.0, -3.5, 8375.25, 9000.0, 812_345.6] {
+            for days in [-700_000.0, -3.5, PASSAGE_DAYS, 9000.0, 812_345.6] {
                 let t = timing.since_passage(days);
                 assert!(t.abs() <= timing.half_period * (1.0 + 1e-12), "{q} {e} {days}: {t}");
-                let turns = ((days - 8375.25) - t * timing.days_per_unit) / period_days;
+                let turns = ((days - PASSAGE_DAYS) - t * timing.days_per_unit) / period_days;
                 assert!((turns - turns.round()).abs() < 1e-9, "{turns}");
             }
         }
         // An open orbit has no period.
         let open = OrbitTiming::of(&orbit(1.0, 1.2));
-        assert!((open.since_passage(8375.25 + 1e5) * open.days_per_unit - 1e5).abs() < 1e-6);
+        assert!((open.since_passage(PASSAGE_DAYS + 1e5) * open.days_per_unit - 1e5).abs() < 1e-6);
     }
 }

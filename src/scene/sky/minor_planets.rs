@@ -34,7 +34,7 @@ const B_V: f32 = 0.78;
 #[derive(Clone, Debug, PartialEq)]
 pub struct MinorPlanets {
     pub columns: Arc<MinorPlanetColumns>,
-    /// `MinorPlanetColumns::times`.
+    /// Time of each body since its nearest perihelion passage: the result of `MinorPlanetColumns::times`.
     pub times: Arc<Vec<f32>>,
     /// The camera's axes right, up and forward, ICRF; right and up are divided by the tangents of half the field of view.
     pub axes: [Vec3; 3],

@@ -1,9 +1,9 @@
 //! The stars of a frame: which stars are visible at the exposure, with their positions and brightness.
 //!
 //! In: the star catalog, the viewer, the threshold, the radiance displayed as white, the air around the camera. Out: [`StarSprite`]s for
-//! shaders/entry/point.wesl, and the reason. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star too faint for
-//! the display has no sprite. A cell of the star catalog (a patch of the sky) that is outside the frame, or whose brightest star is too faint, costs one
-//! comparison. A star has the flux of a body of the same magnitude. Left out: refraction and scintillation. A double star that the catalog does not
+//! shaders/entry/point.wesl, and the decision about them. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star
+//! too faint for the display has no sprite. A cell of the star catalog (a patch of the sky) that is outside the frame, or whose brightest star is too faint, is
+//! skipped as a whole. A star is as bright as a body of the same magnitude. Left out: refraction and scintillation. A double star that the catalog does not
 //! resolve is drawn as one star.
 
 use super::star_colour::star_colour;
@@ -32,22 +32,22 @@ pub struct ApparentStar {
     /// Unit vector, ICRF, with proper motion, parallax and aberration.
     pub direction: DVec3,
     /// Factor on the irradiance that follows from the magnitude in the star catalog.
-    pub brightening: f64,
+    pub brightness_ratio: f64,
 }
 
 impl ApparentStar {
     fn boosted(self, factor: f64) -> Self {
-        Self { brightening: self.brightening * factor, ..self }
+        Self { brightness_ratio: self.brightness_ratio * factor, ..self }
     }
 }
 
 /// Computes the apparent places of the stars of one frame.
 pub struct StarPlacer {
-    /// Years since the epoch of the star catalog, for proper motion.
+    /// Julian years since the epoch of the star catalog, for proper motion.
     years_since_epoch: f64,
-    /// Barycentric position of the viewer.
+    /// Barycentric position of the viewer, ICRF.
     viewer_au: DVec3,
-    /// Velocity of the viewer, for aberration.
+    /// For aberration: [`Viewer::sky_aberration_velocity_km_s`].
     velocity_km_s: DVec3,
 }
 
@@ -71,7 +71,7 @@ impl StarPlacer {
         let vector = star_from_viewer(star, self.years_since_epoch, self.viewer_au);
         // In units of the star's distance at the epoch. The lower limit avoids a division by zero for a viewer at the star.
         let distance_ratio = vector.length().max(1e-9);
-        ApparentStar { direction: aberrated(vector / distance_ratio, self.velocity_km_s), brightening: distance_ratio.powi(-2) }
+        ApparentStar { direction: aberrated(vector / distance_ratio, self.velocity_km_s), brightness_ratio: distance_ratio.powi(-2) }
     }
 
     /// Upper limit of the displacement of a cell's stars, by their motion since the epoch and by parallax, as a fraction of their distance.
@@ -85,7 +85,7 @@ impl StarPlacer {
 struct AirTint {
     /// Zenith, ICRF.
     up: DVec3,
-    /// From the altitude [`AirTint::LOWEST_DEG`] to the zenith.
+    /// At [`TINT_STEPS`] + 1 altitudes.
     tints: Vec<DVec3>,
 }
 
@@ -93,7 +93,8 @@ struct AirTint {
 const TINT_STEPS: usize = 48;
 
 impl AirTint {
-    /// Lowest altitude of the table. Stars below it, which a camera more than 9 km above the Earth may see, get the tint of this altitude.
+    /// Lowest altitude of the table. Stars below it, which a camera more than 9 km above the Earth may see because its horizon is lower, get the tint
+    /// of this altitude.
     const LOWEST_DEG: f64 = -3.0;
 
     fn of(air: &SurroundingAir<'_>) -> Self {
@@ -124,11 +125,13 @@ fn corner_rad(camera: &Camera) -> f64 {
 fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     let pixel_sr = camera.pixel_tangent().powi(2) * corner_rad(camera).cos().powi(3);
     let min_peak = threshold.cutoff_radiance(VISIBLE_LIGHT);
+    // The flux of a point is its irradiance * PI / `pixel_sr`, and its central pixel has `point_peak()` of the flux.
     if min_peak > 0.0 { magnitude(min_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
 }
 
-/// The faintest magnitude that the layer of bright stars makes visible: all stars are brightened so that a star of this magnitude adds [`VISIBLE_LIGHT`], half
-/// a level of 255. Then a star of magnitude 0 is white, one of magnitude 2 has 0.15 of white in linear light, and one of magnitude 6 is at level 12.
+/// The faintest magnitude that the layer of bright stars makes visible: a star of this magnitude, brightened by the same factor as all stars, adds
+/// [`VISIBLE_LIGHT`], half a level of 255. With this factor a star of magnitude 0 is white, one of magnitude 2 has 0.15 of white in linear light, and one of
+/// magnitude 6 is at level 12.
 const BRIGHT_STARS_LIMIT: f64 = 9.5;
 
 /// The stars of a frame and the decision about them; no decision in pixel views other than the final image. `white`: the radiance displayed as white. `air`:
@@ -151,25 +154,31 @@ pub(crate) fn stars(
     let camera = &viewer.camera;
     // A boost of one stop shows stars that are 2.5 log10(2) magnitudes fainter.
     let boost = request.stars_boost_stops.exp2();
-    let unbrightened_limit = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
+    // With the boost, but without the layer of bright stars.
+    let limit_without_layer = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
     // In air the layer of bright stars has no effect: by day, brightened stars would be visible against the bright sky.
-    let brightening_mag =
-        if request.layers.bright_stars && air.is_none() { (BRIGHT_STARS_LIMIT - unbrightened_limit).max(0.0) } else { 0.0 };
-    let limit = unbrightened_limit + brightening_mag;
+    let layer_brightening_mag =
+        if request.layers.bright_stars && air.is_none() { (BRIGHT_STARS_LIMIT - limit_without_layer).max(0.0) } else { 0.0 };
+    let limit = limit_without_layer + layer_brightening_mag;
     // Factor on the brightness of all stars.
-    let factor = boost * 10f64.powf(0.4 * brightening_mag);
+    let total_boost = boost * 10f64.powf(0.4 * layer_brightening_mag);
     let limit_note = match limit.is_finite() {
         false => reason!("stars-linear"),
-        true if brightening_mag > 0.0 => {
-            reason!("stars-brightened", stops = format_args!("{:+.1}", factor.log2()), alone = format_args!("{unbrightened_limit:.1}"))
+        true if layer_brightening_mag > 0.0 => {
+            reason!(
+                "stars-brightened",
+                stops = format_args!("{:+.1}", total_boost.log2()),
+                alone = format_args!("{limit_without_layer:.1}")
+            )
         }
         // Without brightening or boost.
-        true if factor == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
+        true if total_boost == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
         true => {
             reason!("stars-lifted", limit = format_args!("{limit:.1}"), stops = format_args!("{:+.1}", request.stars_boost_stops))
         }
     };
-    // Near the Sun no star is noticeably brighter than in the star catalog, so the brightest star decides; farther away cells are tested with their parallax.
+    // Near the Sun no star is noticeably brighter than in the star catalog, so if the catalog's brightest star is too faint, all are. Farther away each cell is
+    // tested, with the parallaxes of its stars.
     let is_near_sun = viewer.camera.position_km.length() < CATALOG_BRIGHTNESS_KM;
     if is_near_sun && f64::from(catalog.brightest_magnitude()) > limit {
         return (Vec::new(), decided(false, limit_note));
@@ -185,9 +194,10 @@ pub(crate) fn stars(
     let mut sprites = Vec::new();
     for cell in all_stars.cells().iter().filter(|cell| culling.may_show_star_of(cell, placer.shift(cell))) {
         let faintest = culling.faintest(placer.shift(cell));
+        // A cell's stars are in order of brightness, the brightest first.
         let bright = cell.stars.clone().map(|k| (k, &all_stars.stars()[k])).take_while(|(_, star)| f64::from(star.v_magnitude) <= faintest);
         let to_sprite = |(k, star): (usize, &Star)| {
-            let sprite = sprite(camera, star, &placer.place(star).boosted(factor), tint.as_ref(), white)?;
+            let sprite = sprite(camera, star, &placer.place(star).boosted(total_boost), tint.as_ref(), white)?;
             Some(StarSprite { star: Some(k), ..sprite })
         };
         sprites.extend(bright.filter_map(to_sprite));
@@ -197,7 +207,7 @@ pub(crate) fn stars(
     (sprites, decided(on, reason))
 }
 
-/// Distance from the Sun (1000 au) within which no star is brighter than from the Earth by more than a hundredth of a magnitude (the nearest by 0.008).
+/// Distance from the Sun within which no star is noticeably brighter than from the Earth: at 1000 au the nearest star is brighter by 0.008 magnitudes.
 const CATALOG_BRIGHTNESS_KM: f64 = 1000.0 * KM_PER_AU;
 
 /// The frame against which cells are culled.
@@ -210,7 +220,8 @@ struct CullingFrame<'c> {
 }
 
 impl CullingFrame<'_> {
-    /// The faintest magnitude in the star catalog that may be visible, for stars that may have come closer by the fraction `shift` of their distance.
+    /// The faintest magnitude in the star catalog that may be visible, for stars that may have come closer by the fraction `shift` of their distance and
+    /// so be brighter by -5 log10(1 - `shift`) magnitudes.
     fn faintest(&self, shift: f64) -> f64 {
         if shift < 1.0 { self.limit - 5.0 * (1.0 - shift).log10() } else { f64::INFINITY }
     }
@@ -219,9 +230,9 @@ impl CullingFrame<'_> {
     fn may_show_star_of(&self, cell: &SkyCell, shift: f64) -> bool {
         // A displacement by a fraction of the distance changes the direction by at most the arc sine of the fraction.
         let shift_rad = if shift < 1.0 { shift.asin() } else { PI };
-        let max_off_axis_rad = self.max_off_axis_rad + cell.radius_rad + shift_rad + self.sprite_rad();
+        let reach_rad = self.max_off_axis_rad + cell.radius_rad + shift_rad + self.sprite_rad();
         let cos_off_axis = cell.axis.dot(self.camera.forward);
-        (max_off_axis_rad >= PI || cos_off_axis >= max_off_axis_rad.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
+        (reach_rad >= PI || cos_off_axis >= reach_rad.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
     }
 
     /// Largest angular radius of a sprite: the glare of a star outside the frame can reach into it.
@@ -233,10 +244,11 @@ impl CullingFrame<'_> {
 /// The sprite of a star, if it is in the frame. `white`: the radiance displayed as white. The caller sets the star's index.
 fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
     let clip = camera.clip(place.direction)?;
-    let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr(camera, place.direction);
+    // As `point::flux_of_irradiance`.
+    let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightness_ratio * PI / pixel_sr(camera, place.direction);
     let colour = star_colour(star.b_v) * tint.map_or(DVec3::ONE, |t| t.at(place.direction));
     let radius_px = point_radius_px(flux * point_peak() / white);
-    let max_clip = DVec2::ONE + (radius_px + 1.0) / camera.half_size();
+    let max_clip = DVec2::ONE + (radius_px + 1.0) / camera.half_size_px();
     (clip.abs().cmple(max_clip).all()).then(|| StarSprite {
         centre: narrow(clip.extend(0.0)),
         radius_px: narrow_scalar(radius_px),

@@ -1,10 +1,10 @@
 //! Zodiacal light: the radiance of sunlit interplanetary dust, in any direction and at any distance of the observer from the Sun.
 //!
 //! In: elongation from the Sun and ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm, which is accurate
-//! to 10 %. [`brightness`] is a fit within 13 % of each of its entries from 15 degrees of elongation. At r au from the Sun the zodiacal light scales with
-//! r^-2.3 (Helios 1 and 2 between 0.3 and 1 au, Leinert et al. 1981, A&A 103, 177); outside that range this is an extrapolation. At smaller elongations the
-//! corona replaces the zodiacal light. Its outer part, the F corona, is light of the same dust, and at a fixed elongation it falls as r^-2.5. Where the two are
-//! blended, the ratio of zodiacal light to corona is therefore between 0.5 and 2 for r from 0.3 to 5 au (0.54 at 0.3 au). Left out: the cloud's tilt of 1.5
+//! to 10 %. [`brightness`] is within 13 % of each entry of that table at an elongation of 15 degrees or more. At r au from the Sun the zodiacal light scales
+//! with r^-2.3 (Helios 1 and 2 between 0.3 and 1 au, Leinert et al. 1981, A&A 103, 177); outside that range this is an extrapolation. At smaller elongations
+//! the corona replaces the zodiacal light. Its outer part, the F corona, is light of the same dust, and at a fixed elongation it falls as r^-2.5. Where the two
+//! are blended, the ratio of zodiacal light to corona is therefore between 0.5 and 2 for r from 0.3 to 5 au (0.54 at 0.3 au). Left out: the cloud's tilt of 1.5
 //! degrees with its seasonal effects, observers far off the ecliptic, and the dust's reddening.
 
 use crate::scene::light::photometry::irradiance_of_magnitude;

@@ -93,9 +93,9 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
     let reference = GroundReference::of(camera, placement, rays.rect_in_clip);
     // Positions are relative to the reference point, or without one to the camera or the body's centre.
     let origin = reference.as_ref().map_or(if rays.anchor_is_camera { camera_position } else { DVec3::ZERO }, |r| r.point);
-    let pixel_radii = (camera_position.length() - 1.0).max(1e-9) * camera.pixel_tangent();
+    let pixel_width_radii = (camera_position.length() - 1.0).max(1e-9) * camera.pixel_tangent();
     // The index, not rounded, of the lattice whose cells are just visible directly below the camera. Index 0 is the coarsest lattice.
-    let finest = ((MIN_CELL_PX * pixel_radii / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
+    let finest = ((MIN_CELL_PX * pixel_width_radii / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
     let last = finest.ceil() as i32;
     // For row k of the uniforms: the origin's position in the row's lattice, in cells, modulo the period; and the side of a cell, radii.
     let row = |k: usize| {

@@ -112,6 +112,7 @@ fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Opt
 /// Calls `visit` for each visible part of each chord. Its arguments, in radii of the disc: the chord's distance from the disc's middle, half the chord's
 /// length, and where the part begins and ends.
 fn visit_visible_parts(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)) {
+    // The ends of the current chord, and where limbs may cross it.
     let mut breaks = Vec::new();
     for &(y, h) in &*CHORD_SIZES {
         breaks.clear();
@@ -192,8 +193,8 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     let Some(first) = occluding.first() else { return DVec3::ONE };
     // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.
     let covers_disc = |p: &PlacedBody<'_>| {
-        let inner = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
-        crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km) + farther.angular_radius_rad() < inner
+        let inscribed_rad = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
+        crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km) + farther.angular_radius_rad() < inscribed_rad
     };
     if occluding.iter().any(|p| covers_disc(p) && p.limb_profile.is_none()) {
         return DVec3::ZERO;

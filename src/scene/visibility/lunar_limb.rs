@@ -76,6 +76,7 @@ impl<'p> ApparentLimb<'p> {
 pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun: &PlacedBody<'_>, mean_limb_light: DVec3) -> DVec3 {
     let apparent_limb = ApparentLimb::of(profile, &moon.placement);
     let to_moon = moon.placement.centre_km.normalize();
+    // The Sun's centre on the tangent plane.
     let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(to_moon);
     let sun_centre = DVec2::new(to_sun.dot(apparent_limb.position_angle_axes[0]), to_sun.dot(apparent_limb.position_angle_axes[1]));
     let sun_radius_tan = sun.angular_radius_rad().tan();
@@ -95,7 +96,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
         let (sun_entry, sun_exit) = (along - half_chord_sq.sqrt(), along + half_chord_sq.sqrt());
         let limb_tan = apparent_limb.limb_angle_tan(*height_km);
         is_any_visible |= sun_exit > limb_tan.max(0.0);
-        // The light between profile and mean limb is gained if the profile is lower, and lost if it is higher.
+        // The light of the strip between profile and mean limb is gained if the profile is lower, and lost if it is higher.
         let (from, to) = (limb_tan.min(mean_limb_tan).max(sun_entry), limb_tan.max(mean_limb_tan).min(sun_exit));
         if to <= from {
             continue;

@@ -196,9 +196,9 @@ mod tests {
             let is_in_front_of_globe = moon.tangent_sq_km2() < planet.tangent_sq_km2();
             let step = step_among_rings(&moon, &planet, pole);
             // Without a step the moon is sorted as a group of its own: after all steps of the planet if it is in front, otherwise before them.
-            let drawn = step.map_or(if is_in_front_of_globe { i32::MAX } else { -1 }, |s| s as i32);
+            let rank = step.map_or(if is_in_front_of_globe { i32::MAX } else { -1 }, |s| s as i32);
             if let Some(at_globe) = distance_to(&planet, along) {
-                assert_eq!(at_moon < at_globe, drawn > DrawingStep::Globe as i32, "{moon:?} {step:?} from {camera}");
+                assert_eq!(at_moon < at_globe, rank > DrawingStep::Globe as i32, "{moon:?} {step:?} from {camera}");
                 pairs += 1;
             }
             let crosses_plane = (moon.centre_km + camera).z.abs() <= moon.radius_km;
@@ -208,7 +208,7 @@ mod tests {
                 continue;
             }
             let half = if on_ring.dot(along) > 0.0 { DrawingStep::FarHalf } else { DrawingStep::NearHalf };
-            assert_eq!(at_moon < at_ring, drawn > half as i32, "{moon:?} {step:?}, {half:?} from {camera}");
+            assert_eq!(at_moon < at_ring, rank > half as i32, "{moon:?} {step:?}, {half:?} from {camera}");
             with_ring += 1;
             // The half of the ring itself is behind the globe or in front of it.
             if let Some(at_globe) = distance_to(&planet, along) {

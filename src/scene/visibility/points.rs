@@ -14,7 +14,7 @@ use crate::scene::draw::{BodyPart, Draw, Point};
 use crate::scene::features::inputs::FrameContext;
 use crate::scene::numeric::smooth_rise;
 use crate::scene::placed::PlacedBody;
-use crate::scene::point::POINT_RADIUS_PX;
+use crate::scene::point::MIN_POINT_RADIUS_PX;
 use crate::scene::rings::ring_light::transmittance;
 use crate::scene::rings::ring_table::RingInterval;
 use glam::{DVec3, Vec3};
@@ -108,7 +108,7 @@ pub(crate) fn apply(
         let transmitted = visible * rings.iter().map(|r| r.transmittance).product::<f64>();
         point.flux *= narrow(transmitted);
         // The sprite of a point beside a disc may reach into the disc, so the point hides something from that distance on.
-        let margin_rad = POINT_RADIUS_PX * frame.camera.pixel_tangent();
+        let margin_rad = MIN_POINT_RADIUS_PX * frame.camera.pixel_tangent();
         let is_behind_point =
             |disc: &&&PlacedBody<'_>| disc.body.id != point.body && is_in_front(p, disc) && gap_is_below(p, disc, margin_rad);
         let discs_behind: Vec<_> = drawn_discs.iter().filter(is_behind_point).collect();

@@ -6,7 +6,8 @@ use crate::scene::draw::{
     Shape, Surface,
 };
 
-/// A part of a shader key's text. In the text, the words of one part are joined by `-`, parts by `.`, both in the order of the table.
+/// A part of a shader key's text. In the text, the words of one part are joined by `-`, parts by `.`, both in the order of the table. A word may
+/// itself contain `-`, such as `lommel-seeliger`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum KeyPart {
     Surface,
@@ -19,11 +20,13 @@ pub enum KeyPart {
     BodyShadow,
     Air,
     Shape,
+    /// Properties of a mesh.
     Flags,
     View,
 }
 
 impl KeyPart {
+    /// For messages and the window.
     pub fn name(self) -> &'static str {
         match self {
             Self::Surface => "surface",
@@ -60,19 +63,20 @@ pub struct Dimension {
     pub set: fn(&mut DrawFeatures, usize),
 }
 
-/// Greatest number of lights in a key (the Sun and two other bodies), as `scene::effects::MAX_LIGHTS`.
+/// Greatest number of lights in a key (the Sun and two other bodies): `scene::effects::MAX_LIGHTS`, as a test verifies.
 pub(super) const MAX_LIGHTS: u8 = 3;
-/// Greatest number of overlays in a key, as `catalog::MAX_OVERLAYS`.
+/// Greatest number of overlays in a key: `catalog::MAX_OVERLAYS`, as a test verifies.
 pub(super) const MAX_OVERLAYS: u8 = 2;
 const SURFACES: [Surface; 8] = Surface::ALL;
 const SHAPES: [Shape; 3] = [Shape::Sphere, Shape::Ellipsoid, Shape::Mesh];
 const VIEWS: [PixelView; 10] = PixelView::ALL;
 
+/// Index of a value in the list of all values.
 fn index_of<T: PartialEq>(all: &[T], value: &T) -> usize {
     all.iter().position(|v| v == value).unwrap_or(0)
 }
 
-/// A dimension with two values: off, which the key omits, and on.
+/// A dimension with two values: off, which the key omits, and on, whose text in the key is the dimension's name.
 macro_rules! switch {
     ($name:literal, $part:expr, $feature:literal, $($field:ident).+) => {
         Dimension {
@@ -135,6 +139,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "overlays",
         part: KeyPart::Overlays,
+        // `overlayN`: N overlays.
         texts: &["", "overlay1", "overlay2"],
         feature_names: &["", "overlays.1", "overlays.2"],
         cumulative: true,
@@ -191,7 +196,8 @@ pub static DIMENSIONS: &[Dimension] = &[
         set: |f, v| f.body_shadow = BodyShadow::ALL[v],
     },
     Dimension {
-        // `air-pixel-N`: at most N samples along each pixel's view ray.
+        // `air-pixel-N`: at most N samples along each pixel's view ray. `air-vertex` takes at most 5; `air-table` takes at most 16, and reads the light of
+        // higher orders of scattering from a table.
         name: "air",
         part: KeyPart::Air,
         texts: &["", "air-vertex", "air-pixel-8", "air-pixel-16", "air-pixel-32", "air-table"],
@@ -203,8 +209,8 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("mie", KeyPart::Air, "air.mie", air.mie),
     switch!("absorption", KeyPart::Air, "air.absorption", air.absorption),
     Dimension {
-        // What the draw does with the coarse image of the air, in this order: does not use it; reads it; fills it with the air; reads it in a view in which
-        // the ground's draw also shows clouds; fills it with the sunlight past occluders.
+        // What the draw does with the coarse image of the air. No text: does not use it. `coarse`: reads it. `coarsedraw`: fills it with the light of the air.
+        // `coarseclouds`: the ground's draw reads it and also shows the clouds. `coarsesunlight`: fills it with the sunlight that passes the occluders.
         name: "air-pass",
         part: KeyPart::Air,
         texts: &["", "coarse", "coarsedraw", "coarseclouds", "coarsesunlight"],
@@ -230,6 +236,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "view",
         part: KeyPart::View,
+        // No text: the final image, whose feature is `view.shaded`.
         texts: &["", "depth", "normalview", "albedoview", "uv", "sunlight", "eclipseview", "ringview", "opticaldepth", "cost"],
         feature_names: &[
             "view.shaded",
@@ -241,7 +248,7 @@ pub static DIMENSIONS: &[Dimension] = &[
             "view.eclipse",
             "view.ring",
             "view.optical-depth",
-            // Runs the code of the shaded view; the renderer counts its instructions.
+            // `cost`: runs the code of the final image; the renderer counts its instructions.
             "view.shaded",
         ],
         cumulative: false,

@@ -1,9 +1,9 @@
 //! The shader library: a cache of modules, in memory and on disk.
 //!
 //! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the generator (the emitter
-//! with its fragments) would emit now, even if entries on disk are damaged, unless someone forged an entry (see [`ShaderLibrary::replace_tampered`]); readers
-//! in any process see either a complete entry or none; a disk error is reported once and is never fatal. Not here: the lowering of modules for the software
-//! renderer, and where messages go; the caller supplies both.
+//! with its fragments) would emit now, even if entries on disk are damaged, unless an entry was tampered with (see [`ShaderLibrary::replace_tampered`]);
+//! readers in any process see either a complete entry or none; disk errors are never fatal, and only the first in reading and the first in writing are
+//! reported. Not here: the lowering of modules for the software renderer, and where messages go; the caller supplies both.
 
 mod entry;
 
@@ -36,6 +36,7 @@ pub struct Origin {
     pub took_ms: f64,
 }
 
+/// How the library got a module that was not in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CacheOutcome {
     /// Read from a valid entry on disk.
@@ -43,7 +44,7 @@ pub enum CacheOutcome {
     /// Emitted because there was no entry.
     Emitted,
     /// Emitted because the entry was damaged, of another format or tampered with; the new module replaces it.
-    Rebuilt,
+    Repaired,
 }
 
 /// Counts since the library was opened.
@@ -63,7 +64,7 @@ pub struct Statistics {
     pub written: u64,
     /// Time spent writing these entries.
     pub writing_s: f64,
-    /// Entries on disk that were damaged, of another format or tampered with, and were replaced. The serialised name is `healed`.
+    /// Entries on disk that were damaged, of another format or tampered with, and were replaced ([`CacheOutcome::Repaired`]). The serialised name is `healed`.
     #[serde(rename = "healed")]
     pub repaired: u64,
 }
@@ -86,8 +87,8 @@ fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
     nanoseconds.fetch_add(u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
 }
 
-/// The error for an entry on disk that cannot be used; its module is built anew.
-struct Damaged;
+/// The error for an entry on disk that cannot be used (damaged, or of another format); its module is built anew.
+struct Unusable;
 
 /// The content of the disk cache.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -109,7 +110,7 @@ pub struct DiskStatus {
 /// The result of [`ShaderLibrary::verify`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskCheck {
-    /// Number of intact entries: those equal to what the generator emits now. The serialised name is `whole`.
+    /// Number of valid entries: those equal to what the generator emits now. The serialised name is `whole`.
     #[serde(rename = "whole")]
     pub valid: u64,
     /// Damaged entries: the file, and what is wrong with it.
@@ -118,7 +119,8 @@ pub struct DiskCheck {
     pub unreadable: Option<String>,
 }
 
-/// What determines the modules: the fragments, and the generator digest (`shader::generator`), which covers the fragments and the code.
+/// The part of the generator that [`ShaderLibrary::set_fragments`] can change: the fragments, and the generator digest (`shader::generator`), which covers
+/// fragments and code.
 #[derive(Clone)]
 struct Generator {
     fragments: Arc<Fragments>,
@@ -198,15 +200,16 @@ impl ShaderLibrary {
 
     /// The folder of this generator on disk, if it has one.
     fn folder(&self) -> Option<PathBuf> {
-        Some(self.root.as_ref()?.join(&*self.generator_with_folder()?.digest))
+        Some(self.root.as_ref()?.join(&*self.generator_if_built_in()?.digest))
     }
 
-    /// The generator, if its modules are kept on disk. Those of edited fragments are not, because every edit would leave a folder behind.
-    fn generator_with_folder(&self) -> Option<Generator> {
+    /// The generator; `None` if its fragments are edited. Modules of edited fragments are not kept on disk, because every edit would leave a folder behind.
+    fn generator_if_built_in(&self) -> Option<Generator> {
         Some(self.current_generator()).filter(|g| g.fragments.are_built_in())
     }
 
-    /// Where a module came from, and how long that took; `None` for a module that is not in memory.
+    /// Where a module came from, and how long that took; `None` for a module that is not in memory or could not be
+    /// built.
     pub fn origin(&self, id: &ModuleId) -> Option<Origin> {
         let modules = self.modules.lock();
         Some(modules.peek(id)?.get()?.as_ref().ok()?.1)
@@ -239,6 +242,7 @@ impl ShaderLibrary {
 
     fn load_or_build(&self, id: &ModuleId) -> Result<(Arc<ShaderModule>, Origin), ShaderError> {
         let generator = self.current_generator();
+        // Not `entry_path`: another thread may change the fragments, and module and path must be of the same generator.
         let root = self.root.as_ref().filter(|_| generator.fragments.are_built_in());
         let path = root.map(|root| root.join(&*generator.digest).join(file_name(id)));
         let start_of_request = Instant::now();
@@ -247,7 +251,7 @@ impl ShaderLibrary {
         if let Some(path) = path.as_deref() {
             match self.read(&generator.digest, id, path) {
                 Some(Ok(module)) => return Ok((Arc::new(module), origin(CacheOutcome::Read))),
-                Some(Err(Damaged)) => outcome = CacheOutcome::Rebuilt,
+                Some(Err(Unusable)) => outcome = CacheOutcome::Repaired,
                 None => {}
             }
         }
@@ -262,12 +266,12 @@ impl ShaderLibrary {
     }
 
     /// Reads an entry from disk; `None` if there is no readable file.
-    fn read(&self, generator_digest: &str, id: &ModuleId, path: &Path) -> Option<Result<ShaderModule, Damaged>> {
+    fn read(&self, generator_digest: &str, id: &ModuleId, path: &Path) -> Option<Result<ShaderModule, Unusable>> {
         let start = Instant::now();
         let bytes = match read_bytes(path, MAX_ENTRY_BYTES) {
             Ok(bytes) => bytes,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return None,
-            // Problems with the folder itself are reported when a write fails; an unreadable entry is reported here.
+            // An entry that cannot be read is reported here; if the folder's path is not a folder (`NotADirectory`), the failing write reports it.
             Err(e) => {
                 if e.kind() != std::io::ErrorKind::NotADirectory && !self.read_error_reported.swap(true, Ordering::Relaxed) {
                     (self.report)(&format!("shader library: {} cannot be read ({e}); its module is rebuilt", path.display()));
@@ -283,7 +287,7 @@ impl ShaderLibrary {
             Err(e) => {
                 self.counters.repaired.fetch_add(1, Ordering::Relaxed);
                 (self.report)(&format!("shader library: {} is replaced: {e}", path.display()));
-                Some(Err(Damaged))
+                Some(Err(Unusable))
             }
         }
     }
@@ -293,7 +297,7 @@ impl ShaderLibrary {
         if self.write_error_reported.load(Ordering::Relaxed) {
             return;
         }
-        // A folder or a pipe in the place of this entry is never replaced. It says nothing about other entries, and `read` has reported it.
+        // A folder or a pipe in the place of this entry is never replaced. `read` has reported it, and other entries can still be written.
         if path.metadata().is_ok_and(|existing| !existing.is_file()) {
             return;
         }
@@ -345,7 +349,7 @@ impl ShaderLibrary {
     /// Counts the entries on disk.
     pub fn status(&self) -> DiskStatus {
         let digest = self.generator_digest();
-        let mut status = DiskStatus { folder: self.folder(), unreadable: self.unreadable(), ..DiskStatus::default() };
+        let mut status = DiskStatus { folder: self.folder(), unreadable: self.unreadable_folder_message(), ..DiskStatus::default() };
         for folder in self.folders() {
             let is_own = folder.file_name().is_some_and(|n| n == &*digest);
             for file in entries_in(&folder) {
@@ -361,7 +365,7 @@ impl ShaderLibrary {
 
     /// Reads every entry of this generator, builds its module anew and compares the two, on all cores.
     pub fn verify(&self) -> DiskCheck {
-        let mut check = DiskCheck { unreadable: self.unreadable(), ..DiskCheck::default() };
+        let mut check = DiskCheck { unreadable: self.unreadable_folder_message(), ..DiskCheck::default() };
         let mut files: Vec<_> = self.folder().iter().flat_map(|f| entries_in(f)).collect();
         files.sort();
         let results: Vec<_> = files.into_par_iter().map(|file| (self.verify_file(&file), file)).collect();
@@ -377,8 +381,9 @@ impl ShaderLibrary {
     fn verify_file(&self, file: &Path) -> Result<(), String> {
         let bytes = read_bytes(file, MAX_ENTRY_BYTES).map_err(|e| e.to_string())?;
         let digest = self.generator_digest();
-        let name = entry::module_name_for(&digest, &bytes).map_err(|e| e.to_string())?;
+        let name = entry::module_name_if_written_by(&digest, &bytes).map_err(|e| e.to_string())?;
         let id: ModuleId = name.parse().map_err(|e: super::key::KeyTextError| e.to_string())?;
+        // The file may have been renamed.
         if file.file_name().is_none_or(|n| n != file_name(&id).as_str()) {
             return Err(EntryError::OtherGeneratorOrModule.to_string());
         }
@@ -401,7 +406,7 @@ impl ShaderLibrary {
             let Some(Ok((loaded, Origin { outcome: CacheOutcome::Read, .. }))) = cell.get() else { return None };
             let start = Instant::now();
             let built = ShaderModule::build_with(&generator.fragments, id, &self.lowering).ok()?;
-            let origin = Origin { outcome: CacheOutcome::Rebuilt, took_ms: start.elapsed().as_secs_f64() * 1e3 };
+            let origin = Origin { outcome: CacheOutcome::Repaired, took_ms: start.elapsed().as_secs_f64() * 1e3 };
             let is_tampered = entry::encode(&generator.digest, &built) != entry::encode(&generator.digest, loaded);
             is_tampered.then_some((built, origin))
         };
@@ -432,11 +437,11 @@ impl ShaderLibrary {
             let _ = std::fs::remove_dir(&folder);
         }
         self.modules.lock().clear();
-        self.unreadable().map_or(Ok(removed), |why| Err(std::io::Error::other(why)))
+        self.unreadable_folder_message().map_or(Ok(removed), |why| Err(std::io::Error::other(why)))
     }
 
-    /// The first folder that exists and cannot be read.
-    fn unreadable(&self) -> Option<String> {
+    /// The first folder that exists and cannot be read, and why, as text.
+    fn unreadable_folder_message(&self) -> Option<String> {
         let why = |folder: &Path| match std::fs::read_dir(folder) {
             Ok(mut entries) => entries.find_map(|entry| entry.err()),
             Err(e) => Some(e).filter(|e| e.kind() != std::io::ErrorKind::NotFound),
@@ -456,7 +461,7 @@ fn files_in(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
     std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path()).filter(|p| p.is_file())
 }
 
-/// Everything named like an entry, except folders; includes pipes and links.
+/// Everything named like an entry, except folders. Pipes and links are included, so that they are counted, verified and cleared.
 fn entries_in(folder: &Path) -> impl Iterator<Item = PathBuf> + use<> {
     let all = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
     all.filter(|p| p.extension().is_some_and(|e| e == EXTENSION) && !p.is_dir())

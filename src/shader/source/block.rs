@@ -14,8 +14,8 @@ pub enum Block {
     /// Always emitted.
     Root,
     /// A branch of a chain of `@if`, `@elif` and `@else`: emitted if `parent` is emitted, its own condition holds, and the condition of no earlier branch of
-    /// the chain holds. `unless`: the branch directly before it.
-    When { parent: u32, condition: Condition, unless: Option<u32> },
+    /// the chain holds. `previous_branch`: the branch directly before it.
+    When { parent: u32, condition: Condition, previous_branch: Option<u32> },
     /// Emitted if any of these blocks is: the comments above a chain, whose branches these are.
     AnyOf(Vec<u32>),
 }

@@ -133,8 +133,7 @@ impl Fragment {
         }
         let imports = scan.imports.into_iter().flat_map(|i| {
             let (line, column) = line_and_column(text, i.position);
-            let import =
-                move |(module, item): (String, String)| Import { block: i.block, line, column, path: format!("{module}.wesl"), item };
+            let import = move |(stem, item): (String, String)| Import { block: i.block, line, column, path: format!("{stem}.wesl"), item };
             i.items.into_iter().map(import)
         });
         Self { lines, imports: imports.collect(), blocks: scan.blocks, declared: scan.declared }
@@ -147,8 +146,8 @@ impl Fragment {
             let is_emitted = match block {
                 Block::Root => true,
                 Block::AnyOf(blocks) => blocks.iter().any(|b| emitted[*b as usize]),
-                Block::When { parent, condition, unless } => {
-                    emitted[*parent as usize] && !self.any_branch_holds(*unless, features) && condition.holds(features)
+                Block::When { parent, condition, previous_branch } => {
+                    emitted[*parent as usize] && !self.any_branch_holds(*previous_branch, features) && condition.holds(features)
                 }
             };
             emitted.push(is_emitted);
@@ -156,14 +155,14 @@ impl Fragment {
         emitted
     }
 
-    /// Whether the condition of the branch `last`, or of an earlier branch of its chain, holds.
+    /// Whether the condition of the branch `last`, or of an earlier branch of its chain, holds; false if `last` is `None`.
     fn any_branch_holds(&self, last: Option<u32>, features: FeatureSet) -> bool {
         let mut next = last;
-        while let Some(Block::When { condition, unless, .. }) = next.map(|b| &self.blocks[b as usize]) {
+        while let Some(Block::When { condition, previous_branch, .. }) = next.map(|b| &self.blocks[b as usize]) {
             if condition.holds(features) {
                 return true;
             }
-            next = *unless;
+            next = *previous_branch;
         }
         false
     }
@@ -174,7 +173,7 @@ impl Fragment {
         match &self.blocks[block as usize] {
             Block::Root => None,
             Block::AnyOf(blocks) => blocks.iter().find(|b| emitted[**b as usize]).and_then(|b| self.reason(*b, emitted, features)),
-            Block::When { condition: Condition::Constant(true), unless: Some(previous), .. } => match &self.blocks[*previous as usize] {
+            Block::When { condition: Condition::Constant(true), previous_branch: Some(b), .. } => match &self.blocks[*b as usize] {
                 Block::When { condition, .. } => Some(condition.reason(features)),
                 _ => None,
             },

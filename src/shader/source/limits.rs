@@ -5,12 +5,13 @@
 //! comments do not count. The shipped fragments stay far below the limits (brackets nest at most 7 deep; fewer than 200 bytes lie between two
 //! separators). Not here: whether the text is WESL.
 
-/// Maximum number of `<` without a matching `>` in a statement. At each `<`, wgsl-parse reads ahead to see whether it opens a template
-/// list, and repeats this for each `<` on the way, so that every further `<` doubles the time.
+/// Maximum number of `<` without a matching `>` in a statement. At each `<`, wgsl-parse reads ahead to see whether it opens a template list. On the way it
+/// does the same at each later `<`, so that every further `<` doubles the time.
 const MAX_OPEN_ANGLES: usize = 12;
 /// Maximum depth of nested brackets.
 const MAX_DEPTH: usize = 64;
-/// Maximum number of bytes, without blanks, between two separators (`;`, `,`, `{`, `}`): a sum of thousands of terms becomes a syntax tree of that depth.
+/// Maximum number of bytes, without blanks, of a part: the text between two separators (`;`, `,`, `{`, `}`). A sum of thousands of terms becomes a syntax tree
+/// of that depth.
 const MAX_PART_BYTES: usize = 4096;
 /// Maximum number of bytes, without blanks, of the body of a function: the time that naga 30 takes grows with the square of the number of expressions,
 /// to 20 s for a megabyte of statements.
@@ -25,6 +26,7 @@ fn without_comments(text: &str) -> Vec<u8> {
     let mut code = text.as_bytes().to_vec();
     let mut chars = text.char_indices().peekable();
     while let Some((start, c)) = chars.next() {
+        // The second character of `//` or `/*`.
         let Some(second) = chars.peek().map(|(_, c)| *c).filter(|second| c == '/' && matches!(second, '/' | '*')) else { continue };
         chars.next();
         if second == '/' {
@@ -49,13 +51,14 @@ fn without_comments(text: &str) -> Vec<u8> {
     code
 }
 
-/// The first byte that exceeds a limit, and a message that names the limit.
+/// The index of the first byte that exceeds a limit, and a message that names the limit; `None` if none is exceeded.
 pub(super) fn first_exceeded_limit(text: &str) -> Option<(usize, String)> {
     let code = without_comments(text);
     let (mut open_angles, mut part_bytes, mut body_bytes) = (0, 0, 0);
     // Whether the outermost open bracket is `{`: that of a function or a structure.
     let mut in_body = false;
-    // How many `else` the current chain of `if` and `else` has: outside all brackets, then in each open bracket. There is one number more than open brackets.
+    // How many `else` the current chain of `if` and `else` has: outside all brackets, then in each open bracket, the innermost last. The length is the depth of
+    // nesting plus 1.
     let mut else_counts = vec![0];
     for (position, byte) in code.iter().enumerate() {
         part_bytes = if byte.is_ascii_whitespace() { part_bytes } else { part_bytes + 1 };
@@ -110,6 +113,7 @@ mod tests {
         assert_eq!(code("a // b\nc"), "a     \nc");
         assert_eq!(code("a/* b /* c */ d */e"), format!("a{}e", " ".repeat(17)));
         assert_eq!(code("a / b * c"), "a / b * c");
+        // `é` has two bytes.
         assert_eq!(code("a //é\u{2028}b"), format!("a {}\u{2028}b", " ".repeat(4)));
         assert_eq!(code("a /* b"), "a     ");
         assert_eq!(code("/*/ a */b"), "        b");
@@ -134,6 +138,7 @@ mod tests {
         assert_eq!(excess(&"x ".repeat(MAX_PART_BYTES)), None);
         assert_eq!(excess(&"x ".repeat(MAX_PART_BYTES + 1)), Some((2 * MAX_PART_BYTES, number(MAX_PART_BYTES))));
         assert_eq!(excess(&"x, ".repeat(100_000)), None);
+        // `a;` has two bytes. Each function counts from 0.
         let function = |n: usize| format!("fn f() {{{}}}", "a; ".repeat(n));
         assert_eq!(excess(&function(MAX_BODY_BYTES / 2 - 1).repeat(3)), None);
         assert_eq!(excess(&function(MAX_BODY_BYTES / 2 + 1)).map(|(_, what)| what), Some(number(MAX_BODY_BYTES)));

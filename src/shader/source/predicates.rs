@@ -9,7 +9,7 @@ pub struct Predicate {
     pub name: &'static str,
     /// A condition over features.
     pub condition: &'static str,
-    /// Where it holds; completes the sentence "holds where ...".
+    /// The rest of a sentence that begins "The condition holds where".
     pub meaning: &'static str,
 }
 
@@ -17,14 +17,14 @@ const fn predicate(name: &'static str, condition: &'static str, meaning: &'stati
     Predicate { name, condition, meaning }
 }
 
-/// Every predicate. None may use another one.
+/// Every predicate. No condition may use another predicate, so some conditions repeat others.
 pub static PREDICATES: &[Predicate] = &[
     predicate(
         "has_air",
         "air_vertex || air_pixel_8 || air_pixel_16 || air_pixel_32 || air_table",
-        "light scattered by an atmosphere is summed, by whichever model",
+        "light scattered by an atmosphere is summed along the ray, by whichever model",
     ),
-    predicate("has_ring_shadow", "ring_shadow_point_sun || ring_shadow_penumbra", "a ring is in front of the Sun"),
+    predicate("has_ring_shadow", "ring_shadow_point_sun || ring_shadow_penumbra", "a ring can hide the Sun from a point of the draw"),
     predicate("has_body_shadow", "body_shadow_sphere || body_shadow_ellipsoid_penumbra", "the body casts its shadow on its own ring"),
     predicate(
         "loses_sunlight",
@@ -56,29 +56,29 @@ pub static PREDICATES: &[Predicate] = &[
     predicate(
         "reads_coarse_air",
         "air_pass_read || air_pass_read_with_clouds",
-        "the air's light is interpolated in a coarse image where that is accurate enough",
+        "the air's light is interpolated in the coarse image of the air where the interpolation is accurate enough",
     ),
     predicate(
         "reads_coarse_sunlight",
         "(air_pass_read || air_pass_read_with_clouds) && eclipse_1 && !surface_cloud",
-        "the sunlight past other bodies is interpolated in the same image where that is accurate enough",
+        "the sunlight past other bodies is interpolated in the coarse image of the air where the interpolation is accurate enough",
     ),
     predicate(
         "ground_draws_clouds",
         "air_pass_read_with_clouds && !surface_cloud",
-        "the ground's draw also shows the clouds, where the coarse image of the air is used",
+        "the ground's draw also shows the clouds, at the pixels whose air it interpolates in the coarse image",
     ),
     predicate(
         "clouds_fill_gaps",
         "air_pass_read_with_clouds && surface_cloud",
-        "the clouds' draw is left with the pixels at which the coarse image of the air is not used",
+        "the clouds' draw shows only the pixels whose air is not interpolated in the coarse image",
     ),
     predicate("has_cloud_map", "maps_cloud_shadow || surface_cloud", "the cloud map is read, for the clouds or for their shadow"),
     predicate("has_detail", "detail_craters || detail_hills || detail_billows", "procedural relief finer than the map is drawn"),
     // In lib/detail.wesl, the noise of the hills also gives city lights their structure.
     predicate("has_city_light_detail", "maps_night && detail_hills", "city lights have structure finer than the night map"),
     // `flags_alphatexture`: the alpha of a shape model's albedo map is its coverage.
-    predicate("is_translucent", "flags_alphatexture || surface_cloud", "a map makes the surface transparent"),
+    predicate("is_translucent", "flags_alphatexture || surface_cloud", "a map makes the surface partly transparent"),
     predicate(
         "has_map",
         "maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud",
@@ -98,13 +98,13 @@ pub static PREDICATES: &[Predicate] = &[
     predicate(
         "filters_maps",
         "maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || overlays_1",
-        "any image is read along the pixel's footprint",
+        "a map or an overlay is read along the pixel's footprint",
     ),
     predicate(
         "has_quadric_shape",
         "shape_sphere || shape_ellipsoid",
         "each pixel's view ray meets a quadric, and the fragment stage writes the depth of the intersection",
     ),
-    predicate("has_axis_ratios", "shape_ellipsoid || shape_mesh", "lengths in the unit-sphere frame must be scaled by the axis ratios"),
+    predicate("has_axis_ratios", "shape_ellipsoid || shape_mesh", "lengths in the unit-sphere frame are scaled by the axis ratios"),
     predicate("reads_ring_profile", "surface_ring || ring_shadow_point_sun || ring_shadow_penumbra", "the ring's profile table is read"),
 ];

@@ -2,8 +2,7 @@
 //!
 //! In: a fragment's text. Out: [`Scan`]: for each item with `@if`, `@elif` or `@else` the spans of the item and of the attribute, the blocks (parts of
 //! the text under one condition) that these attributes make, the import statements, and the names of the declarations. An item is a declaration, a struct
-//! member, a parameter, an argument, a statement or an import. It ends with a semicolon, a comma of its list or a closing brace. Not here: the
-//! division into lines (`fragment`).
+//! member, a parameter, an argument, a statement or an import; [`List`] says what ends it. Not here: the division into lines (`fragment`).
 
 use super::block::{Block, ROOT};
 use super::condition::Condition;
@@ -17,39 +16,42 @@ pub(super) struct ScanError {
     pub what: String,
 }
 
-/// The span of a conditional item, from its attribute to its end, and its block.
+/// The span of a conditional item, from its attribute to its end.
 pub(super) struct ConditionalSpan {
     pub span: Range<usize>,
+    /// The item's block: an index in [`Scan::blocks`], as all numbers of blocks here.
     pub block: u32,
 }
 
 /// An import statement.
-pub(super) struct Imported {
+pub(super) struct ImportedItems {
     /// Byte position of its start.
     pub position: usize,
+    /// The block to which the statement belongs.
     pub block: u32,
     /// The imported items, each with the path of its fragment without extension: (path, item).
     pub items: Vec<(String, String)>,
 }
 
-/// A chain of `@if`, `@elif` and `@else`: the start of its first item, and the block of the comments above that item. These comments are emitted if any branch
-/// of the chain is.
+/// A chain of items with `@if`, `@elif` and `@else`, its branches.
 pub(super) struct ConditionChain {
+    /// Byte position at which its first item starts.
     pub start: usize,
+    /// The block to which the comments above the first item belong: they are emitted if any branch of the chain is.
     pub block: u32,
 }
 
 #[derive(Default)]
 pub(super) struct Scan {
-    /// The blocks, each after its parent and after the branches that precede it in its chain. The first is [`ROOT`].
+    /// The blocks, each after those that it refers to. The first is [`ROOT`].
     pub blocks: Vec<Block>,
     /// Spans of inner items come before those of the items that contain them.
     pub conditional_spans: Vec<ConditionalSpan>,
     /// Conditional attributes and import statements, which are never emitted.
     pub removed_spans: Vec<Range<usize>>,
-    pub imports: Vec<Imported>,
+    pub imports: Vec<ImportedItems>,
     pub chains: Vec<ConditionChain>,
-    /// Names of the declarations.
+    /// Names of the module-scope declarations.
     pub declared: Vec<String>,
 }
 
@@ -66,7 +68,7 @@ enum List {
 
 struct Scanner<'a> {
     text: &'a str,
-    /// The fragment's path inside shaders/, without extension, for `super::`.
+    /// The fragment's path inside shaders/, without extension: an import's `super::` is relative to it.
     path: &'a str,
     tokens: Vec<(Range<usize>, Token)>,
     /// Index of the next token.
@@ -86,7 +88,7 @@ pub(super) fn scan(path: &str, text: &str) -> Result<Scan, ScanError> {
     }
     let mut scanner = Scanner { text, path, tokens, next: 0, scan: Scan { blocks: vec![Block::Root], ..Scan::default() } };
     scanner.scan_items(ROOT, List::Module)?;
-    match scanner.token() {
+    match scanner.token_text() {
         "" => Ok(scanner.scan),
         bracket => Err(scanner.error(format!("`{bracket}` has no opening bracket"))),
     }
@@ -94,7 +96,7 @@ pub(super) fn scan(path: &str, text: &str) -> Result<Scan, ScanError> {
 
 impl<'a> Scanner<'a> {
     /// The next token's text; empty at the end of the fragment.
-    fn token(&self) -> &'a str {
+    fn token_text(&self) -> &'a str {
         self.tokens.get(self.next).map_or("", |(span, _)| &self.text[span.clone()])
     }
 
@@ -112,9 +114,10 @@ impl<'a> Scanner<'a> {
         ScanError { position: self.position(), what }
     }
 
+    /// Whether the next token closes a list, or there is none.
     fn is_at_end_of_list(&self) -> bool {
         self.next >= self.tokens.len()
-            || matches!(self.token(), "}" | ")" | "]")
+            || matches!(self.token_text(), "}" | ")" | "]")
             || matches!(self.tokens[self.next].1, Token::TemplateArgsEnd)
     }
 
@@ -123,31 +126,38 @@ impl<'a> Scanner<'a> {
         // The branches of the chain that an `@elif` or `@else` would continue, and the start of its first item.
         let mut chain: Vec<u32> = Vec::new();
         let mut chain_start = 0;
+        let mut chain_has_else = false;
         while !self.is_at_end_of_list() {
             let start = self.position();
-            let (branch, attribute) = self.scan_attributes()?.unzip();
+            let (branch, attribute_span) = self.scan_attributes()?.unzip();
             let continues_chain = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
-            let unless = if continues_chain { chain.last().copied() } else { None };
-            if continues_chain && unless.is_none() {
+            let previous_branch = if continues_chain { chain.last().copied() } else { None };
+            if continues_chain && previous_branch.is_none() {
                 return Err(ScanError { position: start, what: "the item before has no `@if`".into() });
+            }
+            if continues_chain && chain_has_else {
+                return Err(ScanError { position: start, what: "the item before is an `@else`, which ends the chain".into() });
             }
             if !continues_chain {
                 self.finish_chain(&chain, chain_start);
                 chain.clear();
                 chain_start = start;
             }
+            chain_has_else = matches!(branch, Some(Branch::Else));
             let block = match branch {
                 None => parent,
-                Some(Branch::If(condition) | Branch::Elif(condition)) => self.push_block(Block::When { parent, condition, unless }),
-                Some(Branch::Else) => self.push_block(Block::When { parent, condition: Condition::Constant(true), unless }),
+                Some(Branch::If(condition) | Branch::Elif(condition)) => {
+                    self.push_block(Block::When { parent, condition, previous_branch })
+                }
+                Some(Branch::Else) => self.push_block(Block::When { parent, condition: Condition::Constant(true), previous_branch }),
             };
-            if self.token() == "import" && list == List::Module {
+            if self.token_text() == "import" && list == List::Module {
                 self.scan_import(block)?;
             } else {
                 self.scan_item(block, list)?;
             }
-            if let Some(attribute) = attribute {
-                self.scan.removed_spans.push(attribute);
+            if let Some(attribute_span) = attribute_span {
+                self.scan.removed_spans.push(attribute_span);
                 self.scan.conditional_spans.push(ConditionalSpan { span: start..self.previous_end(), block });
                 chain.push(block);
             }
@@ -175,14 +185,15 @@ impl<'a> Scanner<'a> {
     /// Scans the attributes before an item; returns the conditional attribute, if there is one, with its span.
     fn scan_attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, ScanError> {
         let mut found = None;
-        while self.token() == "@" {
+        while self.token_text() == "@" {
             let start = self.position();
             self.next += 1;
-            let name = self.token().to_owned();
+            let name = self.token_text().to_owned();
             self.next += 1;
-            let argument = if self.token() == "(" {
+            let argument = if self.token_text() == "(" {
                 let open = self.position() + 1;
                 self.next += 1;
+                // `ROOT`: the item's own block is known only after its attributes.
                 self.scan_items(ROOT, List::CommaSeparated)?;
                 let close = self.position();
                 self.expect(")")?;
@@ -211,7 +222,7 @@ impl<'a> Scanner<'a> {
 
     /// Consumes the next token, which must be this one.
     fn expect(&mut self, token: &str) -> Result<(), ScanError> {
-        if self.token() != token {
+        if self.token_text() != token {
             return Err(self.error(format!("`{token}` is missing here")));
         }
         self.next += 1;
@@ -224,16 +235,17 @@ impl<'a> Scanner<'a> {
         if list == List::Module {
             self.record_declaration(first);
         }
-        let is_struct = self.token() == "struct";
+        let is_struct = self.token_text() == "struct";
         while !self.is_at_end_of_list() {
             let (_, token) = &self.tokens[self.next];
             let opens_template = matches!(token, Token::TemplateArgsStart);
-            match self.token() {
+            match self.token_text() {
                 "(" | "[" => self.scan_bracketed(block, List::CommaSeparated)?,
                 "<" if opens_template => self.scan_bracketed(block, List::CommaSeparated)?,
                 "{" => {
+                    // A statement or declaration ends with its braces, but an `if` goes on with `else`.
                     self.scan_bracketed(block, if is_struct { List::CommaSeparated } else { List::Statements })?;
-                    if list != List::CommaSeparated && self.token() != "else" {
+                    if list != List::CommaSeparated && self.token_text() != "else" {
                         return Ok(());
                     }
                 }
@@ -258,7 +270,7 @@ impl<'a> Scanner<'a> {
     /// Scans a list with its brackets. `block`: the block of the item to which the list belongs.
     fn scan_bracketed(&mut self, block: u32, list: List) -> Result<(), ScanError> {
         let open = self.position();
-        let close = match self.token() {
+        let close = match self.token_text() {
             "(" => ")",
             "[" => "]",
             "{" => "}",
@@ -266,8 +278,8 @@ impl<'a> Scanner<'a> {
         };
         self.next += 1;
         self.scan_items(block, list)?;
-        // `starts_with`: a token `>>` can close two template lists.
-        if !self.token().starts_with(close) {
+        // `starts_with`: where `>>` closes two template lists, the lexer gives two tokens, the first with the text `>>`, the second with its second half.
+        if !self.token_text().starts_with(close) {
             return Err(ScanError { position: open, what: format!("this is not closed by `{close}`") });
         }
         self.next += 1;
@@ -281,6 +293,7 @@ impl<'a> Scanner<'a> {
         let name = match word(first) {
             "fn" | "struct" | "const" | "override" | "alias" => word(first + 1),
             "var" if word(first + 1) == "<" => {
+                // Without a closing bracket this is no WGSL, and the name does not matter.
                 let end = (first + 2..self.tokens.len()).find(|k| word(*k).starts_with('>')).unwrap_or(first);
                 word(end + 1)
             }
@@ -292,7 +305,7 @@ impl<'a> Scanner<'a> {
 
     fn scan_import(&mut self, block: u32) -> Result<(), ScanError> {
         let start = self.position();
-        while !matches!(self.token(), ";" | "") {
+        while !matches!(self.token_text(), ";" | "") {
             self.next += 1;
         }
         self.expect(";")?;
@@ -311,7 +324,7 @@ impl<'a> Scanner<'a> {
         let mut items = Vec::new();
         flatten_import(&base, &statement.content, &mut items).map_err(error)?;
         self.scan.removed_spans.push(span);
-        self.scan.imports.push(Imported { position: start, block, items });
+        self.scan.imports.push(ImportedItems { position: start, block, items });
         Ok(())
     }
 }
@@ -336,7 +349,7 @@ fn flatten_import(base: &[String], content: &ImportContent, items: &mut Vec<(Str
     }
 }
 
-/// An item's conditional attribute.
+/// An item's conditional attribute, which makes the item a branch of a chain.
 enum Branch {
     If(Condition),
     Elif(Condition),

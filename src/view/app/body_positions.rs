@@ -18,8 +18,8 @@ pub trait BodyPositions {
     /// an offset from a body's centre, not on its ground. Each offset is measured from the body's light-time position (without aberration): its centre when
     /// it emitted the light that reaches the camera at `time`.
     ///
-    /// The offset of a camera on the ground is measured from the body's geometric position, its centre at `time`. It may be passed as `offset_km`, too, when
-    /// such a camera becomes free. The camera then keeps its offset, not its barycentric position: while light travels from the Earth's centre to its
+    /// The offset of a camera on the ground is measured from the body's geometric position, its centre at `time`. When such a camera becomes free, this offset
+    /// may be passed as `offset_km`, too. The camera then keeps its offset, not its barycentric position: while light travels from the Earth's centre to its
     /// ground, the Earth moves 0.6 km, so a camera that kept its position could be below the ground.
     fn free_camera_offset_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3>;
     /// The rotation from ICRF to body-fixed axes. Its rows are the body's axes in ICRF.

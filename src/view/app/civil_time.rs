@@ -1,9 +1,8 @@
 //! Civil dates and times of an instant, in UTC or in the computer's time zone.
 //!
 //! In: an instant and a zone, or a civil time and a zone. Out: the civil time and the civil day, or the instant. Always: instants are rounded to whole
-//! seconds; a civil time that the zone skips is moved forward by an hour; of a civil time that occurs twice, the first occurrence is meant unless another
-//! instant says which; a leap second is shown as the second before it.
-//! Not here: parsing of typed dates (`date_text`).
+//! seconds; a civil time that the zone skips is moved forward by an hour; of a civil time that occurs twice, the first occurrence is meant, or the one nearer
+//! to a given instant; a leap second is shown as the second before it. Not here: parsing of typed dates (`date_text`).
 
 use crate::time::Instant;
 use chrono::{Duration, Local, NaiveDateTime, NaiveTime, Offset, TimeZone, Utc};
@@ -33,7 +32,7 @@ impl ShownTimeZone {
         self.instants(civil).into_iter().next()
     }
 
-    /// As [`Self::instant`], but of a civil time that occurs twice the occurrence that is nearer to `near`.
+    /// As [`Self::instant`]; for a civil time that occurs twice, the occurrence nearer to `near`.
     pub(crate) fn instant_near(self, civil: NaiveDateTime, near: Instant) -> Option<Instant> {
         nearest(self.instants(civil), near)
     }
@@ -170,7 +169,8 @@ mod tests {
         let twice = NaiveDate::from_ymd_opt(2026, 10, 25).and_then(|date| date.and_hms_opt(2, 30, 0)).expect("a time");
         let first = CentralEurope.from_local_datetime(&twice).earliest().expect("a time");
         assert_eq!(first.naive_utc().to_string(), "2026-10-25 01:30:00");
-        // The time 02:30 is typed while 02:29 of the second (of the first) of the two hours is displayed: it is the one in the same hour.
+        // The time 02:30 is typed while 02:29 is displayed, once of the second of the two hours from 02:00 to 03:00, once of the first: 02:30 of the same hour
+        // is meant.
         for (displayed, expected) in [("2026-10-25T01:29:00Z", "2026-10-25T01:30:00Z"), ("2026-10-25T00:29:00Z", "2026-10-25T00:30:00Z")] {
             let found = nearest(instants(twice, &CentralEurope), Instant::parse(displayed).expect(displayed));
             assert_eq!(found.map(Instant::to_utc_iso).as_deref(), Some(expected));

@@ -58,7 +58,7 @@ impl CompositionState {
     fn of(composition: &Composition) -> Self {
         Self {
             projection: composition.projection,
-            is_zenith_centred: composition.zenith_centred,
+            is_zenith_centred: composition.is_zenith_centred,
             dome_tilt_deg: composition.tilt_deg,
             stereo: composition.stereo.map(|s| s.layout),
             eye_separation_km: composition.stereo.and_then(|s| s.eye_separation_km),
@@ -77,7 +77,7 @@ impl CompositionState {
         let is_spherical = self.projection != Projection::Perspective;
         Composition {
             projection: self.projection,
-            zenith_centred: self.is_zenith_centred && self.projection == Projection::Fisheye,
+            is_zenith_centred: self.is_zenith_centred && self.projection == Projection::Fisheye,
             tilt_deg: if is_spherical { self.dome_tilt_deg } else { 0.0 },
             stereo: self.stereo.filter(|_| !is_spherical).map(|layout| Stereo { layout, eye_separation_km: self.eye_separation_km }),
             warp: None,

@@ -79,9 +79,9 @@ pub struct EventFromPlace {
     pub contacts: Vec<ContactAtPlace>,
     /// Whether any part of the event is above the horizon.
     pub is_visible: bool,
-    /// First rising of the observed body between first and last contact.
+    /// First rising of the observed body between first and last contact, if it rises then.
     pub rise: Option<Instant>,
-    /// First setting of the observed body between first and last contact.
+    /// First setting of the observed body between first and last contact, if it sets then.
     pub set: Option<Instant>,
 }
 
@@ -221,7 +221,7 @@ impl EventSearch {
         }
     }
 
-    /// Searches until the first event.
+    /// Searches until the first event; `None` if the span contains none.
     ///
     /// # Errors
     /// If there is no event before the ephemeris ends, and it ends within the span.
@@ -330,7 +330,7 @@ impl SkyEvent {
         }
     }
 
-    /// Whether the event is notable: a total, annular or hybrid solar eclipse, a total lunar eclipse, a transit, or a shadow on a planet.
+    /// Whether the event is notable: a total, annular or hybrid solar eclipse, a total lunar eclipse, a transit, or a moon's shadow on its planet.
     pub(crate) fn is_notable(&self) -> bool {
         match self {
             Self::Solar(e) => e.class != SolarType::Partial,

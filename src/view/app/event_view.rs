@@ -35,11 +35,11 @@ const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
 /// Altitude below which the observed body is near the horizon, degrees.
 const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
-/// Longest playback of an event, real seconds. An event that lasts longer, with the lead before and after it, is played faster, so that its playback takes
+/// Longest playback of an event, real seconds. An event that lasts longer, with the margins before and after it, is played faster, so that its playback takes
 /// this time; a shorter event is played in real time.
 const PLAYBACK_S: f64 = 30.0;
 /// Fraction of an event's length that is shown before its first contact and after its last contact.
-const LEAD_FRACTION: f64 = 0.05;
+const MARGIN_FRACTION: f64 = 0.05;
 
 impl SkyEvent {
     /// The view that shows the event best, paused at its greatest phase: of a solar eclipse, from the place of greatest eclipse; of other events, from the
@@ -135,9 +135,9 @@ impl EventPlayback {
         let [first_tdb_s, last_tdb_s] = [first, last].map(Instant::tdb_seconds_past_j2000);
         let length_s = (last_tdb_s - first_tdb_s).max(1.0);
         Self {
-            start_tdb_s: first_tdb_s - LEAD_FRACTION * length_s,
-            end_tdb_s: last_tdb_s + LEAD_FRACTION * length_s,
-            rate: ((1.0 + 2.0 * LEAD_FRACTION) * length_s / PLAYBACK_S).max(1.0),
+            start_tdb_s: first_tdb_s - MARGIN_FRACTION * length_s,
+            end_tdb_s: last_tdb_s + MARGIN_FRACTION * length_s,
+            rate: ((1.0 + 2.0 * MARGIN_FRACTION) * length_s / PLAYBACK_S).max(1.0),
         }
     }
 
@@ -163,7 +163,7 @@ mod tests {
         let (class, moon, planet) = (MoonEventType::Transit, NaifId(501), NaifId(599));
         let event = SkyEvent::Moons(MoonEvent { class, moon, planet, nearer_moon: None, greatest: at(500.0), contacts: Vec::new() });
         let contact = |name, s: f64, is_up| ContactAtPlace { name, time: at(s), altitude_deg: 0.0, is_up };
-        // Each span includes a lead of a twentieth of the length.
+        // Each span includes two margins of a twentieth of the length.
         for (first_is_up, last_is_up, rise_s, set_s, [start_s, end_s]) in [
             (false, true, Some(400.0), None, [370.0, 1030.0]),
             (true, false, None, Some(600.0), [-30.0, 630.0]),

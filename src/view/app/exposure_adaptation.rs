@@ -9,10 +9,10 @@
 //! only a change of the pixel view is a cut, because flights and tours use free poses.
 //!
 //! A changed metered value becomes known only when the first image with the new value is finished. The decay towards it is then counted from the request
-//! of the last image with the old value. During continuous drawing, this start is too early by at most the interval between two requests. The first image
-//! with the new value is one more interval ahead of this decay: it was requested before the last image with the old value was finished, so its exposure is
-//! computed from the image before that one. If no image was requested for several time constants before the change, the first images after the change have
-//! the metered exposure at once.
+//! of the last image with the old value. During continuous drawing, this start is too early by at most the interval between two requests. For the first image
+//! with the new value the decay even starts one interval earlier: this image was requested before the last image with the old value was finished, so its
+//! decay is counted from the request of the image before that one. If no image was requested for several time constants before the change, the first images
+//! after the change have the metered exposure at once.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -282,7 +282,7 @@ mod tests {
                     let start_s = images[first_after_step - 1].requested_s;
                     let error = |image: &SimulatedImage| {
                         let expected = 10.0 * (1.0 - (-(image.requested_s - start_s) / TIME_CONSTANT_S).exp());
-                        // The last difference is invisible and left out.
+                        // A transition ends once the difference is invisible ([`ExposureRequest::stops_of`]).
                         if image.stops == 10.0 && expected > 9.97 { 0.0 } else { (image.stops - expected).abs() }
                     };
                     images[first_after_step + 1..].iter().map(error).fold(0.0, f64::max)

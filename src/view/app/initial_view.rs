@@ -58,7 +58,8 @@ fn camera_direction(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, pol
     (beside_sun + pole_offset * pole).try_normalize().unwrap_or(beside_sun)
 }
 
-/// The direction from the Earth to a camera that sees the Moon beside the Earth: the one whose angle from the Sun is closest to [`SUN_ANGLE_DEG`].
+/// The direction from the Earth to a camera that sees the Moon beside the Earth: the one whose angle from the Sun is closest to [`SUN_ANGLE_DEG`]; `None` if no
+/// tried direction does.
 /// `earth_to_moon_radii`: the Moon's position relative to the Earth's centre, in Earth radii.
 fn camera_direction_with_moon(sunward: DVec3, earth_to_moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
     // About this axis, a positive angle turns the Sun's direction away from the Moon's: for a camera in the turned direction, the Moon is beyond the Earth.

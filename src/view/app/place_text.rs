@@ -56,7 +56,7 @@ fn typed_with_direction(text: &str, positive: &str, negative: &str) -> Option<f6
     let unsigned = |text: &str| typed_degrees(text).filter(|degrees| degrees.is_sign_positive());
     match (without_direction(positive), without_direction(negative)) {
         (Some(text), _) => unsigned(text),
-        // The difference has no sign if the angle is 0.
+        // Not `-degrees`, so that an angle of 0 gets no sign.
         (None, Some(text)) => unsigned(text).map(|degrees| 0.0 - degrees),
         (None, None) => typed_degrees(&text),
     }

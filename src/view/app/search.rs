@@ -154,7 +154,7 @@ fn searchable_names(viewer: &Viewer) -> impl Iterator<Item = &str> {
     // Both the name in the catalog and, where it differs, the name in the window's language.
     let bodies = viewer.selectable_bodies().iter().flat_map(|b| {
         Some(body_name(&b.name))
-            .filter(|translated_name| *translated_name != b.name)
+            .filter(|name| *name != b.name)
             .into_iter()
             .chain([b.name.as_str()])
             .chain(b.aliases.iter().map(String::as_str))
@@ -183,7 +183,7 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     found
 }
 
-/// Presets and items of *What to see now*, if each typed word begins a word of the view's name or search words.
+/// Presets and items of *What to see now*, if each typed word is the beginning of a word in the view's name or search words.
 fn presets_and_now_items(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase();
     let matches = move |words: &str| {
@@ -194,7 +194,7 @@ fn presets_and_now_items(text: &str) -> impl Iterator<Item = Suggestion> {
     let presets = Preset::ALL.map(|preset| {
         (format!("{} {}", preset.name(), preset.search_words()), suggestion(preset.name(), preset.about(), SearchTarget::Preset(preset)))
     });
-    // The other items of *What to see now* are found as events and moments. Each of these two has its search words.
+    // The other items of *What to see now* are found as events and moments. These two are listed with their search words.
     let now_items = [(NowItem::Moon, "moon tonight now"), (NowItem::Saturn, "saturn now rings")]
         .map(|(item, words)| (format!("{} {words}", item.name()), suggestion(item.name(), text!("now"), SearchTarget::WhatToSeeNow(item))));
     presets.into_iter().chain(now_items).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)

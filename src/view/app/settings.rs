@@ -83,10 +83,10 @@ pub struct HintsFollowed {
 pub struct PanelLayout {
     /// Whether the list of bodies is shown.
     pub bodies_shown: bool,
-    /// Name of the open panel.
+    /// Name of the open panel; `None` if none is open.
     #[serde(rename = "open")]
     pub open_panel: Option<String>,
-    /// Name of the kept panel: a second panel, which the user keeps open on the other side of the viewport.
+    /// Name of the kept panel, if any: a second panel, which the user keeps open on the other side of the viewport.
     #[serde(rename = "kept")]
     pub kept_panel: Option<String>,
     /// Whether the open panel is on the left, next to the list of bodies. The kept panel is on the other side.
@@ -144,6 +144,7 @@ pub fn valid_width(saved: Option<f32>, default: f32) -> f32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bookmark {
     pub name: String,
+    // Earlier versions wrote the view as `sight`.
     #[serde(alias = "sight")]
     pub view: ViewState,
 }
@@ -234,7 +235,7 @@ impl Settings {
 
     /// Reads settings from a file; a missing file gives the default settings. If the file or a part of it cannot be used, returns the remaining
     /// settings and an error for the user, and appends `.broken` to the file's name, so that saving does not overwrite the file. The newest [`MAX_SET_ASIDE`]
-    /// such files are kept: they may hold the user's bookmarks. Otherwise the returned line, if any, is the notice of [`Settings::unread`].
+    /// such files are kept: they may hold the user's bookmarks. Without an error, the returned text is the notice of [`Settings::unread`], if there is one.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
             Ok(text) => text,
@@ -298,8 +299,8 @@ fn set_aside_message(path: &Path) -> String {
 /// Sets a file that cannot be used as settings aside: appends `.broken` to its name, or `.broken-2` and so on. Returns a text for the user: where the file is
 /// now, or, as the error, why it could not be renamed.
 fn set_aside(path: &Path) -> Result<String, String> {
-    let mut earlier_numbers = set_aside_numbers(path);
-    // Above all existing numbers, even if a lower one is free, so that the highest number is the newest file.
+    let earlier_numbers = set_aside_numbers(path);
+    // The new number is above all earlier ones, even if a lower one is free, so that the newest file has the highest number.
     let mut number = earlier_numbers.last().map_or(1, |last| last + 1);
     // The name may be taken all the same, for example if the folder cannot be listed.
     while set_aside_path(path, number).symlink_metadata().is_ok() {
@@ -307,9 +308,9 @@ fn set_aside(path: &Path) -> Result<String, String> {
     }
     let aside_path = set_aside_path(path, number);
     std::fs::rename(path, &aside_path).map_err(|e| format!("it could not be set aside: {e}"))?;
-    // Keeps only the numbers of the files to remove, the oldest ones: with the new file, there are then at most `MAX_SET_ASIDE`.
-    earlier_numbers.truncate((earlier_numbers.len() + 1).saturating_sub(MAX_SET_ASIDE));
-    for number in earlier_numbers {
+    // The oldest files are removed, so that with the new one at most `MAX_SET_ASIDE` are left.
+    let removed_count = (earlier_numbers.len() + 1).saturating_sub(MAX_SET_ASIDE);
+    for number in earlier_numbers.into_iter().take(removed_count) {
         // A file that cannot be removed is tried again when the next one is set aside.
         let _ = std::fs::remove_file(set_aside_path(path, number));
     }

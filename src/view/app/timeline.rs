@@ -146,7 +146,7 @@ impl TickInterval {
         }
     }
 
-    /// The last tick at or before a civil time.
+    /// The last tick at or before a civil time; `None` outside the calendar.
     fn floor(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
         let date = civil.date();
         match self {
@@ -159,7 +159,7 @@ impl TickInterval {
         }
     }
 
-    /// The tick after a tick.
+    /// The tick after a tick; `None` outside the calendar.
     fn next_tick(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
         let date = civil.date();
         match self {
@@ -228,6 +228,7 @@ mod tests {
                     // An interval of `TICK_INTERVALS` is at most five times the one before it, for which there is no room.
                     assert!(positions.windows(2).all(|p| p[1] - p[0] < 5.0 * MIN_TICK_DISTANCE_POINTS), "{case}");
                     let max_intervals = width / MIN_TICK_DISTANCE_POINTS;
+                    // The factor 1.2: single intervals are shorter than the mean interval.
                     assert!(
                         ticks.len() as f64 <= max_intervals * 1.2 + 1.0 && ticks.len() as f64 >= (max_intervals / 5.0).floor(),
                         "{case}"

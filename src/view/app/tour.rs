@@ -167,8 +167,8 @@ impl Tour {
             match stops.last() {
                 Some(previous) if stop.travel_s > 0.0 => {
                     let start_view = previous.final_view();
-                    // A failure here is an error of the previous stop, whose number is `index`, because messages count stops from 1. If the stop has a camera
-                    // at its start, but none at its end, `time_rate` is wrong.
+                    // A failure here is an error of the previous stop, whose number is `index`, because messages count stops from 1. If that stop has a camera
+                    // at its start, but none at its end, its `time_rate` is wrong.
                     let start_viewer = viewer_of(&start_view, session).map_err(|why| TourError::Stop {
                         stop: index,
                         field: if viewer_of(&previous.view, session).is_ok() { "time_rate" } else { "view" },

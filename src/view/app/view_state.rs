@@ -56,7 +56,7 @@ pub enum CameraPose {
     /// On the surface, or above it: planetographic latitude, east longitude, height above the ellipsoid; azimuth (from north through east) and altitude of
     /// the direction that the camera faces, unless it tracks another body.
     Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, azimuth_deg: f64, altitude_deg: f64 },
-    /// At a body's centre, facing the target; this body is not drawn.
+    /// At the centre of a body, which is not drawn; facing the target.
     Centre { body: NaifId },
     /// At an offset from the body's centre, facing the direction `forward`; the vectors are in ICRF. Used during flights and tours.
     Free { body: NaifId, offset_km: DVec3, forward: DVec3, up: DVec3 },

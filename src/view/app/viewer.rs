@@ -107,7 +107,7 @@ const ARRIVAL_RADII: f64 = 3.5;
 const ARRIVAL_RADII_SUN: f64 = 6.0;
 /// Least field of view of a body seen from another one: the image then shows a small disc with its surroundings.
 const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
-/// Field of view of a body seen from another one, in diameters of its disc, where this exceeds the least one: for a large disc, as Jupiter's from its moons.
+/// Field of view of a body seen from another one, in diameters of its disc. For a small disc `MIN_LOOK_FROM_FOV_DEG` is wider, and applies instead.
 const LOOK_FROM_FOV_DIAMETERS: f64 = 1.8;
 /// Field of view of a camera that is placed on the ground.
 const GROUND_FOV_DEG: f64 = 60.0;
@@ -139,7 +139,7 @@ pub struct Viewer {
     /// The body that is highlighted, and described by the panels about a body. The view's target may be another one.
     pub selected: NaifId,
     /// Whether a tour is changing the view, so that every frame needs a new image.
-    pub is_in_tour: bool,
+    pub is_tour_moving: bool,
     selectable_bodies: Vec<SelectableBody>,
     /// A flight and the camera pose at its end. During the flight, all fields of `view` except the camera pose are already those of the destination, so that
     /// the user's changes during the flight last.
@@ -165,7 +165,7 @@ impl Viewer {
             view,
             time_rate,
             selected,
-            is_in_tour: false,
+            is_tour_moving: false,
             selectable_bodies,
             flight: None,
             preset_changes: None,
@@ -286,7 +286,7 @@ impl Viewer {
 
     /// Whether every frame needs a new image: in a flight or a tour, and while time runs faster than real time.
     pub fn is_animating(&self) -> bool {
-        self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_in_tour
+        self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_tour_moving
     }
 
     /// Stores the current view in the history, and shows another. `preset_changes`: those that `view` contains, if it is the view of a preset.
@@ -376,7 +376,7 @@ impl Viewer {
         self.selectable_body(id).map_or(1.0, |s| s.radii_km.x)
     }
 
-    /// Position of the camera relative to the centre of a body, and orientation of the camera; ICRF.
+    /// Position of the camera relative to the centre of a body, and orientation of the camera; ICRF. `None` if the ephemeris does not cover the time.
     fn pose_relative_to(&self, body: NaifId, positions: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
         let camera_body = self.view.camera_pose.body();

@@ -36,7 +36,7 @@ files!(
 /// The German texts of the shipped catalogs. The English texts are in the catalogs themselves.
 const GERMAN_CATALOGS: &str = include_str!("de/catalog.ftl");
 
-/// The contents of the files that translate the shipped catalogs; none for English, with or without marks.
+/// The contents of the files that translate the shipped catalogs; none for English and for `Language::MarkedEnglish`, English with marks around each message.
 pub(super) fn catalog_files(language: Language) -> &'static [&'static str] {
     match language {
         Language::English | Language::MarkedEnglish => &[],

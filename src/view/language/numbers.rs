@@ -96,12 +96,12 @@ pub(crate) fn typed_whole_number(text: &str) -> Option<f64> {
     number.filter(|number| number.fract() == 0.0)
 }
 
-/// A typed angle in degrees, whose sign of degrees may be left out.
+/// A typed angle in degrees, whose sign of degrees may be left out; `None` as for [`typed_number`].
 pub(crate) fn typed_degrees(text: &str) -> Option<f64> {
     typed_number(text.trim().trim_end_matches('°'))
 }
 
-/// A typed length of time, seconds: a number of seconds, or of another unit (`min`, `h`, `d`, also in capitals).
+/// A typed length of time, seconds: a number of seconds, or of another unit (`min`, `h`, `d`, also in capitals); `None` as for [`typed_number`].
 pub(crate) fn typed_seconds(text: &str) -> Option<f64> {
     let text = text.trim().to_lowercase();
     let units = [("min", 60.0), ("s", 1.0), ("h", 3600.0), ("d", SECONDS_PER_DAY)];

@@ -356,7 +356,7 @@ fn times_are_rounded_and_carry_over() {
     assert_eq!(dates::month_day_second_text(instant("1999-12-31T23:59:40.6Z")), "12-31 23:59:41");
     assert_eq!(dates::month_day_second_text(instant("-0584-05-28T14:00:00Z")), "05-28 14:00:00");
     assert_eq!(dates::minute_text(instant("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
-    // More than a million years from 2000, the text is `jd_tdb:` and the Julian date. The 30 seconds round to the minute, as in other texts.
+    // More than a million years from 2000, the text is `jd_tdb:` and the Julian date. The 30 seconds are those that `minute_text` adds to round to the minute.
     let far = Instant::from_tdb_seconds_past_j2000(1e15);
     assert_eq!(dates::minute_text(far), far.plus_seconds(30.0).to_utc_iso());
 }

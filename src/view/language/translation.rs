@@ -81,7 +81,7 @@ pub fn catalog_entry_text<'t>(kind: &str, name: &str, part: &str, english: &'t s
 
 /// The message with this id, or else the English text.
 fn catalog_translation<'t>(id: &str, english: &'t str) -> Cow<'t, str> {
-    // The message files for English have no texts of catalogs. Whether a text can be translated, and is therefore marked, is decided by the German file.
+    // The message files for English have no texts of catalogs. The German file decides whether a text can be translated, and is therefore put in `«»`.
     if current() == Language::MarkedEnglish {
         let is_translated = messages(Language::German).without_arguments.contains_key(id);
         return if is_translated { Cow::Owned(marked_message(english)) } else { Cow::Borrowed(english) };

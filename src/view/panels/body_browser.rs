@@ -61,7 +61,7 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     }
 }
 
-/// The newly selected body, whose branch must be expanded. A selection is returned only once, so that the user can collapse the branch again.
+/// The newly selected body, whose branch must be expanded; otherwise `None`. A selection is returned only once, so that the user can collapse the branch again.
 /// While a button is held no branch expands; a selection made meanwhile is returned after the release.
 fn body_to_reveal(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
     let selected = interface.viewer.selected;

@@ -11,8 +11,8 @@ use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 #[derive(Default)]
 pub(crate) struct DroppedFiles {
     pending: Vec<Pending<Result<String, String>>>,
-    /// Messages about all files of one batch, errors first. The reply shows all of them, because each reply replaces the last one. A batch ends when no
-    /// file is being read any more.
+    /// Messages about all files of one batch, errors first. The window's reply (`Interface::show_reply`) shows all of them, because each reply replaces the
+    /// last one. A batch ends when no file is being read any more.
     messages: Vec<String>,
 }
 

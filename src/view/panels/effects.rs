@@ -28,7 +28,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let view = &mut interface.viewer.view;
     let mut is_automatic = view.exposure_stops.is_none();
     // The exposure of the displayed image.
-    let drawn_stops = interface.viewport.shown.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
+    let drawn_stops = interface.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.scene.exposure.stops);
     ui.horizontal_wrapped(|ui| {
         let checkbox = ui.checkbox(&mut is_automatic, text!("effects-exposure-automatic"));
         if checkbox.on_hover_text(text!("effects-exposure-automatic-hint")).changed() {
@@ -79,12 +79,12 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .viewport
         .shown
         .as_ref()
-        .and_then(|d| d.scene.body(interface.viewer.selected))
+        .and_then(|rendered| rendered.scene.body(interface.viewer.selected))
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
     let only_body = interface.edits_selected_body_only.then(|| selected_name.clone());
     // Costs are measured for effects that are drawn or were switched by hand. Each such effect is paired with whether it is drawn.
-    let edited = if interface.edits_selected_body_only { overrides.of_body(&selected_name) } else { &mut overrides };
+    let edited = if interface.edits_selected_body_only { overrides.own_overrides_mut(&selected_name) } else { &mut overrides };
     let set_by_hand: Vec<Effect> = Effect::ALL.into_iter().filter(|e| edited.override_of(*e).is_some()).collect();
     let has_cost = |effect: Effect, decision: &Decision| decision.on || set_by_hand.contains(&effect);
     let effect_with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
@@ -193,7 +193,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &
         let displays = [
             (DisplayPreference::Auto, text!("effects-display-auto"), text!("effects-display-auto-hint")),
             (DisplayPreference::Gpu, text!("effects-display-gpu"), text!("effects-display-gpu-hint")),
-            (DisplayPreference::Processor, text!("effects-display-cpu"), text!("effects-display-cpu-hint")),
+            (DisplayPreference::Cpu, text!("effects-display-cpu"), text!("effects-display-cpu-hint")),
         ];
         for (preference, name, hover) in displays {
             ui.selectable_value(display_preference, preference, name).on_hover_text(hover);

@@ -73,6 +73,7 @@ struct EventAtPlace {
     event: Arc<SkyEvent>,
     observer_place: Home,
     pending: Pending<SeenFromPlace>,
+    /// `None` until the answer has arrived.
     seen: Option<SeenFromPlace>,
 }
 
@@ -91,7 +92,7 @@ pub(crate) struct EventsPanel {
     range_index: usize,
     /// Whether the search runs from the displayed date into the past.
     is_backward: bool,
-    /// The running search step, and the fraction of the search (0 to 1) that was done before this step.
+    /// The running search step, if any, and the fraction of the search (0 to 1) that was done before this step.
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
     /// The search that found the rows; `None` before the first search.

@@ -5,8 +5,9 @@
 //!
 //! egui moves the keyboard focus once per pass, and on Escape removes it before any field has read its text. If a frame takes a second, the
 //! keys `/`, the letters of a word, Enter and Escape can arrive in the same frame. If one pass handled them all, the letters would act as
-//! shortcuts. A press elsewhere ends a text field (`theme::apply` tells egui so), which then reads its text. The release is a click, by which a button may hide
-//! the field, so that it needs a later pass. So does what acts elsewhere without a press.
+//! shortcuts. A press of the pointer elsewhere ends a text field (`theme::apply` tells egui so), which then reads its text. The release that follows is a
+//! click, by which a button may hide the field, so that the release needs a later pass than the press. What acts elsewhere without a press, such as a
+//! shortcut, needs a later pass too.
 
 use egui::accesskit::Action;
 use egui::{Context, Event, Id, Key, Plugin, RawInput, Ui};
@@ -53,21 +54,21 @@ fn is_step(event: &Event) -> bool {
 }
 
 /// Number of events that one pass can handle. The pass ends before a typed event that follows a possible move of the focus. It also ends before an event
-/// that can end a text field, if an event of this pass was typed. `edited`: the text field with the focus, if any; then the pass also ends after a press of a
-/// pointer's button, before an event that acts elsewhere, and between steps of a number and other typed events.
-fn events_in_pass(events: &[Event], edited: Option<Id>) -> usize {
+/// that can end a text field, if an event of this pass was typed. `edited_field`: the text field with the focus, if any; then the pass also ends after a press
+/// of a pointer's button, before an event that acts elsewhere, and between steps of a number and other typed events.
+fn events_in_pass(events: &[Event], edited_field: Option<Id>) -> usize {
     let (mut has_typed, mut may_have_moved_focus, mut has_stepped) = (false, false, false);
     for (index, event) in events.iter().enumerate() {
         if (may_have_moved_focus && is_typed(event)) || (has_typed && can_end_field(event)) {
             return index;
         }
-        if edited.is_some_and(|field| acts_elsewhere(event, field)) {
+        if edited_field.is_some_and(|field| acts_elsewhere(event, field)) {
             return index;
         }
-        if edited.is_some() && matches!(event, Event::PointerButton { pressed: true, .. }) {
+        if edited_field.is_some() && matches!(event, Event::PointerButton { pressed: true, .. }) {
             return index + 1;
         }
-        if edited.is_some() && is_typed(event) && has_typed && is_step(event) != has_stepped {
+        if edited_field.is_some() && is_typed(event) && has_typed && is_step(event) != has_stepped {
             return index;
         }
         has_stepped |= is_step(event);
@@ -85,9 +86,9 @@ impl Plugin for InputOrder {
     /// Passes on as many of the waiting and the new events as one pass can handle; none if a text field must read its text before the first of them.
     fn input_hook(&mut self, ctx: &Context, input: &mut RawInput) {
         self.waiting.append(&mut input.events);
-        let edited = ctx.memory(|memory| memory.focused()).filter(|_| ctx.text_edit_focused());
-        let count = events_in_pass(&self.waiting, edited);
-        if let Some(field) = edited
+        let edited_field = ctx.memory(|memory| memory.focused()).filter(|_| ctx.text_edit_focused());
+        let count = events_in_pass(&self.waiting, edited_field);
+        if let Some(field) = edited_field
             && count == 0
             && !self.waiting.is_empty()
         {
@@ -115,6 +116,7 @@ mod tests {
         Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE }
     }
 
+    /// The events that each pass handles, if all events arrive in the first frame.
     fn passes(events: &[Event]) -> Vec<Vec<Event>> {
         let mut order = InputOrder::default();
         let mut input = RawInput { events: events.to_vec(), ..RawInput::default() };
@@ -146,7 +148,7 @@ mod tests {
         let events = [Event::PointerMoved(position), button(true), Event::PointerMoved(position), button(false), Event::Zoom(1.0)];
         assert_eq!(passes(&events), [events.to_vec()]);
         // While a text is edited, it is read between the press and the release.
-        assert_eq!([None, Some(Id::unique("field"))].map(|edited| events_in_pass(&events, edited)), [5, 2]);
+        assert_eq!([None, Some(Id::unique("field"))].map(|field| events_in_pass(&events, field)), [5, 2]);
     }
 
     /// An arrow key steps from the number that was typed before it.
@@ -155,20 +157,21 @@ mod tests {
         let text = Event::Text("4".into());
         let events = [text.clone(), text.clone(), key(Key::ArrowUp), key(Key::ArrowDown), text];
         let edited = Some(Id::unique("field"));
-        assert_eq!([edited, None].map(|edited| events_in_pass(&events, edited)), [2, events.len()]);
+        assert_eq!([edited, None].map(|field| events_in_pass(&events, field)), [2, events.len()]);
         assert_eq!(events_in_pass(&events[2..], edited), 2);
     }
 
-    /// The image that Ctrl+S saves has the size that was typed.
+    /// The image that Ctrl+S saves has the size that was typed. Only Ctrl+S needs a pass of its own, and only while a text is edited; letters and Ctrl+A do
+    /// not.
     #[test]
     fn an_edited_text_is_read_before_a_shortcut_acts_elsewhere() {
         let key_with = |key, modifiers| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
-        let edited = Some(Id::unique("field"));
+        let edited_field = Some(Id::unique("field"));
         let text = Event::Text("4".into());
         for (key, modifiers, count) in [(Key::S, Modifiers::COMMAND, 1), (Key::S, Modifiers::NONE, 2), (Key::A, Modifiers::COMMAND, 2)] {
             let events = [text.clone(), key_with(key, modifiers)];
-            assert_eq!([edited, None].map(|edited| events_in_pass(&events, edited)), [count, 2], "{key:?}");
-            assert_eq!(events_in_pass(&events[1..], edited), count - 1, "{key:?}");
+            assert_eq!([edited_field, None].map(|field| events_in_pass(&events, field)), [count, 2], "{key:?}");
+            assert_eq!(events_in_pass(&events[1..], edited_field), count - 1, "{key:?}");
         }
     }
 }

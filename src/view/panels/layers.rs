@@ -41,7 +41,7 @@ pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
                 decisions.iter().find(|d| d.effect == name).map_or_else(String::new, |d| format!("\n{}", reason_text(&d.description())));
             ui.checkbox(is_on, text_by_id(label)).on_hover_text(format!("{}{why}", text_by_id(tooltip)));
         }
-        // A view from a link or a file may have another valid value, which must not change because the panel opens.
+        // A view from a link or a file may have a valid value outside the slider's range. Opening the panel must not change it.
         let slider = number_field::slider(&mut view.stars_boost, NumberKind::Plain, 0.0..=20.0, |slider| {
             slider.clamping(SliderClamping::Edits).text(text!("sky-faint-light"))
         });

@@ -94,7 +94,7 @@ pub struct Interface {
     pub language: Language,
     /// The open panel, if any.
     pub tab: Option<Tab>,
-    /// A second panel, which the user keeps open on the other side of the viewport.
+    /// A second panel, if the user keeps one open on the other side of the viewport.
     pub kept_tab: Option<Tab>,
     /// Whether the panel with the list of bodies is open.
     pub body_browser_shown: bool,
@@ -109,7 +109,7 @@ pub struct Interface {
     pub presents_on_gpu: bool,
     /// An error from before the window opened, which is why the window shows the default view; `None` once the user has closed the message.
     pub warning: Option<String>,
-    /// The warp mesh for a projector.
+    /// The warp mesh for a projector, if there is one.
     pub warp: Option<Arc<WarpMesh>>,
     /// Function that opens a file dialog of the desktop, if available.
     pub file_dialog: Option<FileDialog>,
@@ -119,7 +119,7 @@ pub struct Interface {
     is_styled: bool,
     /// The control that had the keyboard focus at the end of the last frame.
     last_focus: Option<egui::Id>,
-    /// The control that had the keyboard focus when no menu or list was open last.
+    /// The control that had the keyboard focus in the last frame in which no menu or list was open.
     focused_before_menu: Option<egui::Id>,
     /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::show_reply()`].
     reply: String,
@@ -273,7 +273,7 @@ impl Interface {
                 self.tour.pause();
             }
         }
-        // A reply of this frame, whose time is not set yet, may be about the view that is shown instead.
+        // A reply of this frame, whose time is not set yet, may say why the view that these actions choose is shown in place of another one.
         if self.is_reply_refusal && self.reply_until_s.is_some() && actions.iter().any(chooses_view) {
             self.reply.clear();
         }

@@ -58,7 +58,7 @@ impl NumberKind {
             Self::Longitude => typed_longitude_deg(text).map(wrapped_longitude_deg),
             Self::Seconds => typed_seconds(text),
         };
-        // The sum has no sign if the number is -0, which would be shown with it.
+        // Adding 0 turns -0 into 0, which is shown without a sign.
         number.map(|number| number + 0.0)
     }
 
@@ -98,13 +98,13 @@ impl NumberKind {
         }
     }
 
-    /// The reply to a text, which is empty if the number counts, and the number if it does.
+    /// The reply to a text, empty if the text counts; and the number of a text that counts.
     fn answer(self, text: &str, range: &RangeInclusive<f64>) -> (String, Option<f64>) {
         let typed = echo_within(text.trim(), MAX_ECHO_CHARS);
         let Some(number) = self.read(text) else {
             return (text_with_arguments(self.refusal(), &[("typed", typed.value())]), None);
         };
-        // The bounds of an f32 are those of the typed decimals but for its rounding.
+        // A bound that was an f32 differs by its rounding from the decimals that are typed for it.
         let is_within = |bound: f64, excess: f64| excess <= f64::from(f32::EPSILON) * bound.abs();
         if is_within(*range.start(), range.start() - number) && is_within(*range.end(), number - range.end()) {
             return (String::new(), Some(number));

@@ -264,6 +264,7 @@ impl Interface {
         // The first image is coarse, too, so that it appears soon after the window.
         let is_moving = self.viewer.is_animating() || now_s - self.viewport.last_motion_s < STILL_AFTER_S || self.viewport.shown.is_none();
         let [width, height] = self.viewport.size_px;
+        // Pixels of the viewport per pixel of the image, along each side.
         let divisor = if is_moving { self.viewport.resolution.divisor(u64::from(width) * u64::from(height)) } else { 1.0 };
         let [image_width, image_height] = [width, height].map(|side| (f64::from(side) / divisor).ceil() as u32);
         let session = worker.session();

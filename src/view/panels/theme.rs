@@ -1,8 +1,8 @@
 //! Colours, text sizes and spacing of the panels, for each theme.
 //!
-//! In: a theme (dark or light). Out: egui styles and fonts, and when the pointer takes the keyboard focus. Always: the contrast ratio of text to its
-//! background is at least 4.5 (WCAG 2.2, level AA); `tests/view/contrast` measures the ratio on the painted output. Not here: the colours of names in images
-//! (`scene::labels`) and of source code (`shader::module_text`).
+//! In: a theme (dark or light). Out: egui styles and fonts, and the pointer action that takes the focus from a text field. Always: the contrast ratio of text
+//! to its background is at least 4.5 (WCAG 2.2, level AA); `tests/view/contrast` measures the ratio on the painted output. Not here: the colours of names in
+//! images (`scene::labels`) and of source code (`shader::module_text`).
 
 use super::icons;
 use crate::scene::labels::SELECTED_COLOUR;
@@ -30,8 +30,8 @@ pub(crate) const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// Sets the styles of both themes and the fonts of an egui context. A press elsewhere takes the focus from a text field, not the release after it, which may be
-/// a click on a button that hides the field before it has read its text.
+/// Sets the styles of both themes and the fonts of an egui context. A text field loses the focus when the pointer is pressed elsewhere, not at the release: the
+/// release may be a click on a button that hides the field, and by then the field must have read its text.
 pub(crate) fn apply(ctx: &Context) {
     ctx.set_fonts(icons::fonts());
     ctx.options_mut(|options| options.input_options.surrender_focus_on = SurrenderFocusOn::Presses);

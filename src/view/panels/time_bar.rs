@@ -22,8 +22,9 @@ use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use crate::wording::echo_within;
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
+use egui::accesskit::Action as ReaderAction;
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, Color32, ComboBox, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
+use egui::{Button, Color32, ComboBox, Event, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
 use std::sync::Arc;
 
 /// The first event that a search finds, pending. An error is formatted later, because the language may change before it arrives.
@@ -225,8 +226,10 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
         let later = month_button(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
-    // A press that ends the text of the year changes the month before the release, which may be a click on a day. Until then the days stay in place.
-    let may_click = ui.input(|input| input.pointer.could_any_button_be_click());
+    // A press that ends the text of the year changes the month before the release, which may be a click on a day. Until then the days stay in place. So they
+    // do for a click of a screen reader, before which the text is read.
+    let is_readers_click = |event: &Event| matches!(event, Event::AccessKitActionRequest(request) if request.action == ReaderAction::Click);
+    let may_click = ui.input(|input| input.pointer.could_any_button_be_click() || input.raw.events.iter().any(is_readers_click));
     let laid_out = bar.laid_out_month.filter(|_| may_click).unwrap_or(month);
     bar.laid_out_month = Some(laid_out);
     let first_monday = laid_out.checked_sub_days(Days::new(laid_out.weekday().num_days_from_monday().into()))?;

@@ -119,13 +119,13 @@ fn with_quality_of(current: &ViewState, view: ViewState) -> ViewState {
 
 /// Advances the tour by elapsed real time, unless the tour is paused, and sets the view.
 pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, elapsed_real_s: f64) {
-    interface.viewer.is_in_tour = false;
+    interface.viewer.is_tour_moving = false;
     let Some(playback) = interface.tour.playback.as_mut().filter(|p| !p.is_paused) else { return };
     playback.elapsed_s += elapsed_real_s.max(0.0);
     let current = playback.tour.at(playback.elapsed_s);
     playback.is_paused = playback.elapsed_s >= playback.tour.length_s();
     interface.viewer.view = with_quality_of(&interface.viewer.view, current.view);
-    interface.viewer.is_in_tour = current.is_changing && !playback.is_paused;
+    interface.viewer.is_tour_moving = current.is_changing && !playback.is_paused;
     ctx.request_repaint_after(if current.is_changing { Duration::ZERO } else { IDLE_INTERVAL });
 }
 

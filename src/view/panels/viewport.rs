@@ -55,6 +55,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     let accessible_name = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &accessible_name));
     ui.painter().rect_filled(viewport, 0.0, Color32::BLACK);
+    // The overlays of the last frame; those of this frame are collected anew.
     let overlays = std::mem::take(&mut interface.viewport.overlays);
     tour::show(interface, ui, viewport);
     let Some(size_px) = interface.shown().map(|rendered| [rendered.width, rendered.height]) else {

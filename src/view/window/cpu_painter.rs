@@ -209,13 +209,13 @@ impl Band<'_> {
         let to_subpixels = |px: f32| (px.clamp(-MAX_COORDINATE_PX, MAX_COORDINATE_PX) * SUBPIXELS as f32).round() as i64;
         let fixed_point = |v: &Vertex| [v.pos.x, v.pos.y].map(to_subpixels);
         let (pa, mut pb, mut pc) = (fixed_point(&a), fixed_point(&b), fixed_point(&c));
-        let mut area = cross(pa, pb, pc);
-        if area == 0 {
+        let mut doubled_area = cross(pa, pb, pc);
+        if doubled_area == 0 {
             return;
         }
         // The corners in clockwise order, for which the area and the edge functions at points inside are positive.
-        if area < 0 {
-            (b, c, pb, pc, area) = (c, b, pc, pb, -area);
+        if doubled_area < 0 {
+            (b, c, pb, pc, doubled_area) = (c, b, pc, pb, -doubled_area);
         }
         // The last pixel whose centre is at or before a coordinate in subpixels.
         let last_pixel = |subpixel: i64| (subpixel - HALF_PX).div_euclid(SUBPIXELS);
@@ -253,7 +253,7 @@ impl Band<'_> {
             let advanced = |edges: [i64; 3], pixels: i64| [0, 1, 2].map(|i| edges[i] + increments[i] * pixels);
             edges = advanced(edges, first);
             for pixel in pixels {
-                let weights = edges.map(|e| e as f32 / area as f32);
+                let weights = edges.map(|e| e as f32 / doubled_area as f32);
                 let colour = interpolated_colour([a.color, b.color, c.color], weights);
                 let mix = |p: f32, q: f32, r: f32| p * weights[0] + q * weights[1] + r * weights[2];
                 let texel = single_texel.unwrap_or_else(|| texture.sample(mix(a.uv.x, b.uv.x, c.uv.x), mix(a.uv.y, b.uv.y, c.uv.y)));

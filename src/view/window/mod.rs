@@ -371,7 +371,8 @@ impl App<'_> {
         Ok(())
     }
 
-    /// Requests a redraw after the pointer has moved: at once, or, while an image is being rendered, when it arrives, but within [`IMAGE_WAIT`].
+    /// Requests a redraw after the pointer has moved: at once, or, while an image is being rendered, when that image arrives, at the latest after
+    /// [`IMAGE_WAIT`].
     fn redraw_with_image(&mut self) {
         if !self.worker.is_drawing() {
             self.request_redraw();

@@ -319,6 +319,7 @@ mod tests {
         let rotated = [&plate_carree("10")[..], &[("LONPOLE", "90")]].concat();
         assert!(file_with(&rotated, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("LONPOLE")));
         let (_, north_up) = file_with(&plate_carree("10"), SIZE, &[1, 2, 3, 4]).expect("a part");
+        // Card 13 follows SIMPLE, BITPIX, the three cards of SIZE, the seven of the projection.
         for (latitude, is_north_up) in [("90", true), ("0", true), ("-90", false)] {
             let with_pole = [&plate_carree("10")[..], &[("LATPOLE", latitude)]].concat();
             match file_with(&with_pole, SIZE, &[1, 2, 3, 4]) {
@@ -344,7 +345,7 @@ mod tests {
         for cards in [&[("EPOCH", "1950.0")][..], &[("RADECSYS", "'FK4'")][..], &[("RADECSYS", "'FK5'"), ("EPOCH", "1950.0")][..]] {
             assert!(result(cards).is_err_and(|(_, why)| why.contains("only ICRS and FK5 J2000")), "{cards:?}");
         }
-        // An EPOCH of 2000 is J2000. With EQUINOX or the ICRS, EPOCH is not an equinox; a text is not one either.
+        // An EPOCH of 2000 is J2000. EPOCH is not read as the equinox if there is an EQUINOX, if the frame is the ICRS, or if EPOCH is a text.
         for cards in [
             &[("EPOCH", "2000.0"), ("RADECSYS", "'FK5'")][..],
             &[("EPOCH", "1954.8"), ("EQUINOX", "2000.0")][..],

@@ -27,7 +27,7 @@ enum DataType {
 }
 
 impl DataType {
-    /// The type that a name in the attribute `datatype` denotes.
+    /// The type that a name in the attribute `datatype` denotes; `None` for an unknown name.
     fn named(name: &str) -> Option<Self> {
         Some(match name {
             "boolean" => Self::Boolean,
@@ -70,7 +70,7 @@ enum Length {
 }
 
 impl Length {
-    /// Parses an `arraysize`: numbers joined by `x`. The last one may be `*`, or a maximum (ignored here) followed by `*`.
+    /// Parses an `arraysize`: numbers joined by `x`. The last one may be `*`, or a maximum (ignored here) followed by `*`. `None` for any other text.
     fn of(arraysize: &str) -> Option<Self> {
         if arraysize.is_empty() {
             return Some(Self::Fixed(1));
@@ -88,14 +88,14 @@ impl Length {
 
 /// The type, length and null value of a column.
 #[derive(Clone, Debug)]
-pub(super) struct Column {
+pub(super) struct BinaryColumn {
     data_type: DataType,
     length: Length,
-    /// The number that means null, as text.
+    /// The number that means null, as text, if there is one.
     null: Option<String>,
 }
 
-impl Column {
+impl BinaryColumn {
     /// A column with the attributes `datatype` and `arraysize` of a FIELD, and the `null` of its VALUES.
     pub(super) fn new(data_type: &str, arraysize: &str, null: Option<&str>) -> Result<Self, String> {
         let known =
@@ -132,8 +132,8 @@ impl Column {
 }
 
 /// The rows of a stream.
-pub(super) struct Rows<'a> {
-    columns: &'a [Column],
+pub(super) struct BinaryRows<'a> {
+    columns: &'a [BinaryColumn],
     /// The decoded stream.
     bytes: Vec<u8>,
     /// Where the next row begins.
@@ -142,9 +142,9 @@ pub(super) struct Rows<'a> {
     has_null_flags: bool,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> BinaryRows<'a> {
     /// `text`: the content of the STREAM, which may contain blanks and line breaks.
-    pub(super) fn new(columns: &'a [Column], text: &str, has_null_flags: bool) -> Result<Self, String> {
+    pub(super) fn new(columns: &'a [BinaryColumn], text: &str, has_null_flags: bool) -> Result<Self, String> {
         if columns.is_empty() {
             return Err("a TABLE without a FIELD has no rows".to_owned());
         }
@@ -201,10 +201,10 @@ mod tests {
     /// A column without a number that means null.
     const NO_NULL: Option<&str> = None;
 
-    fn rows(columns: &[Column], bytes: &[u8], has_null_flags: bool) -> Result<Vec<Vec<String>>, String> {
+    fn rows(columns: &[BinaryColumn], bytes: &[u8], has_null_flags: bool) -> Result<Vec<Vec<String>>, String> {
         let text = BASE64_STANDARD.encode(bytes);
         let wrapped: String = text.as_bytes().chunks(7).map(|part| format!("{}\n ", String::from_utf8_lossy(part))).collect();
-        let mut rows = Rows::new(columns, &wrapped, has_null_flags)?;
+        let mut rows = BinaryRows::new(columns, &wrapped, has_null_flags)?;
         let mut all = Vec::new();
         while let Some(row) = rows.next_row()? {
             all.push(row);
@@ -212,8 +212,8 @@ mod tests {
         Ok(all)
     }
 
-    fn column(data_type: &str, arraysize: &str) -> Column {
-        Column::new(data_type, arraysize, NO_NULL).expect("a type")
+    fn column(data_type: &str, arraysize: &str) -> BinaryColumn {
+        BinaryColumn::new(data_type, arraysize, NO_NULL).expect("a type")
     }
 
     #[test]
@@ -227,7 +227,7 @@ mod tests {
             column("unicodeChar", "3*"),
             column("bit", "9"),
             column("long", "2x*"),
-            Column::new("int", "", Some("-99")).expect("a type"),
+            BinaryColumn::new("int", "", Some("-99")).expect("a type"),
             column("unsignedByte", ""),
         ];
         let mut bytes = Vec::new();
@@ -249,7 +249,7 @@ mod tests {
 
     #[test]
     fn nulls_are_flagged_from_the_highest_bit() {
-        let columns: Vec<Column> = (0..9).map(|_| column("unsignedByte", "")).collect();
+        let columns: Vec<BinaryColumn> = (0..9).map(|_| column("unsignedByte", "")).collect();
         let row = [&[0b0100_0000, 0b1000_0000][..], &[1, 2, 3, 4, 5, 6, 7, 8, 9]].concat();
         assert_eq!(rows(&columns, &row, BINARY2).expect("a row"), [["1", "", "3", "4", "5", "6", "7", "8", ""]]);
     }
@@ -262,9 +262,11 @@ mod tests {
             assert!(rows(&columns, &bytes, BINARY).expect_err("a claim").contains("cut off"), "{arraysize} {claimed}");
         }
         assert!(rows(&[column("char", "0")], b"x", BINARY).expect_err("nothing").contains("no bytes"));
-        assert!(Rows::new(&[column("int", "")], "A*==", BINARY).err().expect("no base64").contains("not base64"));
+        assert!(BinaryRows::new(&[column("int", "")], "A*==", BINARY).err().expect("no base64").contains("not base64"));
         assert!(
-            [("quad", ""), ("int", "2y"), ("int", "*x2")].iter().all(|(data_type, size)| Column::new(data_type, size, NO_NULL).is_err())
+            [("quad", ""), ("int", "2y"), ("int", "*x2")]
+                .iter()
+                .all(|(data_type, size)| BinaryColumn::new(data_type, size, NO_NULL).is_err())
         );
     }
 }

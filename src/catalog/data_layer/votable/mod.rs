@@ -1,13 +1,13 @@
 //! Points in a VOTable (IVOA, versions 1.1 to 1.5): the first TABLE of the document, its rows as TABLEDATA, BINARY or BINARY2.
 //!
-//! In: the document. Out: points, or the wrong line and field. A column is identified by its name as in a CSV table, or, if no name fits, by its UCD (Unified
-//! Content Descriptor), such as `pos.eq.ra`, `pos.bodyrc.lon` or their forms before 2005 (UCD1). Rejected: rows in a FITS file, and angles in units other than
-//! degrees.
+//! In: the document. Out: points, or a line number and what is wrong there. A column is identified by its name as in a CSV table, or, if no name fits, by its
+//! UCD (Unified Content Descriptor), such as `pos.eq.ra`, `pos.bodyrc.lon` or their forms before 2005 (UCD1). Rejected: rows in a FITS file, and angles in
+//! units other than degrees.
 
 mod binary;
 
-use self::binary::{Column, Rows};
-use super::columns::Columns;
+use self::binary::{BinaryColumn, BinaryRows};
+use super::columns::PointColumns;
 use super::layer::Content;
 use super::xml::{Element, ElementHandler, walk};
 use crate::wording::echo_within;
@@ -17,18 +17,19 @@ struct Field {
     name: String,
     /// Unified Content Descriptor: what the column means.
     ucd: String,
+    /// The attribute `unit`; `None` if the element has none.
     unit: Option<String>,
     data_type: String,
     /// The attribute `arraysize`: number of values in a cell, as text.
     arraysize: String,
-    /// The number that means null, as text.
+    /// The number that means null, as text; `None` if no number does.
     null: Option<String>,
     /// The line of the element.
     line: usize,
 }
 
 impl Field {
-    /// Whether the text of a cell of TABLEDATA is the null number of this field, or NaN. An empty cell needs no check: [`Columns`] reads it as null.
+    /// Whether the text of a cell of TABLEDATA is the null number of this field, or NaN. An empty cell needs no check: [`PointColumns`] reads it as null.
     fn is_null(&self, cell: &str) -> bool {
         let is_float = matches!(self.data_type.as_str(), "float" | "double");
         self.null.as_deref() == Some(cell) || is_float && cell.eq_ignore_ascii_case("nan")
@@ -42,15 +43,17 @@ struct Table {
     on_body: bool,
     fields: Vec<Field>,
     /// The columns of a point; `None` before the rows begin.
-    columns: Option<Columns>,
+    columns: Option<PointColumns>,
     /// The cells of the current TR.
     row: Vec<String>,
     content: Content,
-    has_rows: bool,
+    /// Whether TABLEDATA, BINARY or BINARY2 has begun.
+    has_data: bool,
+    /// Whether the TABLE has ended; later elements other than the service's status are ignored.
     has_ended: bool,
 }
 
-/// The column name by which [`Columns`] knows the quantity of a UCD.
+/// The column name by which [`PointColumns`] knows the quantity of a UCD.
 fn column_name_of_ucd(ucd: &str) -> Option<&'static str> {
     let ucd = ucd.to_lowercase();
     let primary_word = ucd.split(';').next().unwrap_or_default().trim();
@@ -71,8 +74,8 @@ impl Table {
             let name = |f: &Field| column_name_of_ucd(&f.ucd).map_or_else(|| f.name.clone(), str::to_owned);
             self.fields.iter().map(name).collect()
         };
-        let columns = Columns::of(&names, self.on_body)
-            .or_else(|_| Columns::of(&names_by_ucd(), self.on_body))
+        let columns = PointColumns::of(&names, self.on_body)
+            .or_else(|_| PointColumns::of(&names_by_ucd(), self.on_body))
             .map_err(|why| format!("the TABLE {why}, nor by UCD"))?;
         for field in columns.coordinate_columns().filter_map(|index| self.fields.get(index)) {
             if let Some(unit) = field.unit.as_deref().filter(|unit| !matches!(*unit, "" | "deg" | "degree" | "degrees")) {
@@ -88,15 +91,16 @@ impl Table {
         Ok(())
     }
 
-    /// Adds the points of the rows in a STREAM.
+    /// Adds the points of the rows in a STREAM. `text`: the rows in base64. `has_null_flags`: in each row a bit per column says whether the value is null
+    /// (BINARY2).
     fn read_stream(&mut self, text: &str, has_null_flags: bool) -> Result<(), String> {
         let columns = self.columns.as_ref().ok_or("a STREAM outside of BINARY")?;
         let column = |f: &Field| {
-            Column::new(&f.data_type, &f.arraysize, f.null.as_deref())
+            BinaryColumn::new(&f.data_type, &f.arraysize, f.null.as_deref())
                 .map_err(|why| format!("field {} (line {}): {why}", echo_within(&f.name, 40), f.line))
         };
         let binary_columns = self.fields.iter().map(column).collect::<Result<Vec<_>, _>>()?;
-        let mut rows = Rows::new(&binary_columns, text, has_null_flags)?;
+        let mut rows = BinaryRows::new(&binary_columns, text, has_null_flags)?;
         let mut count = 0_usize;
         while let Some(row) = rows.next_row()? {
             count += 1;
@@ -125,7 +129,7 @@ impl ElementHandler for Table {
                 }
             }
             "TABLEDATA" | "BINARY" | "BINARY2" => {
-                self.has_rows = true;
+                self.has_data = true;
                 self.choose_columns()?;
             }
             "FITS" => {
@@ -145,7 +149,14 @@ impl ElementHandler for Table {
     }
 
     fn end_element(&mut self, path: &[Element]) -> Result<(), String> {
-        let Some(element) = path.last().filter(|_| !self.has_ended) else { return Ok(()) };
+        let Some(element) = path.last() else { return Ok(()) };
+        // A service that fails while it writes the rows says so after the TABLE (IVOA DALI 1.1, 4.4).
+        if element.name == "INFO" && element.attribute("name") == Some("QUERY_STATUS") && element.attribute("value") == Some("ERROR") {
+            return Err(format!("the service that wrote it says: {}", echo_within(element.text.trim(), 200)));
+        }
+        if self.has_ended {
+            return Ok(());
+        }
         match element.name.as_str() {
             "STREAM" => {
                 let serialization = path.iter().rev().nth(1).map_or("", |parent| parent.name.as_str());
@@ -166,22 +177,19 @@ impl ElementHandler for Table {
                 self.content.points.push(point);
             }
             "TABLE" => self.has_ended = true,
-            "INFO" if element.attribute("name") == Some("QUERY_STATUS") && element.attribute("value") == Some("ERROR") => {
-                return Err(format!("the service that wrote it says: {}", echo_within(element.text.trim(), 200)));
-            }
             _ => {}
         }
         Ok(())
     }
 }
 
-/// The points of a document. The error is a line number and what is wrong there.
+/// The points of a document. `on_body`: as in [`PointColumns::of`]. The error is a line number and what is wrong there.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
     let mut table = Table { on_body, ..Table::default() };
     walk(text, &mut table)?;
     if !table.has_ended {
         Err((1, "no TABLE in it: not a VOTable".to_owned()))
-    } else if !table.has_rows {
+    } else if !table.has_data {
         Err((1, "its TABLE has neither TABLEDATA nor BINARY".to_owned()))
     } else {
         Ok(table.content)

@@ -34,7 +34,7 @@ pub(crate) struct ScalarCall<R> {
     pub args: [u32; 3],
 }
 
-/// A load of a word of the uniform block into a register. The word belongs to an element of an array in the block.
+/// A load of a word of the uniform block into a register. `elements`: where the word is in each element of an array.
 pub(crate) struct UniformLoad {
     pub dst: u32,
     pub elements: UniformElements,
@@ -67,14 +67,14 @@ pub(crate) struct TextureRead {
     pub dst: [u32; 4],
     /// Whether the program reads each channel later. A channel that it does not read is not written.
     pub channels_read: [bool; 4],
-    /// The operands in the order that [`TextureOp`] states; unused entries follow.
+    /// The operands, at most seven, in the order that [`TextureOp`] states; unused entries follow.
     pub args: [TextureArg; 7],
     pub mask: MaskLocation,
 }
 
-/// One step of a bound program. `target`: the index of the step to which a jump goes.
+/// One step of a bound program. `target`: the index of the step to which a jump goes; until [`bind`] has bound all instructions, that of the instruction.
 pub(crate) enum BoundStep {
-    /// Runs the kernels `start..end` in order. `instructions`: what they add to the executor's count of instructions, in which a chain counts once.
+    /// Runs the kernels `start..end` in order. `instructions`: the number of these kernels, where all kernels of a chain count as one.
     Kernels {
         start: u32,
         end: u32,
@@ -129,15 +129,16 @@ pub struct BoundProgram<R> {
     pub(super) scalars: Vec<ScalarCall<R>>,
     pub(super) uniform_loads: Vec<UniformLoad>,
     pub(super) texture_reads: Vec<TextureRead>,
-    /// Arena offsets of the operands of every kernel, in order.
+    /// Arena offsets of the operands of every kernel, in the order of `kernels`: three for an operation, for a chain as many as it has operands.
     pub(super) operand_offsets: Vec<u32>,
     /// For each input, whether the program reads it.
     pub(super) inputs_read: Vec<bool>,
     /// Index of the arena's row at which the registers start, after the program's slots and the scratch slots; a row has `LANES` elements.
     pub(super) first_register_row: usize,
     pub(super) register_count: usize,
+    /// For each output of the program, its slot.
     pub(super) output_slots: Vec<u32>,
-    /// Slot of the mask of discarded lanes.
+    /// Slot of the mask of discarded lanes; `None` if the program discards none.
     pub(super) discarded: Option<u32>,
 }
 
@@ -183,8 +184,8 @@ impl<R: Real> BoundProgram<R> {
     }
 }
 
-/// A program's binding to kernels, kept from frame to frame: binding all programs takes 1 % of the instructions of a frame (measured on the Earth with clouds).
-/// Stores the kernel class and the [`BoundProgram`], as `dyn Any` because its type depends on the element type.
+/// A program's binding to kernels, kept from frame to frame: binding all programs takes 1 % of the processor's instructions for a frame (measured on the Earth
+/// with clouds). Stores the kernel class and the [`BoundProgram`], as `dyn Any` because its type depends on the element type.
 #[derive(Debug, Default)]
 pub(crate) struct KernelBinding(OnceLock<(KernelClass, Arc<dyn Any + Send + Sync>)>);
 
@@ -305,8 +306,8 @@ impl<R: Real> Binder<R> {
         self.can_extend_sequence = false;
     }
 
-    /// The slot of an operand whose step accepts only lanes. A register is first broadcast to the next scratch slot. `scratch_used`: number of scratch slots
-    /// in use by this instruction.
+    /// The slot of an operand that must have one value per lane. A register is first broadcast to the next scratch slot. `scratch_used`: number of scratch
+    /// slots in use by this instruction.
     fn slot_of(&mut self, o: &Operand, scratch_used: &mut u32) -> Result<u32, String> {
         if let Operand::Slot(s) = *o {
             return Ok(u32::from(s));
@@ -325,34 +326,36 @@ impl<R: Real> Binder<R> {
         Ok(slot)
     }
 
-    /// Binds one operation. If no kernel accepts these operand kinds, registers are first broadcast to scratch slots.
-    fn bind_operation(&mut self, op: Op, dst: u32, args: &[Operand]) -> Result<(), String> {
+    /// Binds one operation. If no specialised kernel accepts these operand kinds, registers are first broadcast to scratch slots, because the generic kernel
+    /// accepts only slots. `dst_offset`: of the result in the arena.
+    fn bind_operation(&mut self, op: Op, dst_offset: u32, args: &[Operand]) -> Result<(), String> {
         let first = args.first().ok_or("an operation without operands")?;
         // A kernel of one operation takes three operands. The first operand stands in for those that the operation lacks.
         let operand = |k: usize| args.get(k).unwrap_or(first);
         match R::specialised(self.class, op, [0, 1, 2].map(|k| is_per_lane(operand(k)))) {
-            Some(function) => self.push_kernel(function, dst, &[0, 1, 2].map(|k| self.offset(operand(k)))),
+            Some(function) => self.push_kernel(function, dst_offset, &[0, 1, 2].map(|k| self.offset(operand(k)))),
             None => {
                 let mut scratch_used = 0;
                 let mut offsets = [Self::slot_offset(self.slot_of(first, &mut scratch_used)?); 3];
                 for (offset, o) in offsets.iter_mut().zip(args).skip(1) {
                     *offset = Self::slot_offset(self.slot_of(o, &mut scratch_used)?);
                 }
-                self.push_kernel(R::generic(self.class, op), dst, &offsets);
+                self.push_kernel(R::generic(self.class, op), dst_offset, &offsets);
             }
         }
         Ok(())
     }
 
     /// Binds a chain: one kernel if the class has chain kernels, else its operations one by one, with intermediate results in two scratch slots.
-    fn bind_chain(&mut self, ops: &[FusedOp], dst: u32, args: &[Operand]) -> Result<(), String> {
+    fn bind_chain(&mut self, ops: &[FusedOp], dst_offset: u32, args: &[Operand]) -> Result<(), String> {
+        // Bit k: whether operand k has one value per lane.
         let kinds = args.iter().take(kernels::chains::MAX_OPERANDS).enumerate().map(|(k, o)| u8::from(is_per_lane(o)) << k).sum();
         let is_complete = args.len() == kernels::chains::operand_count(ops);
         let index = if is_complete { kernels::chains::find(ops, kinds) } else { None };
         let index = index.ok_or_else(|| format!("no kernel for the chain {ops:?} with these operands"))?;
         if let Some(function) = R::chain_kernels(self.class).get(index) {
             let offsets: Vec<u32> = args.iter().map(|o| self.offset(o)).collect();
-            self.push_kernel(*function, dst, &offsets);
+            self.push_kernel(*function, dst_offset, &offsets);
             return Ok(());
         }
         let kernels_before = self.bound.kernels.len();
@@ -367,11 +370,12 @@ impl<R: Real> Binder<R> {
             rest = later_operands;
             // The scratch slots alternate, so that no operation writes the slot that it reads.
             let intermediate = self.first_scratch_slot + SCRATCH_SLOTS - 1 - k as u32 % 2;
-            let result_offset = if k + 1 == ops.len() { dst } else { Self::slot_offset(intermediate) };
+            let result_offset = if k + 1 == ops.len() { dst_offset } else { Self::slot_offset(intermediate) };
             self.bind_operation(fused_op.op, result_offset, &operands)?;
             result = Some(Operand::Slot(intermediate as u16));
         }
-        // A chain counts as one instruction in every class, so that counts are the same on every machine.
+        // A chain counts as one instruction in every class, so that counts are the same on every machine. All its kernels are in the last sequence, because
+        // nothing between them ends it.
         if let Some(BoundStep::Kernels { instructions, .. }) = self.bound.steps.last_mut() {
             *instructions -= (self.bound.kernels.len() - kernels_before - 1) as u32;
         }
@@ -406,7 +410,8 @@ impl<R: Real> Binder<R> {
                 let mut texture_args = [TextureArg { offset: 0, len: LANES as u32 }; 7];
                 for (k, (to, o)) in texture_args.iter_mut().zip(args).enumerate() {
                     *to = match o {
-                        // These operands may have one value for all lanes: y and level of a texel load, and the maximum number of taps of a filtered read.
+                        // The operands for which a read accepts one value for all lanes: y and level of a texel load, and the maximum number of taps of a
+                        // filtered read.
                         Operand::Reg(_) if (*op == TextureOp::Load && k > 0) || (*op == TextureOp::Filtered && k == 6) => {
                             TextureArg { offset: self.offset(o), len: 1 }
                         }

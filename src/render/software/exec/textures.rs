@@ -10,7 +10,7 @@ pub trait TextureUnit<R: Real> {
     /// Filtered sample at the texture coordinates (u, v); `gradients`: their derivatives along x and y.
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
     /// Like `sample_gradients`, with up to `max_taps` taps along the footprint, summed as in shaders/lib/filtered_map.wesl. `max_taps` has one value per
-    /// lane, or one for all lanes. By default, one tap is read.
+    /// lane, or one for all lanes. The default implementation reads one tap.
     fn sample_filtered(
         &self,
         texture: usize,
@@ -28,8 +28,8 @@ pub trait TextureUnit<R: Real> {
     /// Bilinear interpolation between the texels of the finest level, as in shaders/lib/texels_between.wesl. `position`: x and y in texels; the middle of the
     /// first texel is at (0, 0).
     fn load_bilinear(&self, texture: usize, position: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]);
-    /// The texel in column `x` and row `y` of a level; zeros outside the level. The three are bit-cast integers ([`Real::lane_bits`]); `y` and `level` have one
-    /// value per lane, or one for all lanes. Every lane of `out` is written.
+    /// The texel in column `x` and row `y` of a level; zeros outside the level. `x`, `y` and `level` are bit-cast integers ([`Real::lane_bits`]); `y` and
+    /// `level` have one value per lane, or one for all lanes. Every lane of `out` is written.
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
     /// Width and height of a level in texels. `level` is clamped to the existing levels.
     fn dimensions(&self, texture: usize, level: u32) -> [u32; 2];

@@ -1,11 +1,13 @@
 //! The table of the chains that have a kernel ([`super::chains`]), as a macro: kernels and lookup are generated from it.
 //!
-//! The chains are those that occur most often in the atmosphere, eclipse, ring, map and tone-map code (docs/measurements.md: chosen by how often their
-//! operations follow each other). The order does not matter.
+//! The chains are those whose operations follow each other most often in the atmosphere, eclipse, ring, map and tone-map code (docs/measurements.md). The
+//! entries have no particular order.
 
-/// Each entry: the kinds of the operands (L: one value per lane; R: one value for all lanes, a register), the first operation, then each further operation
-/// with the position of the previous result among its operands, counted from 0. In `Mul`, `Add`, `Fma`, `Fms`, `Fnma`, `And` and `Or` this position is never 0:
-/// the lowering swaps the first two operands if necessary.
+/// Calls the macro `$m` with all chains. Each entry: the kinds of the operands, the first operation, then each further operation ([`super::super::tape::Op`])
+/// with the position of the previous result among its operands, counted from 0. The kinds are those of the first operation's operands, then those of each
+/// further operation's operands except the previous result. L: one value per lane; R: one value for all lanes, a register. So `"LRL" = Max > Mul 1` is, with
+/// the operands a, b and c, Mul(c, Max(a, b)). In `Mul`, `Add`, `Fma`, `Fms`, `Fnma`, `And` and `Or` the position is never 0: the lowering swaps the first two
+/// operands if necessary.
 macro_rules! with_chains {
     ($m:ident) => {
         $m! {

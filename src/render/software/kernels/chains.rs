@@ -31,6 +31,7 @@ pub const fn kind_bits(kinds: &str) -> u8 {
 
 pub(crate) use super::chain_table::with_chains;
 
+// The entries of `with_chains`, in the notation that `chain_table` explains, as a constant.
 macro_rules! table {
     ($($kinds:literal = $first:ident $(> $op:ident $chained:literal)+,)*) => {
         const TABLE: &[(&[FusedOp], &str)] = &[$((

@@ -1,10 +1,12 @@
 //! Classes of SIMD kernels (instruction sets), and the trait that supplies the kernels of an element type (f32 or f64).
+//!
+//! In: a class, an operation. Out: kernels. Every operation has a *generic* kernel, whose operands are arrays of lanes. Frequent operations also have
+//! *specialised* ones, one for each combination of operand kinds (array of lanes, or one value for all lanes). A *chain's* kernel computes several operations.
 
 use crate::render::software::tape::Op;
 use std::sync::OnceLock;
 
-/// Number of lanes that the generic kernels process at a time, and that the test whether any lane of a mask is set reads at a time. [`LANES`] is a multiple of
-/// this number.
+/// Number of lanes that a generic kernel, or the test whether a mask is set in any lane, processes at a time. [`LANES`] is a multiple of this number.
 pub const CHUNK: usize = 32;
 
 /// Number of lanes of a batch: 32 quads of 4 pixels. Measured as the fastest of 32, 64, 128 and 256: with fewer lanes the time of the calls dominates, with
@@ -17,8 +19,11 @@ pub const LANES: usize = 128;
 pub(super) const UNROLLED_LANES: usize = 64;
 
 /// A SIMD kernel. Arguments: the lanes that it writes; the base of the operands; the offset of each operand from the base, in elements. Each kernel is
-/// compiled for fixed operand kinds (array of lanes, or one value for all lanes). A kernel of one operation reads three offsets even if it has fewer
-/// operands; a chain's kernel reads one for each operand. The `&mut` tells the compiler that no operand overlaps the written lanes.
+/// compiled for fixed operand kinds. A kernel of one operation reads three offsets even if it has fewer operands; a chain's kernel reads one for each operand.
+/// The `&mut` tells the compiler that no operand overlaps the written lanes.
+///
+/// # Safety
+/// The machine has the instruction set of the kernel's class. Each operand is valid for reads: of [`LANES`] elements if it is an array, otherwise of one.
 pub type KernelFn<R> = unsafe fn(&mut [R; LANES], *const R, *const u32);
 
 /// The instruction set of the kernels. The classes with fused multiply-add give the same bits as each other, and so do the classes without.
@@ -60,7 +65,7 @@ impl KernelClass {
 
     /// The class in use: the one that `ORRERY_KERNELS` names, or the best available if the variable names none of [`Self::available`]. Decided once per
     /// process.
-    pub fn detect() -> Self {
+    pub fn in_use() -> Self {
         static CLASS: OnceLock<KernelClass> = OnceLock::new();
         *CLASS.get_or_init(|| {
             let all = Self::available();
@@ -91,13 +96,14 @@ pub type ScalarFn<R> = fn(R, R, R) -> R;
 
 /// The kernels of an element type.
 ///
-/// These are methods of f32 and f64, because generic functions (some 2,000 kernels) would be compiled again in every program that uses this library.
+/// Implemented for f32 and f64, so that the kernels (some 2,000) are compiled once. Generic functions would be compiled again in every program that uses this
+/// library.
 pub trait Kernels: Sized + 'static {
     /// One operation on single values, for constant folding and operations on registers. `has_fma`: whether multiply-adds round once.
     fn scalar(op: Op, has_fma: bool) -> ScalarFn<Self>;
-    /// The kernel for operands of these kinds (true: array of lanes); `None` if there is only the generic kernel. The kernels of a class may be called only
-    /// on machines where the class is in [`KernelClass::available`].
-    fn specialised(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>>;
+    /// The kernel for these operands (true: an array of lanes, false: one value); `None` if there is only the generic kernel. The kernels of a class may be
+    /// called only on machines where the class is in [`KernelClass::available`].
+    fn specialised(class: KernelClass, op: Op, is_array: [bool; 3]) -> Option<KernelFn<Self>>;
     /// The kernel whose operands must all be arrays of lanes.
     fn generic(class: KernelClass, op: Op) -> KernelFn<Self>;
     /// The kernels of [`all`](super::chains::all), in that order. Empty for f64, which is used only for checks and would double the build time; a

@@ -150,12 +150,12 @@ macro_rules! class {
             }
 
             // The specialised kernel of an operation with one, two or three operands; `None` if each operand has one value for all lanes.
-            fn unary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
-                kinds[0].then_some(fixed_kinds::<O, R, true, false, false>)
+            fn unary<O: Eval, R: Real>(is_array: [bool; 3]) -> Option<KernelFn<R>> {
+                is_array[0].then_some(fixed_kinds::<O, R, true, false, false>)
             }
 
-            fn binary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
-                Some(match kinds {
+            fn binary<O: Eval, R: Real>(is_array: [bool; 3]) -> Option<KernelFn<R>> {
+                Some(match is_array {
                     [true, true, _] => fixed_kinds::<O, R, true, true, false>,
                     [true, false, _] => fixed_kinds::<O, R, true, false, false>,
                     [false, true, _] => fixed_kinds::<O, R, false, true, false>,
@@ -163,8 +163,8 @@ macro_rules! class {
                 })
             }
 
-            fn ternary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
-                Some(match kinds {
+            fn ternary<O: Eval, R: Real>(is_array: [bool; 3]) -> Option<KernelFn<R>> {
+                Some(match is_array {
                     [true, true, true] => fixed_kinds::<O, R, true, true, true>,
                     [true, true, false] => fixed_kinds::<O, R, true, true, false>,
                     [true, false, true] => fixed_kinds::<O, R, true, false, true>,
@@ -177,40 +177,40 @@ macro_rules! class {
             }
 
             /// The kernel for operands of these kinds (true: array of lanes), if there is one.
-            pub fn specialised<R: Real>(op: Op, kinds: [bool; 3]) -> Option<KernelFn<R>> {
+            pub fn specialised<R: Real>(op: Op, is_array: [bool; 3]) -> Option<KernelFn<R>> {
                 match op {
-                    Op::Copy if kinds[0] => Some(fixed_kinds::<ops::Copy, R, true, false, false>),
+                    Op::Copy if is_array[0] => Some(fixed_kinds::<ops::Copy, R, true, false, false>),
                     Op::Copy => Some(fixed_kinds::<ops::Copy, R, false, false, false>),
-                    Op::Neg => unary::<ops::Neg, R>(kinds),
-                    Op::Abs => unary::<ops::Abs, R>(kinds),
-                    Op::Sqrt => unary::<ops::Sqrt, R>(kinds),
-                    Op::InverseSqrt => unary::<ops::InverseSqrt, R>(kinds),
-                    Op::Floor => unary::<ops::Floor, R>(kinds),
-                    Op::Fract => unary::<ops::Fract, R>(kinds),
-                    Op::BNot => unary::<ops::BNot, R>(kinds),
-                    Op::Exp => unary::<ops::Exp, R>(kinds),
-                    Op::Exp2 => unary::<ops::Exp2, R>(kinds),
-                    Op::Log => unary::<ops::Log, R>(kinds),
-                    Op::Asin => unary::<ops::Asin, R>(kinds),
-                    Op::Acos => unary::<ops::Acos, R>(kinds),
-                    Op::IFromF => unary::<ops::IFromF, R>(kinds),
-                    Op::FFromI => unary::<ops::FFromI, R>(kinds),
-                    Op::IAdd => binary::<ops::IAdd, R>(kinds),
-                    Op::FEq => binary::<ops::FEq, R>(kinds),
-                    Op::Add => binary::<ops::Add, R>(kinds),
-                    Op::Sub => binary::<ops::Sub, R>(kinds),
-                    Op::Mul => binary::<ops::Mul, R>(kinds),
-                    Op::Div => binary::<ops::Div, R>(kinds),
-                    Op::Min => binary::<ops::Min, R>(kinds),
-                    Op::Max => binary::<ops::Max, R>(kinds),
-                    Op::FLt => binary::<ops::FLt, R>(kinds),
-                    Op::FLe => binary::<ops::FLe, R>(kinds),
-                    Op::And => binary::<ops::And, R>(kinds),
-                    Op::Or => binary::<ops::Or, R>(kinds),
-                    Op::Fma => ternary::<ops::Fma, R>(kinds),
-                    Op::Fms => ternary::<ops::Fms, R>(kinds),
-                    Op::Fnma => ternary::<ops::Fnma, R>(kinds),
-                    Op::Select => ternary::<ops::Select, R>(kinds),
+                    Op::Neg => unary::<ops::Neg, R>(is_array),
+                    Op::Abs => unary::<ops::Abs, R>(is_array),
+                    Op::Sqrt => unary::<ops::Sqrt, R>(is_array),
+                    Op::InverseSqrt => unary::<ops::InverseSqrt, R>(is_array),
+                    Op::Floor => unary::<ops::Floor, R>(is_array),
+                    Op::Fract => unary::<ops::Fract, R>(is_array),
+                    Op::BNot => unary::<ops::BNot, R>(is_array),
+                    Op::Exp => unary::<ops::Exp, R>(is_array),
+                    Op::Exp2 => unary::<ops::Exp2, R>(is_array),
+                    Op::Log => unary::<ops::Log, R>(is_array),
+                    Op::Asin => unary::<ops::Asin, R>(is_array),
+                    Op::Acos => unary::<ops::Acos, R>(is_array),
+                    Op::IFromF => unary::<ops::IFromF, R>(is_array),
+                    Op::FFromI => unary::<ops::FFromI, R>(is_array),
+                    Op::IAdd => binary::<ops::IAdd, R>(is_array),
+                    Op::FEq => binary::<ops::FEq, R>(is_array),
+                    Op::Add => binary::<ops::Add, R>(is_array),
+                    Op::Sub => binary::<ops::Sub, R>(is_array),
+                    Op::Mul => binary::<ops::Mul, R>(is_array),
+                    Op::Div => binary::<ops::Div, R>(is_array),
+                    Op::Min => binary::<ops::Min, R>(is_array),
+                    Op::Max => binary::<ops::Max, R>(is_array),
+                    Op::FLt => binary::<ops::FLt, R>(is_array),
+                    Op::FLe => binary::<ops::FLe, R>(is_array),
+                    Op::And => binary::<ops::And, R>(is_array),
+                    Op::Or => binary::<ops::Or, R>(is_array),
+                    Op::Fma => ternary::<ops::Fma, R>(is_array),
+                    Op::Fms => ternary::<ops::Fms, R>(is_array),
+                    Op::Fnma => ternary::<ops::Fnma, R>(is_array),
+                    Op::Select => ternary::<ops::Select, R>(is_array),
                     _ => None,
                 }
             }
@@ -280,8 +280,8 @@ macro_rules! kernels_of {
                 scalar_of::<$t>(op, has_fma)
             }
             #[inline(never)]
-            fn specialised(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>> {
-                for_class!(class, specialised::<$t>(op, kinds))
+            fn specialised(class: KernelClass, op: Op, is_array: [bool; 3]) -> Option<KernelFn<Self>> {
+                for_class!(class, specialised::<$t>(op, is_array))
             }
             #[inline(never)]
             fn generic(class: KernelClass, op: Op) -> KernelFn<Self> {

@@ -1,5 +1,6 @@
 //! The only definition of what each operation computes on one lane. Constant folding, operations on registers and the SIMD kernels share it. A lane is
-//! stored as a float: an integer in its low 32 bits (`Real::lane_bits`), a mask (boolean) in all its bits.
+//! stored as a float, f32 or f64: an integer in its low 32 bits (`Real::lane_bits`), a mask (boolean) in all its bits. `Real::f32_bits` instead are the
+//! bits of a float lane's value rounded to f32 (WGSL `bitcast`).
 //!
 //! In: up to three operands. Out: the result. Always: no operation traps, whatever its operands; integer division by zero and shifts beyond 31 bits have the
 //! results that WGSL specifies.
@@ -67,9 +68,9 @@ fn to_half(x: f32) -> u32 {
     let sign = (bits >> 16) & 0x8000;
     // The bits of |x|.
     let a = bits & 0x7fff_ffff;
-    // Adding 0.5 aligns the ten kept bits of a subnormal half with the float's lowest bits, rounding on the way.
+    // A subnormal half is a multiple of 2^-24, and so is every float from 0.5 to 1: adding 0.5 rounds |x| to such a multiple, whose number is in the low bits.
     let subnormal = (f32::from_bits(a) + 0.5).to_bits().wrapping_sub(0x3f00_0000);
-    // 0xc8000000 changes the exponent's bias from 127 to 15; 0xfff and the lowest kept bit round to nearest, ties to even.
+    // Adding 0xc8000000 (-112 << 23) changes the exponent's bias from 127 to 15; 0xfff and the lowest kept bit round to nearest, ties to even.
     let normal = a.wrapping_add(0xc800_0fff).wrapping_add((a >> 13) & 1) >> 13;
     // 2^-14 is the smallest normal half; values from 2^16 on are beyond all halves.
     let finite = if a < 0x3880_0000 { subnormal } else { normal };
@@ -152,6 +153,7 @@ eval! {
     LeadingZeros = |R, FMA, a, _, _| R::from_lane_bits(leading_zeros(a.lane_bits()));
     TrailingZeros = |R, FMA, a, _, _| R::from_lane_bits(trailing_zeros(a.lane_bits()));
     ReverseBits = |R, FMA, a, _, _| R::from_lane_bits(a.lane_bits().reverse_bits());
+    // Of 0, 31 - 32 = -1: the result that WGSL specifies.
     FirstLeadingBitU = |R, FMA, a, _, _| R::from_lane_bits(31u32.wrapping_sub(leading_zeros(a.lane_bits())));
     FirstLeadingBitI = |R, FMA, a, _, _| R::from_lane_bits(31u32.wrapping_sub(leading_zeros(a.lane_bits() ^ ((signed(a) >> 31) as u32))));
     FirstTrailingBit = |R, FMA, a, _, _| R::from_lane_bits(if a.lane_bits() == 0 { u32::MAX } else { trailing_zeros(a.lane_bits()) });
@@ -165,6 +167,7 @@ eval! {
     Sub = |R, FMA, a, b, _| a - b;
     Mul = |R, FMA, a, b, _| a * b;
     Div = |R, FMA, a, b, _| a / b;
+    // Min and Max give the second operand if one is NaN or both are equal.
     Min = |R, FMA, a, b, _| if a < b { a } else { b };
     Max = |R, FMA, a, b, _| if a > b { a } else { b };
     FRem = |R, FMA, a, b, _| a - b * trunc::<R, FMA>(a / b);
@@ -201,6 +204,7 @@ eval! {
     Fma = |R, FMA, a, b, c| a.fma::<FMA>(b, c);
     Fms = |R, FMA, a, b, c| a.fma::<FMA>(b, -c);
     Fnma = |R, FMA, a, b, c| (-a).fma::<FMA>(b, c);
+    // `a` is the condition, `b` the value if it is true.
     Select = |R, FMA, a, b, c| if a.is_mask_set() { b } else { c };
     // For registers and constants only: the derivative of a value that all lanes share is zero. Slots have their own derivative kernels.
     Dpdx = |R, FMA, _, _, _| R::ZERO;

@@ -41,12 +41,12 @@ pub(crate) struct SsaBuilder {
     operand_of_not: HashMap<SsaValue, SsaValue>,
     /// Values computed on the lane tape: those outside all reuse scopes, then those of each open scope, innermost last. A reuse scope is a part of the tape
     /// that may be skipped, so its values must not be used after it.
-    available: Vec<HashMap<Computation, SsaValue>>,
+    lane_available: Vec<HashMap<Computation, SsaValue>>,
 }
 
 impl SsaBuilder {
     pub(crate) fn new() -> Self {
-        Self { available: vec![HashMap::default()], ..Self::default() }
+        Self { lane_available: vec![HashMap::default()], ..Self::default() }
     }
 
     pub(crate) fn constant(&mut self, c: Constant) -> SsaValue {
@@ -109,15 +109,15 @@ impl SsaBuilder {
 
     /// Starts a reuse scope, a part of the tape that may be skipped: values computed in it are not reused after it.
     pub(crate) fn open_reuse_scope(&mut self) {
-        self.available.push(HashMap::default());
+        self.lane_available.push(HashMap::default());
     }
     pub(crate) fn close_reuse_scope(&mut self) {
-        self.available.pop();
+        self.lane_available.pop();
     }
     /// Ends a reuse scope whose instructions are never skipped after all: its values may be reused after it.
     pub(crate) fn merge_reuse_scope(&mut self) {
-        if let Some(scope) = self.available.pop()
-            && let Some(outer) = self.available.last_mut()
+        if let Some(scope) = self.lane_available.pop()
+            && let Some(outer) = self.lane_available.last_mut()
         {
             outer.extend(scope);
         }
@@ -125,7 +125,7 @@ impl SsaBuilder {
 
     /// The earlier value of an equal computation, if it is available here.
     fn find_computed(&self, key: &Computation) -> Option<SsaValue> {
-        self.draw_available.get(key).or_else(|| self.available.iter().rev().find_map(|scope| scope.get(key))).copied()
+        self.draw_available.get(key).or_else(|| self.lane_available.iter().rev().find_map(|scope| scope.get(key))).copied()
     }
 
     /// A new value, with the highest rate among the operands from which it is computed.
@@ -149,7 +149,7 @@ impl SsaBuilder {
             }
         } else {
             self.lane_instrs.push(instr);
-            if let (Some(k), Some(available)) = (key, self.available.last_mut()) {
+            if let (Some(k), Some(available)) = (key, self.lane_available.last_mut()) {
                 available.insert(k, dst);
             }
         }

@@ -22,7 +22,7 @@ impl<'m> Lowerer<'m> {
         let return_flag = self.env.len();
         let no = self.builder.bool(false);
         self.env.push(no);
-        let first_of_result = self.env.len();
+        let result_start = self.env.len();
         if let Some(r) = &function.result {
             let zeros = self.zeros(&self.module.types[r.ty].inner)?;
             self.env.extend(zeros);
@@ -35,7 +35,7 @@ impl<'m> Lowerer<'m> {
             values: HashMap::default(),
             locals: HashMap::default(),
             return_flag,
-            first_of_result,
+            result_start,
             loop_flags: Vec::new(),
         };
         let mut initialisers = Vec::new();
@@ -53,12 +53,14 @@ impl<'m> Lowerer<'m> {
             let values = self.scalars_of(init)?;
             self.env[first..first + values.len()].copy_from_slice(&values);
         }
+        // Nothing in the callee leaves a loop of the caller.
         let caller_may_exit_by_jump = std::mem::replace(&mut self.may_exit_by_jump, false);
         self.block(&function.body)?;
         self.may_exit_by_jump = caller_may_exit_by_jump;
+        // For the probe of a pixel, which shows the values of variables.
         self.capture_variables()?;
         self.frames.pop();
-        let scalars = self.env[first_of_result..result_end].to_vec();
+        let scalars = self.env[result_start..result_end].to_vec();
         self.env.truncate(return_flag);
         Ok(scalars)
     }
@@ -81,11 +83,11 @@ impl<'m> Lowerer<'m> {
         }
         let info = &self.info[function];
         let call_span = self.span;
-        self.enter_named_call(callee.name.as_deref(), statement);
+        self.push_call_name(callee.name.as_deref(), statement);
         self.call_path.push(std::ptr::from_ref(statement).addr());
         let scalars = self.call(callee, info, values)?;
         self.call_path.pop();
-        self.leave_named_call();
+        self.pop_call_name();
         self.span = call_span;
         result.map_or(Ok(()), |r| self.set_result(r, scalars))
     }

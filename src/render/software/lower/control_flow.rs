@@ -58,7 +58,7 @@ impl<'m> Lowerer<'m> {
     /// The label behind the innermost loop, if the code may jump there instead of running the rest of this iteration when no lane remains; otherwise `None`. It
     /// may if the iteration has changed no scalar yet except the flag of `break`: the loop variables then have the right values behind the loop, and no further
     /// iteration runs.
-    pub(super) fn exit_if_iteration_is_unchanged(&self) -> Option<JumpLabel> {
+    pub(super) fn loop_exit_if_nothing_changed(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
         let break_flag = self.frame().loop_flags.last()?.break_flag;
         let start = &open_loop.iteration_start;
@@ -100,7 +100,7 @@ impl<'m> Lowerer<'m> {
         let needs_no_skip =
             body_instrs.len() < MIN_SKIPPED_INSTRS && body_instrs.iter().all(|s| matches!(s, SsaInstr::Op { op, .. } if is_cheap(*op)));
         if needs_no_skip && matches!(cond, SsaValue::Lane(_)) {
-            // The skip.
+            // Removes the skip.
             self.builder.lane_instrs.remove(start - 1);
         } else {
             self.builder.lane_instrs.push(SsaInstr::Label(label));
@@ -138,9 +138,9 @@ impl<'m> Lowerer<'m> {
             Ok(())
         })?;
         let accepted_end = self.builder.lane_instrs.len();
-        let not = self.builder.not(cond);
+        let negated = self.builder.not(cond);
         let mut rejected_env = before.clone();
-        self.conditional(not, |this| {
+        self.conditional(negated, |this| {
             reject(this)?;
             rejected_env.clone_from(&this.env);
             this.env.clone_from(&before);
@@ -160,8 +160,8 @@ impl<'m> Lowerer<'m> {
     /// Lowers a `switch` to a sequence of conditions. `break` sets the switch's own flag; a case that falls through also runs the next case.
     pub(super) fn switch(&mut self, selector: Handle<Expression>, cases: &'m [naga::SwitchCase]) -> Result<()> {
         let value = self.scalar_of(selector)?;
-        let no = self.builder.bool(false);
-        let mut any_match = no;
+        let constant_false = self.builder.bool(false);
+        let mut any_match = constant_false;
         // Per case, the mask of the lanes whose selector has the case's value; `None` for the default case.
         let mut matches = Vec::new();
         for case in cases {
@@ -180,16 +180,16 @@ impl<'m> Lowerer<'m> {
         let outer_may_exit_by_jump = std::mem::replace(&mut self.may_exit_by_jump, false);
         // In a switch, `break` leaves the switch, and `continue` the loop around it.
         let break_flag = self.env.len();
-        self.env.push(no);
+        self.env.push(constant_false);
         let outer_loop = self.frame().loop_flags.last().copied();
         if outer_loop.is_none() {
             // A `continue` flag that nothing sets.
-            self.env.push(no);
+            self.env.push(constant_false);
         }
         let continue_flag = outer_loop.map_or(break_flag + 1, |l| l.continue_flag);
         self.frame_mut().loop_flags.push(LoopFlags { break_flag, continue_flag });
         // The lanes that enter a case because the case before it falls through.
-        let mut fall_through_mask = no;
+        let mut fall_through_mask = constant_false;
         for (case, is_match) in cases.iter().zip(matches) {
             let case_mask = self.builder.binary(Op::Or, is_match.unwrap_or(is_default), fall_through_mask);
             let exited = self.exited_mask();
@@ -204,7 +204,7 @@ impl<'m> Lowerer<'m> {
                 },
                 |_| Ok(()),
             )?;
-            fall_through_mask = if case.fall_through { case_mask } else { no };
+            fall_through_mask = if case.fall_through { case_mask } else { constant_false };
         }
         self.frame_mut().loop_flags.pop();
         self.env.truncate(break_flag);
@@ -216,10 +216,10 @@ impl<'m> Lowerer<'m> {
     /// no other scalars than were assumed.
     pub(super) fn lower_loop(&mut self, body: &'m Block, continuing: &'m Block, break_if: Option<Handle<Expression>>) -> Result<()> {
         let loop_span = self.span;
-        let no = self.builder.bool(false);
+        let constant_false = self.builder.bool(false);
         let first_flag = self.env.len();
         // The flags of `break` and `continue`.
-        self.env.extend([no, no]);
+        self.env.extend([constant_false, constant_false]);
         let flags = LoopFlags { break_flag: first_flag, continue_flag: first_flag + 1 };
         if self.unroll(body, continuing, break_if, flags)? {
             self.env.truncate(first_flag);
@@ -234,25 +234,25 @@ impl<'m> Lowerer<'m> {
         if self.open_loops.is_empty() {
             self.known_changes.clear();
         }
-        let mut changing: LoopChanges = self.known_changes.remove(&path).unwrap_or_default();
+        let mut assumed_changes: LoopChanges = self.known_changes.remove(&path).unwrap_or_default();
         loop {
             self.env.clone_from(&start_env);
             self.builder.lane_instrs.truncate(first_instr);
             self.active_mask = outer_mask;
             self.span = loop_span;
             self.frame_mut().loop_flags.push(flags);
-            let changes = self.lower_loop_assuming(body, continuing, break_if, &changing);
+            let changes = self.lower_loop_assuming(body, continuing, break_if, &assumed_changes);
             self.frame_mut().loop_flags.pop();
             let changes = changes?;
             let mut is_fixed_point = true;
             for (scalar, new) in changes {
-                let known = changing.get(&scalar).copied();
+                let known = assumed_changes.get(&scalar).copied();
                 let merged = known.map_or(new, |k| ScalarChange {
                     is_per_lane: k.is_per_lane || new.is_per_lane,
                     is_changed_at_body_end: k.is_changed_at_body_end || new.is_changed_at_body_end,
                 });
                 if known != Some(merged) {
-                    changing.insert(scalar, merged);
+                    assumed_changes.insert(scalar, merged);
                     is_fixed_point = false;
                 }
             }
@@ -260,7 +260,7 @@ impl<'m> Lowerer<'m> {
                 break;
             }
         }
-        self.known_changes.insert(path, changing);
+        self.known_changes.insert(path, assumed_changes);
         self.active_mask = outer_mask;
         self.may_exit_by_jump = outer_may_exit_by_jump;
         self.env.truncate(first_flag);
@@ -278,19 +278,19 @@ impl<'m> Lowerer<'m> {
         body: &'m Block,
         continuing: &'m Block,
         break_if: Option<Handle<Expression>>,
-        changing: &LoopChanges,
+        assumed_changes: &LoopChanges,
     ) -> Result<Vec<(usize, ScalarChange)>> {
         let (outer_mask, loop_span) = (self.active_mask, self.span);
-        let mut scalars: Vec<usize> = changing.keys().copied().collect();
+        let mut scalars: Vec<usize> = assumed_changes.keys().copied().collect();
         scalars.sort_unstable();
         let mut variables = Vec::new();
         let return_flag = self.frame().return_flag;
         for scalar in scalars {
-            let is_per_lane = changing[&scalar].is_per_lane || matches!(self.env[scalar], SsaValue::Lane(_));
+            let is_per_lane = assumed_changes[&scalar].is_per_lane || matches!(self.env[scalar], SsaValue::Lane(_));
             let phi = if is_per_lane { self.builder.fresh_lane() } else { self.builder.fresh_shared() };
             self.builder.lane_instrs.push(SsaInstr::Assign { dst: phi, from: self.env[scalar] });
             // If `return` always leaves the loop by a jump, its flag is never set inside the loop.
-            if scalar != return_flag || changing[&scalar].is_changed_at_body_end {
+            if scalar != return_flag || assumed_changes[&scalar].is_changed_at_body_end {
                 self.env[scalar] = phi;
             }
             variables.push((scalar, phi));
@@ -301,10 +301,10 @@ impl<'m> Lowerer<'m> {
         self.builder.open_reuse_scope();
         let start_env = self.env.clone();
         // `iteration` below sets the state.
-        let iteration_start = IterationStart::of_no_statement();
+        let iteration_start = IterationStart::unequal_to_all();
         self.open_loops.push(OpenLoop { exit, variables: variables.clone(), exit_envs: Vec::new(), iteration_start });
         let LoopFlags { break_flag, continue_flag } = self.frame().loop_flags.last().copied().unwrap_or_default();
-        let no = self.builder.bool(false);
+        let constant_false = self.builder.bool(false);
         let exited_before = self.exited_mask();
         let iteration = |this: &mut Self| {
             let iteration_start = IterationStart { env: this.env.clone(), condition_depth: this.condition_depth };
@@ -312,7 +312,7 @@ impl<'m> Lowerer<'m> {
                 open_loop.iteration_start = iteration_start;
             }
             this.block(body)?;
-            this.env[continue_flag] = no;
+            this.env[continue_flag] = constant_false;
             let exited = this.exited_mask();
             let continuing_block = |this: &mut Self| {
                 this.clear_flags();
@@ -344,7 +344,7 @@ impl<'m> Lowerer<'m> {
             })?;
         }
         self.may_exit_by_jump = false;
-        self.env[continue_flag] = no;
+        self.env[continue_flag] = constant_false;
         let exited = self.exited_mask();
         let end_env = self.env.clone();
         let remaining = self.builder.not(exited);
@@ -368,6 +368,7 @@ impl<'m> Lowerer<'m> {
         let mut changes = Vec::new();
         for (env, is_body_end) in exit_envs.iter().map(|e| (e, false)).chain([(&end_env, true)]) {
             for (scalar, v) in env.iter().enumerate().take(start_env.len()) {
+                // What an exit by a jump leaves in the loop's own flags does not count: nothing reads them behind the loop.
                 let is_own_flag = !is_body_end && (scalar == break_flag || scalar == continue_flag);
                 if *v != start_env[scalar] && !is_own_flag {
                     let is_per_lane = matches!(v, SsaValue::Lane(_));
@@ -376,7 +377,7 @@ impl<'m> Lowerer<'m> {
             }
         }
         // If a scalar changed that was assumed not to, the loop is lowered again, and may then turn out to end.
-        if is_endless && changes.iter().all(|(scalar, _)| changing.contains_key(scalar)) {
+        if is_endless && changes.iter().all(|(scalar, _)| assumed_changes.contains_key(scalar)) {
             return Err(LowerError::new("this loop never ends".into(), loop_span));
         }
         // After the loop, the value of every changed scalar is its loop variable, to which each exit has assigned that value.
@@ -384,8 +385,8 @@ impl<'m> Lowerer<'m> {
         for (scalar, phi) in variables {
             self.env[scalar] = phi;
         }
-        self.env[break_flag] = no;
-        self.env[continue_flag] = no;
+        self.env[break_flag] = constant_false;
+        self.env[continue_flag] = constant_false;
         Ok(changes)
     }
 }

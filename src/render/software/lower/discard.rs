@@ -1,10 +1,10 @@
 //! Decides whether the statements after a `discard` need to run for discarded lanes.
 //!
 //! In: the statements of a block after the `discard`. Out: whether they may be lowered for the remaining lanes only, so that no texture is read for discarded
-//! lanes, and a batch without remaining lanes skips the statements. They must run for all lanes if they compute a derivative, which needs the values of
-//! discarded lanes (as helper invocations on a GPU), or inside a loop or `switch`.
+//! lanes, and a batch without remaining lanes skips the statements. They must run for all lanes inside a loop or `switch`, or if they compute a derivative,
+//! which needs the values of discarded lanes (as helper invocations on a GPU).
 
-use super::lowerer::{DISCARDED, Lowerer};
+use super::lowerer::{DISCARDED_INDEX, Lowerer};
 use super::ssa::SsaValue;
 use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
@@ -14,7 +14,7 @@ impl<'m> Lowerer<'m> {
     /// discarded lanes would not leave a loop.
     pub(crate) fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
         // Only a mask that can differ between lanes is worth a condition.
-        matches!(self.env[DISCARDED], SsaValue::Lane(_))
+        matches!(self.env[DISCARDED_INDEX], SsaValue::Lane(_))
             && !rest.is_empty()
             && self.frames.iter().all(|f| f.loop_flags.is_empty())
             && !rest.iter().any(|(s, _)| self.uses_derivatives(s))

@@ -1,7 +1,7 @@
 //! Lowers expressions.
 //!
-//! In: an expression of naga's IR. Out: a list of scalar values, a place (the target of a pointer), or a texture or sampler; an error for an expression that
-//! the software renderer does not support. Not here: built-in functions (`functions.rs`), loads and stores (`place.rs`).
+//! In: an expression of naga's IR. Out: a [`Value`]: a list of scalars in SSA form, a place (the target of a pointer), or a texture or sampler; an error for an
+//! expression that the software renderer does not support. Not here: built-in functions (`functions.rs`), loads and stores (`place.rs`).
 
 use super::error::Result;
 use super::lowerer::Lowerer;
@@ -16,13 +16,14 @@ use naga::{
 };
 
 impl<'m> Lowerer<'m> {
+    /// The type of an expression of the function that is being lowered; `handle` means such an expression here and below.
     pub(crate) fn type_of(&self, handle: Handle<Expression>) -> &'m TypeInner {
         let module: &'m naga::Module = self.module;
         self.frame().info[handle].ty.inner_with(&module.types)
     }
 
-    /// The value of an expression. The values of calls and of expressions in `Emit` are already stored. Any other expression is evaluated here at each use,
-    /// and its value is not stored.
+    /// The value of an expression: the stored one after a call or an `Emit` statement. Any other expression (a constant, an argument, a variable) is evaluated
+    /// at each use, and its value is not stored.
     pub(crate) fn value_of(&mut self, handle: Handle<Expression>) -> Result<Value> {
         match self.frame().values.get(&handle) {
             Some(v) => Ok(v.clone()),
@@ -30,6 +31,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
+    /// The scalars of a value, in the order of components, columns, elements or members; an error for a pointer, texture or sampler.
     pub(crate) fn scalars_of(&mut self, handle: Handle<Expression>) -> Result<Vec<SsaValue>> {
         match self.value_of(handle)? {
             Value::Scalars(scalars) => Ok(scalars),
@@ -37,11 +39,13 @@ impl<'m> Lowerer<'m> {
         }
     }
 
+    /// The value of a scalar expression.
     pub(crate) fn scalar_of(&mut self, handle: Handle<Expression>) -> Result<SsaValue> {
         let scalars = self.scalars_of(handle)?;
         scalars.first().copied().ok_or_else(|| self.unsupported("a scalar is needed here".into()))
     }
 
+    /// The target of a pointer.
     pub(crate) fn place_of(&mut self, handle: Handle<Expression>) -> Result<Place> {
         match self.value_of(handle)? {
             Value::Place(p) => Ok(p),
@@ -61,7 +65,7 @@ impl<'m> Lowerer<'m> {
         })
     }
 
-    /// Evaluates a constant expression of the module.
+    /// Evaluates a constant expression of the module; `handle` is one of naga's `global_expressions`.
     pub(crate) fn global_expression(&mut self, handle: Handle<Expression>) -> Result<Vec<SsaValue>> {
         let module: &'m naga::Module = self.module;
         match &module.global_expressions[handle] {
@@ -83,6 +87,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
+    /// As [`Self::value_of`], without the stored values.
     pub(crate) fn evaluate(&mut self, handle: Handle<Expression>) -> Result<Value> {
         let function = self.frame().function;
         let span = function.expressions.get_span(handle);
@@ -110,7 +115,7 @@ impl<'m> Lowerer<'m> {
             Expression::GlobalVariable(g) => return Ok(self.globals[g].clone()),
             Expression::LocalVariable(l) => {
                 let inner = module.types[function.local_variables[*l].ty].inner.clone();
-                return Ok(Value::Place(Place::Local { base: self.frame().locals[l], indices: Vec::new(), inner }));
+                return Ok(Value::Place(Place::Variable { base: self.frame().locals[l], indices: Vec::new(), inner }));
             }
             Expression::Load { pointer } => {
                 let place = self.place_of(*pointer)?;
@@ -119,8 +124,8 @@ impl<'m> Lowerer<'m> {
             Expression::AccessIndex { base, index } => match self.value_of(*base)? {
                 Value::Place(p) => return Ok(Value::Place(self.place_at_constant_index(&p, *index)?)),
                 Value::Scalars(scalars) => {
-                    let (child, first, _) = self.child_type_and_offsets(self.type_of(*base), *index)?;
-                    let n = self.scalar_count(&child)?;
+                    let (child_type, first, _byte_offset) = self.child_type_and_offsets(self.type_of(*base), *index)?;
+                    let n = self.scalar_count(&child_type)?;
                     scalars[first..first + n].to_vec()
                 }
                 Value::Resource(_) => return Err(self.unsupported("arrays of textures are not supported".into())),
@@ -145,6 +150,7 @@ impl<'m> Lowerer<'m> {
             }
             Expression::Binary { op, left, right } => self.binary(*op, *left, *right)?,
             Expression::Select { condition, accept, reject } => {
+                // One condition for all components, or one for each.
                 let (c, a, r) = (self.scalars_of(*condition)?, self.scalars_of(*accept)?, self.scalars_of(*reject)?);
                 (0..a.len()).map(|i| self.builder.select(if c.len() == 1 { c[0] } else { c[i] }, a[i], r[i])).collect()
             }
@@ -176,7 +182,7 @@ impl<'m> Lowerer<'m> {
             }
             Expression::ImageLoad { image, coordinate, array_index: None, sample: None, level } => {
                 let no_sampler = None;
-                let texture = self.texture_use(*image, no_sampler)?;
+                let texture = self.texture_index(*image, no_sampler)?;
                 let c = self.scalars_of(*coordinate)?;
                 let level = match level {
                     Some(l) => self.scalar_of(*l)?,
@@ -186,7 +192,7 @@ impl<'m> Lowerer<'m> {
             }
             Expression::ImageQuery { image, query } => {
                 let no_sampler = None;
-                let texture = self.texture_use(*image, no_sampler)?;
+                let texture = self.texture_index(*image, no_sampler)?;
                 // Axes as in `Instr::TextureSize`: 0 is the width, 1 the height, 2 the number of levels.
                 let (axes, level): (&[u8], _) = match query {
                     ImageQuery::Size { level } => (&[0, 1], *level),
@@ -207,6 +213,7 @@ impl<'m> Lowerer<'m> {
                 all
             }
             other => {
+                // The name of the variant, without its fields.
                 let name = format!("{other:?}");
                 let name = name.split([' ', '(', '{']).next().unwrap_or_default().to_owned();
                 return Err(self.unsupported(format!("expression {name} is not supported")));
@@ -251,7 +258,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// The element of a vector, matrix or array at an index that may be variable; the last element if the index is out of range.
+    /// The element of a vector, matrix or array at an index that may be variable; the last element if the index is out of range, also below 0.
     fn select_element(&mut self, inner: &TypeInner, scalars: &[SsaValue], index: SsaValue) -> Result<Vec<SsaValue>> {
         let count = self.child_count(inner)? as usize;
         let element_length = scalars.len() / count;
@@ -275,6 +282,7 @@ impl<'m> Lowerer<'m> {
         self.sum_of_products(a, b, Op::Mul, Op::Add)
     }
 
+    /// Dot product of vectors of integers.
     pub(crate) fn integer_dot(&mut self, a: &[SsaValue], b: &[SsaValue]) -> SsaValue {
         self.sum_of_products(a, b, Op::IMul, Op::IAdd)
     }
@@ -296,6 +304,7 @@ impl<'m> Lowerer<'m> {
         if op == BinaryOperator::Multiply {
             match (left_type, right_type) {
                 (TypeInner::Matrix { rows, .. }, TypeInner::Vector { .. }) => return Ok(self.matrix_times_vector(&a, &b, *rows as usize)),
+                // Each component of the product is the dot product with a column.
                 (TypeInner::Vector { .. }, TypeInner::Matrix { rows, .. }) => {
                     return Ok(b.chunks(*rows as usize).map(|column| self.dot(&a, column)).collect());
                 }
@@ -323,9 +332,10 @@ impl<'m> Lowerer<'m> {
             .collect()
     }
 
-    /// A binary operator on two scalars of one kind. `is_swapped` below: a > b is computed as b < a.
+    /// A binary operator on two scalars of one kind; a > b is computed as b < a.
     fn binary_scalar(&mut self, op: BinaryOperator, kind: ScalarKind, a: SsaValue, b: SsaValue) -> SsaValue {
         use BinaryOperator as B;
+        // Not for operators on `Bool`. There is no shift of floats.
         let by_kind = |float: Op, signed: Op, unsigned: Op| match kind {
             ScalarKind::Float => float,
             ScalarKind::Sint => signed,
@@ -358,7 +368,7 @@ impl<'m> Lowerer<'m> {
         if is_swapped { self.builder.binary(op, b, a) } else { self.builder.binary(op, a, b) }
     }
 
-    /// Converts a value to another kind of scalar; without a `width`, reinterprets its bits (`bitcast`).
+    /// Converts the scalars of a value to another kind of scalar, `width` bytes wide; without a `width`, reinterprets their bits (`bitcast`).
     fn convert(&mut self, expr: Handle<Expression>, kind: ScalarKind, width: Option<u8>) -> Result<Vec<SsaValue>> {
         use ScalarKind as K;
         let from = self.component_kind(expr)?;
@@ -372,6 +382,7 @@ impl<'m> Lowerer<'m> {
         for x in v {
             let b = &mut self.builder;
             out.push(match (from, kind, width.is_some()) {
+                // Signed and unsigned integers are stored as the same bits.
                 (K::Float, K::Float, _) | (K::Sint | K::Uint, K::Sint | K::Uint, _) | (K::Bool, K::Bool, _) => x,
                 (K::Float, _, false) => b.unary(Op::BitsFromF, x),
                 (_, K::Float, false) => b.unary(Op::FFromBits, x),
@@ -389,8 +400,8 @@ impl<'m> Lowerer<'m> {
         Ok(out)
     }
 
-    /// Index in the program's list of textures, to which the texture and sampler are added if necessary.
-    pub(crate) fn texture_use(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
+    /// Index in the program's list of textures with their samplers; adds the texture if the list lacks it. `sampler`: `None` for reads without a sampler.
+    pub(crate) fn texture_index(&mut self, image: Handle<Expression>, sampler: Option<Handle<Expression>>) -> Result<u16> {
         let inner = self.type_of(image);
         let is_supported = matches!(
             inner,
@@ -432,9 +443,10 @@ impl<'m> Lowerer<'m> {
         coordinate: Handle<Expression>,
         level: SampleLevel,
     ) -> Result<Vec<SsaValue>> {
-        let texture = self.texture_use(image, Some(sampler))?;
+        let texture = self.texture_index(image, Some(sampler))?;
         let uv = self.scalars_of(coordinate)?;
         let (u, v) = (uv[0], uv[1]);
+        // du/dx, dv/dx, du/dy, dv/dy.
         let gradients = match level {
             SampleLevel::Zero => {
                 let zero = self.builder.float(0.0);

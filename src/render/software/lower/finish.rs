@@ -1,11 +1,12 @@
 //! Turns SSA instructions into the stored program: dead-code elimination, fused multiply-add, merging of jumps, loop-invariant code motion, fusion into chains
-//! (`FusedKernel`), then allocation of slots (one value per lane) by live range. Each value that all lanes share gets a register of its own.
+//! (`FusedKernel`), removal of copies, then allocation of slots (one value per lane) by live range. Each value that all lanes share gets a register of its own.
 //!
-//! In: the builder's instructions, and the program's inputs and outputs. Out: the tapes. Not here: the optimisations in `loops.rs`, `chains.rs` and `merge.rs`.
+//! In: the instructions of both tapes in SSA form, and the program's inputs and outputs. Out: the tapes. Not here: the optimisations in `loops.rs`, `chains.rs`
+//! and `merge.rs`.
 //!
 //! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. The slot freed
-//! last is reused first. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap. The only exception
-//! is a copy, which then emits no instruction.
+//! last is reused first. Always: a result never shares the slot of an operand, so that kernels may assume that results and operands do not overlap. The only
+//! exception is a copy, which then emits no instruction.
 
 use super::builder::SsaBuilder;
 use super::error::LowerError;
@@ -19,15 +20,15 @@ use smallvec::smallvec;
 pub(crate) struct FinishedTapes {
     pub draw_tape: Vec<Instr>,
     pub lane_tape: Vec<Instr>,
-    /// For each input, whether any instruction reads it. The last entry is for the mask of active lanes.
+    /// For each input, whether any instruction reads it. The last input is the mask of active lanes.
     pub inputs_read: Vec<bool>,
     pub outputs: Vec<Operand>,
     pub register_count: u32,
     pub slot_count: u32,
 }
 
-/// Dead-code elimination. Iterates to a fixed point, because an instruction may read a loop variable that a later instruction of the loop assigns. Also removes
-/// jumps to the next instruction.
+/// Dead-code elimination. Iterates to a fixed point, because an instruction may read a loop variable that a later instruction of the loop assigns. Instructions
+/// without a result control the flow and stay, except jumps to the next instruction.
 fn eliminate_dead_code(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     let mut live: HashSet<SsaValue> = outputs.iter().copied().collect();
     loop {
@@ -69,7 +70,7 @@ fn remove_jumps_to_next(code: &mut Vec<SsaInstr>) {
     *code = kept;
 }
 
-/// A multiplication that may be fused with the addition that reads it.
+/// A multiplication that may be fused with the addition or subtraction that reads it.
 #[derive(Clone, Copy)]
 struct Product {
     /// Index of its instruction.
@@ -84,9 +85,9 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     let uses = use_counts(&builder.lane_instrs, outputs);
     let mut products: HashMap<SsaValue, Product> = HashMap::default();
     let mut removed = HashSet::default();
-    // A product is fused only with an addition that has the same id: between two such instructions, no loop variable among the product's factors is assigned,
-    // so that the factors may be read at the addition instead. A jump starts a new id, because what follows may be skipped; its label restores the id from
-    // before the jump. A label after a loop may restore an id of the loop's body, but no instruction after the loop reads a product of the body.
+    // A product is fused only with an addition of the same id. Between instructions of the same id no loop variable among the product's factors is assigned, so
+    // the addition may read the factors instead. A jump starts a new id, because what follows may be skipped; its label restores the id from before the jump.
+    // Jumps out of a loop thus restore an id of the loop's body after the loop. This is harmless: no instruction after the loop reads a product of the body.
     let mut straight_line_id = 0u32;
     // For each jump whose label has not been reached: the id before the jump, and the label.
     let mut open_jumps: Vec<(u32, JumpLabel)> = Vec::new();
@@ -99,6 +100,7 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
                 straight_line_id = last_id;
             }
             SsaInstr::Label(l) => {
+                // If several jumps lead here, the id from before the first of them counts.
                 while let Some(k) = open_jumps.iter().rposition(|(_, label)| label == l) {
                     straight_line_id = open_jumps[k].0;
                     open_jumps.truncate(k);
@@ -131,7 +133,7 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
 }
 
 /// Live range of every value: the indices of the first and the last instruction that write or read it. If a loop uses a value from before the loop, the last
-/// index is that of the loop's end or later; the last index of an output is the number of instructions.
+/// index is at least that of the loop's end. The last index of an output is `code.len()`.
 fn live_ranges(code: &[SsaInstr], inputs: &[SsaValue], outputs: &[SsaValue]) -> HashMap<SsaValue, (usize, usize)> {
     // Inputs are live from the start of the program.
     let mut ranges: HashMap<SsaValue, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
@@ -147,10 +149,11 @@ fn live_ranges(code: &[SsaInstr], inputs: &[SsaValue], outputs: &[SsaValue]) -> 
             ranges.entry(v).or_insert((i, i)).1 = i;
         }
     }
+    // An output that no instruction writes becomes an error in `operand_of`.
     for v in outputs {
         ranges.entry(*v).or_insert((0, 0)).1 = code.len();
     }
-    // Inner loops come first in `loops`, so that the outer loop may extend a range again.
+    // `loops` is in the order of the ends: after an inner loop has extended a range to its end, the outer loop may extend it further.
     for (start, end) in loops {
         for (first, last) in ranges.values_mut() {
             if *first <= start && *last > start && *last < end {
@@ -164,7 +167,7 @@ fn live_ranges(code: &[SsaInstr], inputs: &[SsaValue], outputs: &[SsaValue]) -> 
 /// Gives numbers to slots, or to registers. Only slots are ever freed.
 struct NumberAllocator {
     free: Vec<u16>,
-    /// The numbers below this one exist, in use or free.
+    /// The numbers 0 to `count - 1` exist, in use or free.
     count: u32,
 }
 
@@ -184,8 +187,8 @@ impl NumberAllocator {
     }
 }
 
-/// Optimises the instructions and assembles the tapes. `inputs`: lane values that occupy the slots from 0 on at the start. `outputs` must be lane values.
-/// `fuse_chains`: whether to fuse operations into chains, each one `FusedKernel`.
+/// Optimises the instructions and assembles the tapes. `inputs`: lane values; input k is in slot k at the start. `outputs`: lane values, all different and none
+/// of them an input. `fuse_chains`: whether to compute chains of operations by fused kernels.
 pub(crate) fn finish(
     mut builder: SsaBuilder,
     inputs: &[SsaValue],
@@ -210,7 +213,8 @@ pub(crate) fn finish(
     for i in 0..builder.constants.len() {
         allocation.insert(SsaValue::Const(i as u32), Operand::Reg(i as u16));
     }
-    // Per instruction, the slots that become free after the instruction, because it is the last to use their values.
+    // Per instruction, the slots that become free after the instruction, because it is the last to use their values. The entry after the last instruction is
+    // for the outputs, whose slots never become free.
     let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); builder.lane_instrs.len() + 1];
     for (k, v) in inputs.iter().enumerate() {
         allocation.insert(*v, Operand::Slot(k as u16));
@@ -233,7 +237,7 @@ pub(crate) fn finish(
             if allocation.contains_key(&v) {
                 continue;
             }
-            // If nothing reads a lane value after it is copied, the copy takes over the value's slot.
+            // If nothing uses a lane value after it is copied, the copy takes over the value's slot, and needs no instruction.
             if let SsaInstr::Assign { from: from @ SsaValue::Lane(_), .. } = instr
                 && matches!(v, SsaValue::Lane(_))
                 && let Some(Operand::Slot(s)) = allocation.get(from).copied()
@@ -264,6 +268,7 @@ pub(crate) fn finish(
             }
             SsaInstr::Assign { dst: dst @ SsaValue::Lane(_), from } => {
                 let from = operand(*from)?;
+                // Equal if the copy has taken over the slot.
                 if operand(*dst)? != from {
                     lane_tape.push(Instr::Lane { op: Op::Copy, dst: number(*dst)?, args: vec![from] });
                 }
@@ -304,7 +309,7 @@ pub(crate) fn finish(
     }
     for instr in &mut lane_tape {
         if let Instr::SkipIfNoLane { target, .. } | Instr::JumpIf { target, .. } | Instr::Jump { target } = instr {
-            // A label that is nowhere would become a target that `Program::check` refuses.
+            // Without its label a jump gets a target that `Program::check` refuses.
             *target = target_of.get(target).copied().unwrap_or(u32::MAX);
         }
     }
@@ -331,7 +336,7 @@ fn number_of(o: Operand) -> u16 {
     }
 }
 
-/// The tape instruction for an SSA instruction whose result is a register.
+/// The tape instruction for an SSA instruction whose result is a register, of either tape.
 fn scalar_instr(instr: &SsaInstr, operand: &dyn Fn(SsaValue) -> Result<Operand, LowerError>) -> Result<Instr, LowerError> {
     let number = |v: SsaValue| operand(v).map(number_of);
     Ok(match instr {
@@ -350,7 +355,7 @@ fn scalar_instr(instr: &SsaInstr, operand: &dyn Fn(SsaValue) -> Result<Operand, 
         SsaInstr::TextureSize { dst, texture, axis, level } => {
             Instr::TextureSize { dst: number(*dst)?, texture: *texture, axis: *axis, level: operand(*level)? }
         }
-        // No other instruction has a register as its result; `Program::check` would refuse this target.
+        // No other instruction has a register as its result, so this is never reached; `Program::check` would refuse the target.
         _ => Instr::Jump { target: u32::MAX },
     })
 }
@@ -371,7 +376,7 @@ mod tests {
         let mut code: Vec<SsaInstr> = (0..100_000).flat_map(nested).collect();
         let start = Instant::now();
         remove_jumps_to_next(&mut code);
-        assert!(code.len() == 100_000 && code.iter().all(|instr| matches!(instr, SsaInstr::Label(_))), "{} steps are left", code.len());
+        assert!(code.len() == 100_000 && code.iter().all(|instr| matches!(instr, SsaInstr::Label(_))), "{} are left", code.len());
         assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
         // A jump past another instruction stays, even if that is only a label.
         let mut code = vec![skip(1), SsaInstr::LoopStart, SsaInstr::Label(1), skip(2), SsaInstr::Label(1), SsaInstr::Label(2)];

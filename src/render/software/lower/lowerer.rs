@@ -21,15 +21,15 @@ pub(crate) struct CallFrame<'m> {
     pub values: HashMap<Handle<Expression>, Value>,
     /// Index in `env` of the first scalar of each local variable.
     pub locals: HashMap<Handle<naga::LocalVariable>, usize>,
-    /// Index in `env` of the flag that is set by `return`.
+    /// Index in `env` of the flag, per lane, that `return` sets.
     pub return_flag: usize,
-    /// Index in `env` of the first scalar of the result.
-    pub first_of_result: usize,
+    /// Index in `env` of the first scalar of the function's result.
+    pub result_start: usize,
     /// The flags of the loops and switches of this function whose bodies are being lowered, innermost last.
     pub loop_flags: Vec<LoopFlags>,
 }
 
-/// Indices in `env` of the flags that `break` and `continue` set.
+/// Indices in `env` of the flags, per lane, that `break` and `continue` set. In a switch, `continue_flag` is that of the loop around it.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct LoopFlags {
     pub break_flag: usize,
@@ -59,15 +59,16 @@ pub(crate) struct OpenLoop {
     pub iteration_start: IterationStart,
 }
 
-/// The state of the lowering at the start of an iteration.
+/// The state of the lowering at the start of an iteration, to tell whether the iteration has changed anything yet
+/// ([`Lowerer::loop_exit_if_nothing_changed`]).
 pub(crate) struct IterationStart {
     pub env: Vec<SsaValue>,
     pub condition_depth: usize,
 }
 
 impl IterationStart {
-    /// No statement is that deep, so every iteration counts as changed ([`Lowerer::exit_if_iteration_is_unchanged`]).
-    pub(crate) fn of_no_statement() -> Self {
+    /// For a loop of which no iteration is being lowered yet, or which is unrolled: a state that equals no other, so that every iteration counts as changed.
+    pub(crate) fn unequal_to_all() -> Self {
         Self { env: Vec::new(), condition_depth: usize::MAX }
     }
 }
@@ -93,9 +94,9 @@ pub(crate) struct Lowerer<'m> {
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
     /// The loops whose bodies are being lowered, in all functions being inlined; innermost last.
     pub open_loops: Vec<OpenLoop>,
-    /// Addresses of the call statements that are being inlined, outermost first.
+    /// Memory addresses, as identities, of the call statements that are being inlined, outermost first.
     pub call_path: Vec<usize>,
-    /// How scalars change in the inner loops of the outermost open loop, as far as these were lowered, by [`Lowerer::path_of_loop`].
+    /// For each inner loop that has been lowered so far within the outermost open loop: how scalars change in it. Key: [`Lowerer::path_of_loop`].
     pub known_changes: HashMap<Vec<usize>, LoopChanges>,
     /// Whether an exit from the innermost loop that all lanes take together may become a jump: only at the top level of the loop's body, and not in a loop that
     /// is being unrolled. Otherwise the exit only sets its flag.
@@ -108,21 +109,21 @@ pub(crate) struct Lowerer<'m> {
     statement_count: usize,
     /// Depth of nested blocks and calls; at most [`MAX_NESTING`].
     nesting: usize,
-    /// For each called function with the name of a function that has a native operation, such as `filtered_map`: whether its body equals the body in the
-    /// shipped fragment (`native.rs`).
-    pub equals_shipped: HashMap<Handle<Function>, bool>,
+    /// Some functions of the shipped fragments, such as `filtered_map`, have native operations (`native.rs`). For each called function with the name of such a
+    /// function: whether its body equals the shipped one.
+    pub known_equal_to_shipped: HashMap<Handle<Function>, bool>,
 }
 
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
-pub(crate) const DISCARDED: usize = 0;
+pub(crate) const DISCARDED_INDEX: usize = 0;
 
 /// Maximum number of statements of a module, counted each time that a call is inlined or a loop's body is lowered again. Without a limit, a chain of
 /// thirty functions, each calling the next one twice, would become 2^30 statements. The shipped modules have some 10^4.
 const MAX_STATEMENTS: usize = 1 << 19;
 /// Number of scalars in the environment that add one to the count of each statement, because a large environment is copied at many statements.
 const SCALARS_PER_STATEMENT: usize = 64;
-/// Maximum number of SSA instructions ("steps" in the error). It is limited separately, because a store with a variable index takes several instructions per
-/// element.
+/// Maximum number of instructions of the lane tape ("steps" in the error). It is limited separately, because a store with a variable index takes several
+/// instructions per element.
 const MAX_INSTRS: usize = 1 << 20;
 /// Maximum nesting of blocks and calls, because lowering is recursive.
 const MAX_NESTING: usize = 200;
@@ -132,7 +133,7 @@ impl<'m> Lowerer<'m> {
     ///
     /// # Errors
     /// More statements than [`MAX_STATEMENTS`], or more instructions than [`MAX_INSTRS`].
-    pub(super) fn count_statement_within_limit(&mut self) -> Result<()> {
+    pub(super) fn count_statement_and_check_limits(&mut self) -> Result<()> {
         self.statement_count += 1 + self.env.len() / SCALARS_PER_STATEMENT;
         for (count, max, what) in
             [(self.statement_count, MAX_STATEMENTS, "statements"), (self.builder.lane_instrs.len(), MAX_INSTRS, "steps")]
@@ -147,7 +148,7 @@ impl<'m> Lowerer<'m> {
     /// Runs `lower_content`, which lowers the content of a nested block.
     ///
     /// # Errors
-    /// The errors of `lower_content`, or nesting deeper than the limit.
+    /// The errors of `lower_content`, or nesting deeper than the limit. After an error the lowering ends, so `nesting` is not restored.
     pub(super) fn in_block(&mut self, lower_content: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         self.nesting += 1;
         if self.nesting > MAX_NESTING {
@@ -158,8 +159,11 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// `active`: the mask of the lanes that are active at the start.
-    pub(crate) fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: SsaBuilder, active: SsaValue) -> Result<Self> {
+    /// The state before the first statement: the module's variables have their initial values. `active_mask`: the lanes that are active at the start.
+    ///
+    /// # Errors
+    /// A variable of an unsupported kind.
+    pub(crate) fn new(module: &'m naga::Module, info: &'m ModuleInfo, mut builder: SsaBuilder, active_mask: SsaValue) -> Result<Self> {
         let discarded = builder.bool(false);
         let mut this = Self {
             module,
@@ -170,7 +174,7 @@ impl<'m> Lowerer<'m> {
             textures: Vec::new(),
             uniform_size: 0,
             span: Span::UNDEFINED,
-            active_mask: active,
+            active_mask,
             globals: HashMap::default(),
             open_loops: Vec::new(),
             call_path: Vec::new(),
@@ -180,7 +184,7 @@ impl<'m> Lowerer<'m> {
             named_values: None,
             statement_count: 0,
             nesting: 0,
-            equals_shipped: HashMap::default(),
+            known_equal_to_shipped: HashMap::default(),
         };
         for (handle, global) in module.global_variables.iter() {
             this.span = module.global_variables.get_span(handle);
@@ -195,13 +199,14 @@ impl<'m> Lowerer<'m> {
                     Value::Place(Place::Uniform { byte_offset: 0, word_offset: None, inner: inner.clone() })
                 }
                 AddressSpace::Private => {
+                    // Index in `env` of the variable's first scalar.
                     let base = this.env.len();
                     let values = match global.init {
                         Some(init) => this.global_expression(init)?,
                         None => this.zeros(inner)?,
                     };
                     this.env.extend(values);
-                    Value::Place(Place::Local { base, indices: Vec::new(), inner: inner.clone() })
+                    Value::Place(Place::Variable { base, indices: Vec::new(), inner: inner.clone() })
                 }
                 other => return Err(this.unsupported(format!("variables in address space {other:?} are not supported"))),
             };
@@ -216,9 +221,9 @@ impl<'m> Lowerer<'m> {
         LowerError::new(what, self.span)
     }
 
-    /// The mask of discarded lanes, if the program discards.
+    /// The mask of discarded lanes; `None` if it is known that no lane has discarded so far.
     pub(crate) fn discarded(&self) -> Option<SsaValue> {
-        let mask = self.env[DISCARDED];
+        let mask = self.env[DISCARDED_INDEX];
         (self.builder.known_bool(mask) != Some(false)).then_some(mask)
     }
 

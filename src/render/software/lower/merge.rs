@@ -21,7 +21,8 @@ pub(super) struct Sides {
 }
 
 impl Lowerer<'_> {
-    /// Merges the scalars that differ between the sides into the environment, which is that from before the branch.
+    /// Merges the scalars that differ between the sides into the environment, which is that from before the branch. `accepted_env`: that after the side that
+    /// runs if the condition `cond` holds; `rejected_env`: that after the other side.
     pub(super) fn merge_sides(&mut self, cond: SsaValue, Sides { start, ends, envs: [accepted_env, rejected_env] }: Sides) {
         // Copies before the branch, and at the end of each side.
         let (mut at_start, mut at_ends) = (Vec::new(), [Vec::new(), Vec::new()]);

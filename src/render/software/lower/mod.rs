@@ -1,7 +1,7 @@
-//! Lowers a validated naga module to one [`Program`] per entry point.
+//! Lowers the entry points of a naga module to [`Program`]s.
 //!
-//! In: a module that naga has validated, and the name of an entry point. Out: the entry point's [`Program`], or the first construct that the software
-//! renderer does not support, with its position in the source.
+//! In: a module with the result of its validation, and the name of an entry point. Out: the entry point's [`Program`], or the first construct that the
+//! software renderer does not support, with its position in the source.
 //!
 //! First, the functions are lowered to SSA instructions:
 //! - Vectors, matrices, structs and arrays become lists of scalars. Local variables have no memory: an environment maps each of their scalars to its
@@ -67,7 +67,7 @@ pub fn lower_with(module: &naga::Module, info: &ModuleInfo, entry: &str, fuse_ch
     lower_entry_point(module, info, entry, fuse_chains, named_values).map(|(program, _)| program)
 }
 
-/// A program with its named values as additional outputs, after its own outputs.
+/// A program for the probe of a pixel: its named values are additional outputs, after its own outputs.
 pub(crate) struct InspectableProgram {
     pub program: Program,
     /// Each name with the indices of its outputs, in order of first appearance.
@@ -81,6 +81,7 @@ pub(crate) struct InspectableProgram {
 pub(crate) fn lower_for_inspection(module: &naga::Module, info: &ModuleInfo, entry: &str) -> Result<InspectableProgram> {
     let fuse_chains = true;
     let (program, named_values) = lower_entry_point(module, info, entry, fuse_chains, Some(NamedValueCapture::default()))?;
+    // Never `None` here: `named_values` is the capture that was passed in, now filled.
     let captured = named_values.map(|n| n.captured).unwrap_or_default();
     let mut next_output = program.outputs.len() - captured.iter().map(|c| c.output_variables.len()).sum::<usize>();
     let names = captured.into_iter().map(|c| {
@@ -105,9 +106,9 @@ fn lower_entry_point(
     let stage = stage_of(entry_point)?;
     let mut builder = SsaBuilder::new();
     let (mut interface, arguments) = EntryPointInterface::of(module, entry_point, stage, &mut builder)?;
-    let active = builder.fresh_lane();
-    interface.input_values.push(active);
-    let mut lowerer = Lowerer::new(module, info, builder, active)?;
+    let active_mask = builder.fresh_lane();
+    interface.input_values.push(active_mask);
+    let mut lowerer = Lowerer::new(module, info, builder, active_mask)?;
     lowerer.named_values = named_values;
     let result = lowerer.entry(&entry_point.function, info.get_entry_point(index), arguments)?;
     let discarded_mask = lowerer.discarded();
@@ -115,7 +116,7 @@ fn lower_entry_point(
     let mut outputs: Vec<SsaValue> = result.into_iter().take(interface.outputs.len()).collect();
     let named_values = lowerer.named_values;
     if let Some(named_values) = &named_values {
-        named_values.initialise(&mut builder);
+        named_values.initialise_with_nan(&mut builder);
         interface.outputs.extend(named_values.outputs());
         outputs.extend(named_values.output_variables());
     }
@@ -188,6 +189,7 @@ pub fn check_bytes(module: &naga::Module, bytes: &[u8]) -> std::result::Result<(
     if programs.len() != module.entry_points.len() {
         return Err(format!("{} programs for {} entry points", programs.len(), module.entry_points.len()).into());
     }
+    // Programs have bindings of group 0 only.
     let is_bound =
         |binding: u32| module.global_variables.iter().any(|(_, v)| v.binding.is_some_and(|b| b.group == 0 && b.binding == binding));
     for (program, point) in programs.iter().zip(&module.entry_points) {
@@ -233,7 +235,7 @@ fn component_count(inner: &TypeInner) -> u32 {
     }
 }
 
-/// Whether a varying is flat (not interpolated). Integers always are.
+/// Whether a varying, an output of the vertex stage and input of the fragment stage, is flat (not interpolated). Integers always are.
 fn is_flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bool> {
     match interpolation {
         Some(Interpolation::Flat) => Ok(true),
@@ -261,7 +263,7 @@ impl EntryPointInterface {
         Ok((interface, arguments))
     }
 
-    /// Adds an argument, or a member of one; if it is a struct, all its members. Returns its scalars.
+    /// Adds an argument of type `ty`, or a member of an argument; for a struct, all its members. Returns the new inputs' values.
     fn add_input(
         &mut self,
         module: &naga::Module,
@@ -305,6 +307,7 @@ impl EntryPointInterface {
         Ok(all)
     }
 
+    /// Adds the result, of type `ty`, or a member of it; for a struct, all its members.
     fn add_output(
         &mut self,
         module: &naga::Module,

@@ -32,8 +32,8 @@ pub(crate) struct NamedValueCapture {
 }
 
 impl NamedValueCapture {
-    /// Initialises every captured value with NaN.
-    pub(crate) fn initialise(&self, builder: &mut SsaBuilder) {
+    /// Initialises every captured value with NaN, at the start of the program.
+    pub(crate) fn initialise_with_nan(&self, builder: &mut SsaBuilder) {
         let nan = builder.float(f64::NAN);
         let copies =
             self.output_variables().map(|dst| SsaInstr::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();

@@ -142,7 +142,7 @@ impl Lowerer<'_> {
         if arguments.len() <= resource_count || !self.equals_shipped(index, function, &arguments[..resource_count])? {
             return Ok(None);
         }
-        let texture = self.texture_use(arguments[0], has_sampler.then(|| arguments[1]))?;
+        let texture = self.texture_index(arguments[0], has_sampler.then(|| arguments[1]))?;
         let mut args = Vec::new();
         for argument in &arguments[resource_count..] {
             args.extend(self.scalars_of(*argument)?);
@@ -152,7 +152,7 @@ impl Lowerer<'_> {
 
     /// Whether a function has the shipped body of the native function `index`. `resources`: the texture and, if there is one, the sampler of a call.
     fn equals_shipped(&mut self, index: usize, function: Handle<Function>, resources: &[Handle<Expression>]) -> Result<bool> {
-        if let Some(known) = self.equals_shipped.get(&function) {
+        if let Some(known) = self.known_equal_to_shipped.get(&function) {
             return Ok(*known);
         }
         let resources = resources.iter().map(|r| self.value_of(*r)).collect::<Result<Vec<_>>>()?;
@@ -161,7 +161,7 @@ impl Lowerer<'_> {
             let lowered: std::result::Result<_, LowerError> = lower_body(self.module, self.info, function, constants, &resources);
             lowered.is_ok_and(|(body, _)| body == *shipped)
         });
-        self.equals_shipped.insert(function, is_equal);
+        self.known_equal_to_shipped.insert(function, is_equal);
         Ok(is_equal)
     }
 }

@@ -1,7 +1,7 @@
 //! Resolves pointers to places (scalars of the environment, or bytes of the uniform block), and loads and stores the values at these places. Indices
 //! may be constant or variable.
 //!
-//! Always: a load with an index out of range reads the last element; a store with one has no effect.
+//! Always: a load with an index out of range reads the last element; a store with such an index has no effect.
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
@@ -90,7 +90,7 @@ impl Lowerer<'_> {
     pub(crate) fn place_at_constant_index(&mut self, place: &Place, index: u32) -> Result<Place> {
         let (child, offset_in_scalars, offset_in_bytes) = self.child_type_and_offsets(place.inner(), index)?;
         Ok(match place.clone() {
-            Place::Local { base, indices, .. } => Place::Local { base: base + offset_in_scalars, indices, inner: child },
+            Place::Variable { base, indices, .. } => Place::Variable { base: base + offset_in_scalars, indices, inner: child },
             Place::Uniform { byte_offset, word_offset, .. } => {
                 Place::Uniform { byte_offset: byte_offset + offset_in_bytes, word_offset, inner: child }
             }
@@ -106,9 +106,9 @@ impl Lowerer<'_> {
         // All children have the same type, so the offset of child 1 is the stride.
         let (child, stride_in_scalars, stride_in_bytes) = self.child_type_and_offsets(place.inner(), 1)?;
         Ok(match place.clone() {
-            Place::Local { base, mut indices, .. } => {
+            Place::Variable { base, mut indices, .. } => {
                 indices.push(VariableIndex { value: index, stride: stride_in_scalars, count });
-                Place::Local { base, indices, inner: child }
+                Place::Variable { base, indices, inner: child }
             }
             Place::Uniform { byte_offset, word_offset, .. } => {
                 let last = self.builder.int(count - 1);
@@ -127,7 +127,7 @@ impl Lowerer<'_> {
     /// The scalars of the value at a place.
     pub(crate) fn load(&mut self, place: &Place) -> Result<Vec<SsaValue>> {
         match place {
-            Place::Local { base, indices, inner } => {
+            Place::Variable { base, indices, inner } => {
                 let n = self.scalar_count(inner)?;
                 self.load_local(*base, indices, n)
             }
@@ -169,7 +169,7 @@ impl Lowerer<'_> {
     /// Stores the scalars of a value at a place.
     pub(crate) fn store(&mut self, place: &Place, values: &[SsaValue]) -> Result<()> {
         match place {
-            Place::Local { base, indices, .. } => {
+            Place::Variable { base, indices, .. } => {
                 let always = self.builder.bool(true);
                 self.store_local(*base, &indices.clone(), values, always);
                 Ok(())

@@ -23,7 +23,7 @@ pub(crate) type JumpLabel = u32;
 /// The values that an instruction reads or writes. Up to four are stored inline: with a `Vec`, most of the lowering time was spent in allocation.
 pub(crate) type SsaValues = SmallVec<[SsaValue; 4]>;
 
-/// One SSA instruction. The rate of `dst` (see `builder.rs`) determines how often it runs.
+/// One SSA instruction. It runs once per draw if `dst` is a [`SsaValue::Draw`], otherwise once per batch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum SsaInstr {
     Op {
@@ -38,8 +38,8 @@ pub(crate) enum SsaInstr {
         ops: Vec<FusedOp>,
         args: SsaValues,
     },
-    /// Copies a value. Only variables are written more than once: those of loops and branches (`merge.rs`), and captured named values (`capture.rs`). Their
-    /// later writes are `Assign`; before slots are allocated, `merge.rs` turns some of these into the result of an operation.
+    /// Copies a value. Only variables are written more than once: those of loops and branches (`merge.rs`), and captured named values (`capture.rs`). All
+    /// writes after the first are `Assign`; before slots are allocated, `merge.rs` replaces some: the operation that computes `from` then writes `dst` itself.
     Assign {
         dst: SsaValue,
         from: SsaValue,

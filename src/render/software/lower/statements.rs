@@ -1,11 +1,13 @@
 //! Lowers the statements of a block in order.
 //!
-//! An exit from a block (`return`, `break`, `continue`) sets a flag, one value per lane; the rest of the block is then lowered as if it were inside
-//! `if (!flag)`. Therefore no single store needs to test the flag, and the rest is skipped if no lane is active any more. An exit from a loop that all lanes
-//! take together may be a jump instead (`control_flow.rs`).
+//! In: a block of naga's IR. Out: SSA instructions, the environment after them, and the flags in it. An exit from a block (`return`, `break`, `continue`) sets
+//! its flag, in all lanes or in some; the rest of the block is then lowered as if it were inside `if (!flag)`. Therefore no single store needs to test the
+//! flag, and the rest is skipped if no lane is active any more. An exit from a loop that all lanes take together may be a jump instead. Not here
+//! (`control_flow.rs`): this jump, an `if` with one side (`conditional`) and with two (`branch`), `switch` and loops. A `frame` is that of a function call
+//! (`CallFrame`), not an image.
 
 use super::error::Result;
-use super::lowerer::{DISCARDED, Lowerer};
+use super::lowerer::{DISCARDED_INDEX, Lowerer};
 use super::ssa::SsaValue;
 use crate::render::software::tape::Op;
 use naga::{Block, Span, Statement};
@@ -23,7 +25,7 @@ impl<'m> Lowerer<'m> {
         exited
     }
 
-    /// Clears the flags of `return` and of the innermost loop's `break` and `continue`.
+    /// Clears the flags of `return` and of the innermost loop's `break` and `continue`, before code is lowered for the lanes that have not exited.
     pub(super) fn clear_flags(&mut self) {
         let no = self.builder.bool(false);
         let frame = self.frame();
@@ -43,8 +45,8 @@ impl<'m> Lowerer<'m> {
     fn statements(&mut self, statements: &[(&'m Statement, Span)]) -> Result<()> {
         for (i, (statement, span)) in statements.iter().enumerate() {
             self.span = *span;
-            self.count_statement_within_limit()?;
-            let discarded_before = self.env[DISCARDED];
+            self.count_statement_and_check_limits()?;
+            let discarded_before = self.env[DISCARDED_INDEX];
             self.statement(statement)?;
             let rest = &statements[i + 1..];
             let may_exit = matches!(
@@ -61,9 +63,10 @@ impl<'m> Lowerer<'m> {
             match self.builder.known_bool(exited) {
                 Some(true) => return Ok(()),
                 Some(false) => {
-                    // Discarded lanes leave the block, too, if the rest computes no derivative and no loop is open (see `can_skip_discarded`).
-                    if self.env[DISCARDED] != discarded_before && self.can_skip_discarded(rest) {
-                        let remaining = self.builder.not(self.env[DISCARDED]);
+                    // Lanes that this statement discarded leave the block, too, unless the rest needs them for a derivative, or a loop is open, which
+                    // they would never leave (`can_skip_discarded`).
+                    if self.env[DISCARDED_INDEX] != discarded_before && self.can_skip_discarded(rest) {
+                        let remaining = self.builder.not(self.env[DISCARDED_INDEX]);
                         return self.conditional(remaining, |this| this.statements(rest));
                     }
                     continue;
@@ -73,13 +76,15 @@ impl<'m> Lowerer<'m> {
             if rest.is_empty() {
                 return Ok(());
             }
-            // All lanes take this exit together, so it becomes a jump; but not if it may be a `continue`, after which the `continuing` block still runs.
+            // At the top level of a loop's body (`may_exit_by_jump`) an exit that all lanes take together becomes a jump out of the loop; but not if it may be
+            // a `continue`, after which the `continuing` block still runs.
             if self.may_exit_by_jump && !matches!(exited, SsaValue::Lane(_)) && !self.continue_flag_may_be_set() {
                 self.leave_loop_if(exited);
                 continue;
             }
             let remaining = self.builder.not(exited);
-            let loop_exit = self.exit_if_iteration_is_unchanged();
+            // Where a jump goes if no lane remains: behind the loop, if this iteration has changed no variable; otherwise (`None`) past the rest of the block.
+            let loop_exit = self.loop_exit_if_nothing_changed();
             return self.conditional_or_jump(remaining, loop_exit, |this| {
                 // The flags are clear in the remaining lanes. The merge at the end keeps the flags of the other lanes.
                 this.clear_flags();
@@ -94,6 +99,7 @@ impl<'m> Lowerer<'m> {
             Statement::Emit(range) => {
                 for handle in range.clone() {
                     let value = self.evaluate(handle)?;
+                    // For the probe of a pixel.
                     self.capture_if_named(handle, &value)?;
                     self.frame_mut().values.insert(handle, value);
                 }
@@ -116,7 +122,7 @@ impl<'m> Lowerer<'m> {
             Statement::Return { value } => {
                 if let Some(v) = value {
                     let scalars = self.scalars_of(*v)?;
-                    let first = self.frame().first_of_result;
+                    let first = self.frame().result_start;
                     self.env[first..first + scalars.len()].copy_from_slice(&scalars);
                 }
                 let yes = self.builder.bool(true);
@@ -125,7 +131,7 @@ impl<'m> Lowerer<'m> {
                 Ok(())
             }
             Statement::Kill => {
-                self.env[DISCARDED] = self.builder.bool(true);
+                self.env[DISCARDED_INDEX] = self.builder.bool(true);
                 Ok(())
             }
             Statement::Store { pointer, value } => {

@@ -42,7 +42,7 @@ impl<'m> Lowerer<'m> {
         let is_unrolled = if let Some(count) = count {
             self.frame_mut().loop_flags.push(flags);
             // With this start, and with `may_exit_by_jump` false, no exit from this loop becomes a jump: exits only set flags.
-            let iteration_start = IterationStart::of_no_statement();
+            let iteration_start = IterationStart::unequal_to_all();
             let exit = self.builder.fresh_label();
             self.open_loops.push(OpenLoop { exit, variables: Vec::new(), exit_envs: Vec::new(), iteration_start });
             let is_unrolled = self.iterations(body, continuing, break_if, flags, MAX_UNROLLED_INSTRS / count.max(1));

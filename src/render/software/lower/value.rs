@@ -19,7 +19,7 @@ pub enum Place {
     /// Scalars of the environment (`Lowerer::env`: the current values of all variables in scope), as many as `inner` has. Position of
     /// the first in `env`: `base` plus the sum of each index times its stride. A load with an index out of range reads the last element; a store with an index
     /// out of range has no effect.
-    Local { base: usize, indices: Vec<VariableIndex>, inner: TypeInner },
+    Variable { base: usize, indices: Vec<VariableIndex>, inner: TypeInner },
     /// The uniform block from byte `byte_offset` plus `word_offset` words of 4 bytes. The word offset is computed from variable indices, each already
     /// clamped to the last element; `None` if there are none.
     Uniform { byte_offset: u32, word_offset: Option<SsaValue>, inner: TypeInner },
@@ -37,7 +37,7 @@ pub(crate) enum Value {
 impl Place {
     pub(crate) fn inner(&self) -> &TypeInner {
         match self {
-            Self::Local { inner, .. } | Self::Uniform { inner, .. } => inner,
+            Self::Variable { inner, .. } | Self::Uniform { inner, .. } => inner,
         }
     }
 }

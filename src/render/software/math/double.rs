@@ -215,9 +215,9 @@ pub(crate) fn tan<const FMA: bool>(x: f64) -> f64 {
     if n & 1 != 0 { -c / s } else { s / c }
 }
 
-/// The arcsine of s for z = s^2 <= 1/4.
+/// The arcsine of s, where z = s^2 <= 1/4.
 #[inline(always)]
-fn asin_core<const FMA: bool>(z: f64, s: f64) -> f64 {
+fn asin_up_to_half<const FMA: bool>(z: f64, s: f64) -> f64 {
     let p = z * horner::<f64, FMA, 6>(
         z,
         [
@@ -243,7 +243,7 @@ fn asin_reduced<const FMA: bool>(a: f64, small: f64) -> (bool, f64) {
     let is_large = a > 0.5;
     let half = 0.5 * (1.0 - a);
     let root = half.sqrt();
-    (is_large, asin_core::<FMA>(if is_large { half } else { a * a }, if is_large { root } else { small }))
+    (is_large, asin_up_to_half::<FMA>(if is_large { half } else { a * a }, if is_large { root } else { small }))
 }
 
 #[inline(always)]
@@ -385,6 +385,7 @@ pub(crate) fn pow<const FMA: bool>(x: f64, y: f64) -> f64 {
     // |rest| exceeds 0.4 only where `sum` was clamped, so that the result overflows or underflows anyway, and for arguments whose result is replaced below.
     let rest = ((product_high - k) + product_low) * LN_2;
     let r = scale_in_two_steps(exp_of_reduced::<FMA>(bounded(rest, -0.4, 0.4)), n);
+    // For y > 0, 0^y is 0 and infinity^y infinite; for y < 0 it is the reverse.
     let r = if (x == 0.0) | (x == f64::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f64::INFINITY } } else { r };
     let r = if x < 0.0 { f64::NAN } else { r };
     let r = if (y == 0.0) | (x == 1.0) { 1.0 } else { r };

@@ -1,12 +1,16 @@
-//! Elementary functions of f32. Coefficients: S. Moshier, Cephes mathematical library (expf, logf, sinf, asinf, atanf); those of `pow` are our own.
+//! Elementary functions of f32 (single precision) for the lanes of the software renderer; tests/software/math.rs measures their errors. Outside a function's
+//! domain the result is NaN.
+//!
+//! Coefficients, highest power first: S. Moshier, Cephes mathematical library (expf, logf, sinf, asinf, atanf); those of `pow` are our own.
 
 use super::{Real, double, horner};
 
-/// The bits of sqrt(1/2). Subtracted from the bits of a number, they make the exponent field change at sqrt(2) instead of 2.
+/// The bits of sqrt(1/2). If they are subtracted from the bits of x, the exponent field contains the n for which x / 2^n is in [sqrt(1/2), sqrt(2)).
 const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
-/// 1.5 * 2^23. Added to a number, it rounds that number to an integer, which is then in the low bits of the sum.
+/// 1.5 * 2^23. Added to a number up to 2^22, it rounds the number to an integer, which is then in the low bits of the sum.
 const ROUNDER: f32 = 12_582_912.0;
 
+/// a b + c, rounded once if `FMA`, else twice.
 #[inline(always)]
 fn fma<const FMA: bool>(a: f32, b: f32, c: f32) -> f32 {
     if FMA { a.mul_add(b, c) } else { a * b + c }
@@ -27,11 +31,13 @@ pub(crate) fn ldexp(x: f32, n: i32) -> f32 {
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
 }
 
-/// e^r 2^n for |r| <= ln(2)/2 and t = ROUNDER + n, -126 <= n <= 128. Multiplies by 2^(n-1) and by 2, because 2^128 is not an f32. For n = -126 the bits
-/// computed for 2^(n-1) are those of zero, so the result is zero.
+/// e^r 2^n, where |r| <= ln(2)/2 and -126 <= n <= 128; n is given as t = ROUNDER + n. Multiplies by 2^(n-1) and by 2, because 2^128 is not an f32. For
+/// n = -126 the bits computed for 2^(n-1) are those of zero, so the result is zero.
 #[inline(always)]
 fn exp_of_reduced<const FMA: bool>(r: f32, t: f32) -> f32 {
+    // e^r = 1 + r + r^2 p(r).
     let p = horner::<f32, FMA, 6>(r, [1.987_569_2e-4, 1.398_2e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1]);
+    // The bits of 2^(n-1): the low bits of t, moved to the exponent field, and the bias 127 less 1.
     let half_power = f32::from_bits((t.to_bits() << 23).wrapping_add(126 << 23));
     2.0 * fma::<FMA>(fma::<FMA>(p, r * r, r), half_power, half_power)
 }
@@ -40,20 +46,20 @@ fn exp_of_reduced<const FMA: bool>(r: f32, t: f32) -> f32 {
 /// would need a second scale factor.
 #[inline(always)]
 pub(crate) fn exp<const FMA: bool>(x: f32) -> f32 {
-    // Beyond these bounds the result overflows to infinity or underflows to 0. They keep n in -126..=128.
+    // Beyond these bounds the result overflows to infinity or underflows to 0. They keep n in -126..=128. NaN stays.
     let clamped = if x > 88.9 { 88.9 } else { x };
     let clamped = if clamped < -87.5 { -87.5 } else { clamped };
     let t = fma::<FMA>(clamped, std::f32::consts::LOG2_E, ROUNDER);
-    let k = t - ROUNDER;
-    // ln 2 = 0.693359375 - 2.12e-4; the product of the first part with k is exact.
-    let r = fma::<FMA>(k, 2.121_944_4e-4, fma::<FMA>(k, -0.693_359_375, clamped));
+    let n = t - ROUNDER;
+    // ln 2 = 0.693359375 - 2.12e-4; the product of 0.693359375 with n is exact.
+    let r = fma::<FMA>(n, 2.121_944_4e-4, fma::<FMA>(n, -0.693_359_375, clamped));
     exp_of_reduced::<FMA>(r, t)
 }
 
 /// 2^x. Results below 2^-125.5 are zero, for the same reason as in [`exp`].
 #[inline(always)]
 pub(crate) fn exp2<const FMA: bool>(x: f32) -> f32 {
-    // As in `exp`.
+    // As in `exp`, where x is divided by ln 2.
     let clamped = if x > 128.25 { 128.25 } else { x };
     let clamped = if clamped < -126.25 { -126.25 } else { clamped };
     let t = clamped + ROUNDER;
@@ -61,11 +67,10 @@ pub(crate) fn exp2<const FMA: bool>(x: f32) -> f32 {
     exp_of_reduced::<FMA>(r, t)
 }
 
-/// Splits the argument of a logarithm into (1 + f) 2^exponent with f in [-0.293, 0.414]. Returns f, the exponent, and log(1 + f) - f, which is
-/// f^3 P(f) - f^2/2.
+/// Splits the argument of a logarithm into (1 + f) 2^exponent with f in [-0.293, 0.414]. Returns f, the exponent, and the rest of the series, log(1 + f) - f.
 #[inline(always)]
 fn log_parts<const FMA: bool>(x: f32) -> (f32, f32, f32) {
-    // Scaling by 2^23 makes a subnormal x normal. It also affects x <= 0, for which the callers replace the result.
+    // Scaling by 2^23 makes a subnormal x normal. Numbers x <= 0 are scaled too; the callers replace the result for them.
     let is_scaled = x < f32::MIN_POSITIVE;
     let scaled = if is_scaled { x * 8_388_608.0 } else { x };
     let (f, exponent, rest) = log_parts_of_normal::<FMA>(scaled);
@@ -75,9 +80,10 @@ fn log_parts<const FMA: bool>(x: f32) -> (f32, f32, f32) {
 /// As [`log_parts`], for a positive normal number.
 #[inline(always)]
 fn log_parts_of_normal<const FMA: bool>(x: f32) -> (f32, f32, f32) {
-    let bits = x.to_bits().wrapping_sub(SQRT_HALF_BITS);
-    let exponent = ((bits as i32) >> 23) as f32;
-    let f = f32::from_bits((bits & 0x007f_ffff).wrapping_add(SQRT_HALF_BITS)) - 1.0;
+    let shifted_bits = x.to_bits().wrapping_sub(SQRT_HALF_BITS);
+    let exponent = ((shifted_bits as i32) >> 23) as f32;
+    let f = f32::from_bits((shifted_bits & 0x007f_ffff).wrapping_add(SQRT_HALF_BITS)) - 1.0;
+    // log(1 + f) = f - f^2/2 + f^3 p(f).
     let p = horner::<f32, FMA, 9>(
         f,
         [
@@ -104,6 +110,7 @@ fn log_special_cases(x: f32, y: f32) -> f32 {
     if x >= 0.0 { y } else { f32::NAN }
 }
 
+/// The natural logarithm, with ln 2 in two parts as in [`exp`].
 #[inline(always)]
 pub(crate) fn log<const FMA: bool>(x: f32) -> f32 {
     let (f, exponent, rest) = log_parts::<FMA>(x);
@@ -118,19 +125,21 @@ pub(crate) fn log2<const FMA: bool>(x: f32) -> f32 {
 
 /// log2 of a finite number >= 1.
 #[inline(always)]
-pub(crate) fn log2_from_one<const FMA: bool>(x: f32) -> f32 {
+pub(crate) fn log2_of_at_least_one<const FMA: bool>(x: f32) -> f32 {
     log2_of_parts::<FMA>(log_parts_of_normal::<FMA>(x))
 }
 
+/// log2 of the number with these [`log_parts`].
 #[inline(always)]
 fn log2_of_parts<const FMA: bool>((f, exponent, rest): (f32, f32, f32)) -> f32 {
-    // log2(1 + f) = (f + rest) log2(e), where log2(e) = 1 + 0.4427. The products with 0.4427 are computed separately, because the products with 1 are exact.
+    // log2(1 + f) = (f + rest) log2(e), where log2(e) = 1 + 0.4427. The products with 0.4427 are added to the exact products with 1.
     const LOG2_E_MINUS_1: f32 = 0.442_695_04;
     let small = fma::<FMA>(f, LOG2_E_MINUS_1, rest * LOG2_E_MINUS_1) + rest;
     (small + f) + exponent
 }
 
-/// sin, or cos if `COS`. Accurate for |x| <= 1.6e6; for greater |x| the result only stays within [-1, 1].
+/// sin, or cos(x) = sin(x + pi/2) if `COS`. Accurate for |x| <= 1.6e6, as is [`double::reduce_by_quarter_turns`]; for greater |x| the result only stays within
+/// [-1, 1].
 #[inline(always)]
 pub(crate) fn sin_or_cos<const FMA: bool, const COS: bool>(x: f32) -> f32 {
     let (r, n) = double::reduce_by_quarter_turns(f64::from(x));
@@ -140,12 +149,13 @@ pub(crate) fn sin_or_cos<const FMA: bool, const COS: bool>(x: f32) -> f32 {
     let s = fma::<FMA>(horner::<f32, FMA, 3>(z, [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1]) * z, r, r).copysign(r);
     let c = fma::<FMA>(horner::<f32, FMA, 3>(z, [2.443_315_7e-5, -1.388_731_6e-3, 4.166_664_6e-2]), z * z, fma::<FMA>(-0.5, z, 1.0));
     let y = if quadrant & 1 != 0 { c } else { s };
+    // In quadrants 2 and 3 the sign bit changes.
     f32::from_bits(y.to_bits() ^ (((quadrant & 2) as u32) << 30))
 }
 
-/// The arcsine of s for z = s^2 <= 1/4.
+/// The arcsine of s, where z = s^2 <= 1/4.
 #[inline(always)]
-fn asin_core<const FMA: bool>(z: f32, s: f32) -> f32 {
+fn asin_up_to_half<const FMA: bool>(z: f32, s: f32) -> f32 {
     let p = horner::<f32, FMA, 5>(z, [4.216_32e-2, 2.418_131_1e-2, 4.547_002_6e-2, 7.495_300_3e-2, 1.666_675_2e-1]);
     fma::<FMA>(p * z, s, s)
 }
@@ -156,11 +166,11 @@ pub(crate) fn asin<const FMA: bool>(x: f32) -> f32 {
     let is_large = a > 0.5;
     // If a > 0.5: asin(a) = pi/2 - 2 asin(sqrt((1 - a) / 2)).
     let half = 0.5 * (1.0 - a);
-    // The polynomial's argument is the smaller of (1 - a) / 2 and a^2, which are equal at a = 0.5. Selecting by `is_large` would make the compiler evaluate the
-    // polynomial for both.
+    // The polynomial's argument is the smaller of (1 - a) / 2 and a^2, which are equal at a = 0.5. If it were selected by `is_large`, the compiler would
+    // evaluate the polynomial for both arguments.
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
-    let y = asin_core::<FMA>(z, if is_large { root } else { a });
+    let y = asin_up_to_half::<FMA>(z, if is_large { root } else { a });
     let y = if is_large { std::f32::consts::FRAC_PI_2 - 2.0 * y } else { y };
     y.copysign(x)
 }
@@ -171,17 +181,17 @@ pub(crate) fn acos<const FMA: bool>(x: f32) -> f32 {
     let is_large = a > 0.5;
     // If a > 0.5: acos(a) = 2 asin(sqrt((1 - a) / 2)).
     let half = 0.5 * (1.0 - a);
-    // The polynomial's argument is the smaller of (1 - a) / 2 and a^2, which are equal at a = 0.5. Selecting by `is_large` would make the compiler evaluate the
-    // polynomial for both.
+    // The polynomial's argument is the smaller of (1 - a) / 2 and a^2, which are equal at a = 0.5. If it were selected by `is_large`, the compiler would
+    // evaluate the polynomial for both arguments.
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
-    let y = asin_core::<FMA>(z, if is_large { root } else { x });
+    let y = asin_up_to_half::<FMA>(z, if is_large { root } else { x });
     let for_large = if x < 0.0 { std::f32::consts::PI - 2.0 * y } else { 2.0 * y };
-    // 4.4e-8 is FRAC_PI_2 - pi / 2, the rounding error of that constant.
+    // 4.4e-8 is the rounding error of the f32 constant FRAC_PI_2, which exceeds pi/2.
     if is_large { for_large } else { (std::f32::consts::FRAC_PI_2 - y) - 4.371_139e-8 }
 }
 
-/// The angle of the point (x, y), in all four quadrants; signed zeros and infinities as IEEE 754 recommends.
+/// The angle of the point (x, y) from the x axis, -pi to pi; signed zeros and infinities as IEEE 754 recommends.
 #[inline(always)]
 pub(crate) fn atan2<const FMA: bool>(y: f32, x: f32) -> f32 {
     let (ay, ax) = (y.abs(), x.abs());
@@ -192,6 +202,7 @@ pub(crate) fn atan2<const FMA: bool>(y: f32, x: f32) -> f32 {
     let is_near_diagonal = small > 0.414_213_57 * large;
     let (num, den) = if is_near_diagonal { (small - large, small + large) } else { (small, large) };
     let q = num / den;
+    // Also for 0 / 0 and infinity - infinity.
     let q = if are_equal { 0.0 } else { q };
     let z = q * q;
     let p = horner::<f32, FMA, 4>(z, [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1]);
@@ -203,19 +214,21 @@ pub(crate) fn atan2<const FMA: bool>(y: f32, x: f32) -> f32 {
     if x.is_nan() | y.is_nan() { f32::NAN } else { t }
 }
 
-/// x^y, with the special cases of [`double::pow`]. Evaluates f64 polynomials, because y log2(x), up to 2^7, needs 32 significant bits. They interpolate at
-/// Chebyshev nodes, and are just long enough for f32: the relative errors are 2^-38 (log2) and 2^-33 (exp2).
+/// x^y, with the special cases of [`double::pow`]. Evaluates f64 polynomials, because y log2(x) needs 32 significant bits: 8 before the point, and 24 after it
+/// for an f32 result. The polynomials interpolate at Chebyshev nodes, and are just long enough for f32: the relative errors are 2^-38 (log2) and 2^-33 (exp2).
 #[inline(always)]
 pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
     /// As [`SQRT_HALF_BITS`], for f64.
     const F64_SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
-    const BIAS: u64 = 1024;
-    let bits = f64::from(x).to_bits().wrapping_sub(F64_SQRT_HALF_BITS);
-    // Converts the exponent to a float: adds `BIAS`, ORs the sum into the bits of 2^52, and subtracts 2^52 and `BIAS`. Below AVX-512, no vector instruction
-    // converts 64-bit integers to floats.
-    let exponent_bits = bits.wrapping_add(BIAS << 52) >> 52;
-    let x_exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + BIAS as f64);
-    let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(F64_SQRT_HALF_BITS)) - 1.0;
+    /// Makes every exponent of an f32 positive.
+    const EXPONENT_OFFSET: u64 = 1024;
+    let shifted_bits = f64::from(x).to_bits().wrapping_sub(F64_SQRT_HALF_BITS);
+    // Converts the exponent to a float: adds `EXPONENT_OFFSET`, ORs the sum into the bits of 2^52, and subtracts 2^52 and `EXPONENT_OFFSET`. Without AVX-512,
+    // no vector instruction converts 64-bit integers to floats.
+    let exponent_bits = shifted_bits.wrapping_add(EXPONENT_OFFSET << 52) >> 52;
+    let x_exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + EXPONENT_OFFSET as f64);
+    let f = f64::from_bits((shifted_bits & 0x000f_ffff_ffff_ffff).wrapping_add(F64_SQRT_HALF_BITS)) - 1.0;
+    // log2(1 + f) / f.
     let q = horner::<f64, FMA, 14>(
         f,
         [
@@ -244,7 +257,9 @@ pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
     // Beyond these bounds the result overflows to infinity or underflows to 0.
     let exponent = if exponent > 130.0 { 130.0 } else { exponent };
     let exponent = if exponent < -152.0 { -152.0 } else { exponent };
+    // As a float and as an integer.
     let (nearest, n) = exponent.round_small();
+    // 2^(exponent - nearest).
     let p = horner::<f64, FMA, 8>(
         exponent - nearest,
         [
@@ -259,6 +274,7 @@ pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
         ],
     );
     let r = (p * f64::from_bits((n.wrapping_add(1023) as u64) << 52)) as f32;
+    // Zero to a positive power and infinity to a negative one are zero.
     let r = if (x == 0.0) | (x == f32::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f32::INFINITY } } else { r };
     let r = if x < 0.0 { f32::NAN } else { r };
     let r = if (y == 0.0) | (x == 1.0) { 1.0 } else { r };
@@ -270,13 +286,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn log2_from_one_gives_the_bits_of_log2() {
+    fn log2_of_at_least_one_gives_the_bits_of_log2() {
         // The step is a prime, so that the low bits vary.
         let mut numbers = (0..).map(|k| f32::from_bits(1.0_f32.to_bits() + k * 7919)).take_while(|x| x.is_finite());
         assert!(numbers.all(|x| {
-            log2::<true>(x).to_bits() == log2_from_one::<true>(x).to_bits()
-                && log2::<false>(x).to_bits() == log2_from_one::<false>(x).to_bits()
+            log2::<true>(x).to_bits() == log2_of_at_least_one::<true>(x).to_bits()
+                && log2::<false>(x).to_bits() == log2_of_at_least_one::<false>(x).to_bits()
         }));
-        assert_ne!(log2::<false>(0.0), log2_from_one::<false>(0.0), "zero is a special case");
+        assert_ne!(log2::<false>(0.0), log2_of_at_least_one::<false>(0.0), "zero is a special case");
     }
 }

@@ -155,6 +155,7 @@ fn edge_function_bounds(triangle: &RasterTriangle, x: u32, y: u32, width: u32, h
 
 /// The quads of a block with a covered sample, in lane order.
 struct CoveredQuads {
+    /// Number of entries of the two arrays that are in use.
     count: usize,
     /// Index of each quad in the block.
     index: [u8; BLOCK_QUADS as usize],

@@ -211,8 +211,8 @@ pub(crate) enum Interpolation {
     Flat,
 }
 
-/// The nearest integer, ties to even, of a number below 2^51. Adding 1.5 * 2^52 leaves the rounded number in the low bits; the standard function is a call on
-/// machines that need not have SSE 4.1.
+/// The nearest integer, ties to even, of a number below 2^51. Adding 1.5 * 2^52 leaves the rounded number in the low bits. The standard function would
+/// be a call wherever the compiler may not use SSE 4.1.
 fn nearest_integer(x: f64) -> i64 {
     const ROUNDING: f64 = 1.5 * (1_u64 << 52) as f64;
     (x + ROUNDING).to_bits() as i64 - ROUNDING.to_bits() as i64

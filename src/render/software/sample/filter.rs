@@ -3,11 +3,11 @@
 //! In: a batch's texture coordinates and footprints (the areas of the pixels on the map), in arrays of `BATCH` lanes. Out: up to four linear channels of each
 //! active lane.
 //!
-//! With AVX2 and linear filtering, `filter_avx2` filters f32 lanes without sorting them. Otherwise a counting sort first orders the active lanes by mip
-//! level and number of taps. Each level's lanes are then contiguous, those with the most taps first, and a loop over them has one level and one size.
+//! With AVX2 and trilinear filtering, `filter_avx2` filters f32 lanes without sorting them. Otherwise a counting sort first orders the active lanes by mip
+//! level and number of taps. Each level's lanes are then contiguous, those with the most taps first, so that a loop over them reads one level.
 //! A lane's result does not depend on its neighbours or on the instruction set: multiply and add are never fused, and every lane sums its taps in the
-//! same order. Integers wrap on purpose: overflow checks would keep loops from being vectorised in debug builds. Coordinates that are not finite read
-//! an unspecified texel.
+//! same order. Texel indices are computed by wrapping operations, because overflow checks would keep loops from being vectorised in debug builds.
+//! Coordinates that are not finite read an unspecified texel.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -22,15 +22,15 @@ use crate::render::plan::{AddressMode, SamplerState};
 use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
 
-/// Which channels are needed.
+/// For red, green, blue and alpha: whether the caller needs the channel.
 type ChannelMask = [bool; 4];
 
-/// The chunk of an array that starts at index `start`.
+/// The `CHUNK` elements of an array from index `start` on, which are filtered together. `values`: from [`LaneOrder::gather`].
 #[inline(always)]
 fn chunk<T>(values: &[T], start: usize) -> &[T; CHUNK] {
     match values[start..].first_chunk() {
         Some(c) => c,
-        None => unreachable!("gathered arrays are padded; in others chunks start at multiples of the chunk length"),
+        None => unreachable!("arrays are padded, or all chunks start at multiples of the chunk length"),
     }
 }
 
@@ -52,16 +52,17 @@ fn texel_pair<R: Real>(coordinate: &[R; CHUNK], size: u32, mode: AddressMode) ->
     let mut out = TexelPair { first: [0; CHUNK], second: [0; CHUNK], fraction: [R::ZERO; CHUNK] };
     for i in 0..CHUNK {
         let c = coordinate[i];
+        // Texels from the centre of the first texel.
         let x = if repeats { c - floor(c) } else { c } * n - R::from_f64(0.5);
-        // Written so that NaN becomes -1 and is then clamped or wrapped like any other position.
+        // Limited to the range of `round_small`; beyond -1 and `n` the texels no longer change. Written so that NaN becomes -1.
         let x = if x > -R::ONE { x } else { -R::ONE };
         let x = if x < n { x } else { n };
-        let (rounded, k) = x.round_small();
+        let (rounded, index) = x.round_small();
         let is_rounded_up = rounded > x;
         out.fraction[i] = x - if is_rounded_up { rounded - R::ONE } else { rounded };
-        let k = if is_rounded_up { k.wrapping_sub(1) } else { k };
-        out.first[i] = (if k < 0 { before } else { k.min(last) }) as u32;
-        out.second[i] = (if k >= last { after } else { k.wrapping_add(1) }) as u32;
+        let index = if is_rounded_up { index.wrapping_sub(1) } else { index };
+        out.first[i] = (if index < 0 { before } else { index.min(last) }) as u32;
+        out.second[i] = (if index >= last { after } else { index.wrapping_add(1) }) as u32;
     }
     out
 }
@@ -80,7 +81,7 @@ unsafe fn fetch<D: Decode>(decode: D, level: &TexelLevel<'_>, column: &[u32; CHU
     unsafe { decode.fetch(level, &index) }
 }
 
-/// Bilinear interpolation at a chunk of texture coordinates, between the texels of one level.
+/// Red, green, blue and alpha at a chunk of texture coordinates, by bilinear interpolation in one level; 0 for channels that are not needed.
 #[inline(always)]
 fn bilinear<R: Real, D: Decode>(
     decode: D,
@@ -95,7 +96,7 @@ fn bilinear<R: Real, D: Decode>(
     unsafe { bilinear_between(decode, level, &x, &y, needed) }
 }
 
-/// Bilinear interpolation between two columns and two rows of a level.
+/// As [`bilinear`], between two columns and two rows of a level.
 /// # Safety
 /// Columns and rows lie inside the level.
 #[inline(always)]
@@ -141,12 +142,12 @@ fn interpolate<R: Real, D: Decode, const K: usize>(
     y: &[R; CHUNK],
     out: &mut [R; CHUNK],
 ) {
-    let [a, b] = [decode.channel_of_each::<K, CHUNK>(&texels[0]), decode.channel_of_each::<K, CHUNK>(&texels[1])];
-    let [c, d] = [decode.channel_of_each::<K, CHUNK>(&texels[2]), decode.channel_of_each::<K, CHUNK>(&texels[3])];
+    let [top_left, top_right] = [decode.channel_of_each::<K, CHUNK>(&texels[0]), decode.channel_of_each::<K, CHUNK>(&texels[1])];
+    let [bottom_left, bottom_right] = [decode.channel_of_each::<K, CHUNK>(&texels[2]), decode.channel_of_each::<K, CHUNK>(&texels[3])];
     let widened = |v: f32| R::from_f32_bits(v.to_bits());
     for i in 0..CHUNK {
-        let top = widened(a[i]) + x[i] * (widened(b[i]) - widened(a[i]));
-        let bottom = widened(c[i]) + x[i] * (widened(d[i]) - widened(c[i]));
+        let top = widened(top_left[i]) + x[i] * (widened(top_right[i]) - widened(top_left[i]));
+        let bottom = widened(bottom_left[i]) + x[i] * (widened(bottom_right[i]) - widened(bottom_left[i]));
         out[i] = top + y[i] * (bottom - top);
     }
 }
@@ -158,11 +159,11 @@ fn nearest_texel<R: Real>(coordinate: R, size: u32, mode: AddressMode) -> u32 {
     let x = if mode == AddressMode::Repeat { coordinate - floor(coordinate) } else { coordinate } * n;
     let x = if x > R::ZERO { x } else { R::ZERO };
     let x = if x < n { x } else { n };
-    let (rounded, k) = x.round_small();
-    (if rounded > x { k.wrapping_sub(1) } else { k }).min(size as i32 - 1) as u32
+    let (rounded, index) = x.round_small();
+    (if rounded > x { index.wrapping_sub(1) } else { index }).min(size as i32 - 1) as u32
 }
 
-/// The channels of the texels nearest to a chunk of texture coordinates.
+/// All four channels of the texels nearest to a chunk of texture coordinates, whichever the caller needs.
 #[inline(always)]
 fn nearest<R: Real, D: Decode>(decode: D, level: &TexelLevel<'_>, u: &[R; CHUNK], v: &[R; CHUNK], state: &SamplerState) -> [[R; CHUNK]; 4] {
     let mut index = [0; CHUNK];
@@ -189,7 +190,7 @@ fn channel<R: Real, D: Decode, const K: usize>(decode: D, texels: &[D::Texel; CH
     }
 }
 
-/// Adds the first `count` lanes of `value` to the sums from position `start` on.
+/// Adds the first `count` lanes of `value` to the sums from position `start` of the lane order on. A chunk that begins in the batch ends in `sum`.
 #[inline(always)]
 fn add_chunk<R: Real>(sum: &mut [R; PADDED], start: usize, count: usize, value: &[R; CHUNK]) {
     let Some(sum) = sum[start..start + CHUNK].first_chunk_mut::<CHUNK>() else { return };
@@ -229,7 +230,7 @@ fn any_positive<R: Real>(values: &[R; CHUNK]) -> bool {
     any
 }
 
-/// Interpolates between a level and the coarser one, if there is one, by each lane's `fraction`.
+/// Interpolates between a level and the coarser one. `fraction`: weight of the coarser level, which is `None` if no lane needs it.
 #[inline(always)]
 fn trilinear<R: Real, D: Decode>(
     decode: D,
@@ -245,6 +246,7 @@ fn trilinear<R: Real, D: Decode>(
         let coarser = bilinear(decode, &coarser, u, v, state, needed);
         for ((value, coarser), _) in value.iter_mut().zip(&coarser).zip(needed).filter(|(_, is_needed)| *is_needed) {
             for i in 0..CHUNK {
+                // Not mixed at fraction 0, where the lane's result must not depend on a coarser texel that only its neighbours need: 0 times infinity is NaN.
                 let mixed = value[i] + fraction[i] * (coarser[i] - value[i]);
                 value[i] = if fraction[i] > R::ZERO { mixed } else { value[i] };
             }
@@ -253,7 +255,8 @@ fn trilinear<R: Real, D: Decode>(
     value
 }
 
-/// Filters the active lanes of a batch into `out`; the other lanes of `out` are left unchanged.
+/// Filters the active lanes of a batch into `out`; the other lanes of `out` are left unchanged. `decode`: decodes the texture's format. `levels`: its mip
+/// levels, the finest first, at least one.
 #[inline(always)]
 pub(crate) fn sample<R: Real, D: Decode>(
     decode: D,
@@ -275,18 +278,20 @@ pub(crate) fn sample<R: Real, D: Decode>(
         return unsafe { filter_avx2::filter(decode, levels, &request, state, active, out) };
     }
     let coarsest_level = R::from_u32(levels.len() as u32 - 1);
-    // Without linear filtering the nearest level is read: adding 0.5 rounds the level to it.
+    // If not trilinear, the nearest level is read: `floor` after adding 0.5.
     let rounding = if state.is_trilinear { R::ZERO } else { R::from_f64(0.5) };
+    // `key`: level * MAX_TAPS + (MAX_TAPS - taps), by which `LaneOrder` sorts.
     let (mut key, mut level_fraction) = ([0_u16; BATCH], [R::ZERO; BATCH]);
     for i in 0..BATCH {
         let level = request.level.as_ref().map_or(R::ZERO, |level| level[i]);
         let level = if level > R::ZERO { level } else { R::ZERO };
         let level = if level < coarsest_level { level } else { coarsest_level };
+        // The finer of the two levels between which the lane interpolates; if not trilinear, the nearest level.
         let finer_level = floor(level + rounding);
         let finer_level = if finer_level < coarsest_level { finer_level } else { coarsest_level };
         level_fraction[i] = level - finer_level;
-        let taps = request.footprints.as_ref().map_or(R::ONE, |footprints| ceil(footprints.length[i]));
-        let missing_taps = R::from_u32(MAX_TAPS as u32) - taps;
+        let tap_count = request.footprints.as_ref().map_or(R::ONE, |footprints| ceil(footprints.length[i]));
+        let missing_taps = R::from_u32(MAX_TAPS as u32) - tap_count;
         key[i] = (finer_level * R::from_u32(MAX_TAPS as u32) + missing_taps).round_small().1 as u16;
     }
     let order = LaneOrder::new(&key, active);
@@ -311,6 +316,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
         }
         return;
     }
+    // Sums in lane order for each needed channel; if not trilinear, each has a single term.
     let mut sum = [LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new()];
     for (sum, _) in sum.iter_mut().zip(needed).filter(|(_, is_needed)| *is_needed) {
         sum.0 = Some([R::ZERO; PADDED]);
@@ -329,6 +335,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
         }
     } else {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
+        // Without footprints every lane has one tap, which is handled above.
         let Some(Footprints { length, step_u, step_v }) = &request.footprints else { return };
         let (step_u, step_v) = (order.gather(step_u, &mut buffer_step_u), order.gather(step_v, &mut buffer_step_v));
         let length = order.gather(length, &mut buffer_length);
@@ -339,16 +346,17 @@ pub(crate) fn sample<R: Real, D: Decode>(
                 continue;
             }
             let both_levels = read_pair(levels, level, &level_fraction[first..end]);
-            for index in 0..MAX_TAPS {
-                // Lanes with more than `index` taps come first.
-                let tap_end = usize::from(order.starts[(level + 1) * MAX_TAPS - index]);
+            for tap in 0..MAX_TAPS {
+                // Lanes with more than `tap` taps come first. Those that have exactly `tap` taps, if any, begin where the key is this index.
+                let tap_end = usize::from(order.starts[(level + 1) * MAX_TAPS - tap]);
                 if tap_end == first {
                     break;
                 }
                 for start in (first..tap_end).step_by(CHUNK) {
                     let (mut tap_u, mut tap_v) = (*chunk(u, start), *chunk(v, start));
                     let (step_u, step_v) = (chunk(step_u, start), chunk(step_v, start));
-                    let (along, weight) = taps(index, chunk(length, start));
+                    // `along`: from the middle of the footprint, in steps.
+                    let (along, weight) = taps(tap, chunk(length, start));
                     for i in 0..CHUNK {
                         tap_u[i] = tap_u[i] + along[i] * step_u[i];
                         tap_v[i] = tap_v[i] + along[i] * step_v[i];
@@ -360,6 +368,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
             }
         }
         for sum in sum.iter_mut().filter_map(|sum| sum.0.as_mut()) {
+            // NaN at the positions after the last active lane, which `scatter` does not read.
             for (sum, total) in sum.iter_mut().zip(&total_weight) {
                 *sum = *sum / *total;
             }

@@ -98,7 +98,8 @@ impl<R: Real> Footprint<R> {
         let x = if is_longer_in_u { major_sq - c } else { b };
         let y = if is_longer_in_u { b } else { major_sq - a };
         let axis_sq = x * x + y * y;
-        // The width of a tap over the eigenvector's length, whose square counts as at least 1e-30: a round footprint has no direction; its eigenvector is 0.
+        // The width of a tap divided by the eigenvector's length, whose square counts as at least 1e-30: a round footprint has no direction; its eigenvector is
+        // 0.
         let scale = width_sq.sqrt() / if axis_sq > R::from_f64(1e-30) { axis_sq } else { R::from_f64(1e-30) }.sqrt();
         Self { level: level_of(width_sq), length, step: [x * scale / size[0], y * scale / size[1]] }
     }
@@ -135,8 +136,8 @@ fn at_least_one<R: Real>(x: R) -> R {
 /// The level whose texels have a given width, in texels of level 0. `width_sq`: the square of the width, at least 1.
 #[inline(always)]
 fn level_of<R: Real>(width_sq: R) -> R {
-    // `false`: without fused multiply-add, so that the bits do not depend on the instruction set. "From one": for numbers of at least 1.
-    R::from_f64(0.5) * width_sq.log2_from_one::<false>()
+    // `false`: without fused multiply-add, so that the bits do not depend on the instruction set.
+    R::from_f64(0.5) * width_sq.log2_of_at_least_one::<false>()
 }
 
 /// Whether every value is at most 1; false if a value is NaN.

@@ -18,8 +18,8 @@ pub(super) const CHUNK: usize = 32;
 pub(super) const PADDED: usize = BATCH + CHUNK;
 /// Maximum number of taps of a lane.
 pub(crate) const MAX_TAPS: usize = 16;
-/// Maximum number of mip levels that are read. Textures have at most 23, since a side has at most 2^22 texels; any number from 23 on would do. `starts` has
-/// entries for one level more, at which the last level ends: 32 * 16 with this number.
+/// Maximum number of mip levels that are read. Textures have at most 23, since a side has at most 2^22 texels; any number from 23 on would do.
+/// [`LaneOrder::starts`] has entries for one level more, at which the last level ends.
 pub(super) const MAX_LEVELS: usize = 31;
 
 /// Red, green, blue, alpha of a batch; `None` for channels that are not needed.
@@ -100,7 +100,7 @@ impl LaneOrder {
             return values;
         }
         let buffer = buffer.0.insert([R::ZERO; PADDED]);
-        // Here and below, `& 127` shows the compiler that the index is in range.
+        // Here and below, `& 127` (`BATCH` - 1) shows the compiler that the index is in range.
         for i in 0..BATCH {
             buffer[i] = values[usize::from(self.sorted_lanes[i] & 127)];
         }

@@ -59,13 +59,13 @@ pub(super) fn load<R: Real, D: Decode>(
     if count == BATCH {
         let out = out.each_mut().map(|lanes| lanes.first_chunk_mut());
         return if all_lanes_have_texels {
-            read_masked::<R, D, false>(decode, level, &index, &mask, out)
+            read_texels::<R, D, false>(decode, level, &index, &mask, out)
         } else {
-            read_masked::<R, D, true>(decode, level, &index, &mask, out)
+            read_texels::<R, D, true>(decode, level, &index, &mask, out)
         };
     }
     let mut read = [[R::ZERO; BATCH]; 4];
-    read_masked::<R, D, true>(decode, level, &index, &mask, read.each_mut().map(Some));
+    read_texels::<R, D, true>(decode, level, &index, &mask, read.each_mut().map(Some));
     for (out, read) in out.into_iter().zip(&read) {
         let count = count.min(out.len());
         out[..count].copy_from_slice(&read[..count]);
@@ -98,7 +98,7 @@ fn find_texels<R: Real>(
 
 /// Reads the texels at `index`, each inside the level. `MASKED`: lanes whose mask is zero are set to zero.
 #[inline(always)]
-fn read_masked<R: Real, D: Decode, const MASKED: bool>(
+fn read_texels<R: Real, D: Decode, const MASKED: bool>(
     decode: D,
     level: &TexelLevel<'_>,
     index: &[u32; BATCH],
@@ -151,7 +151,7 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
     }
 }
 
-/// As [`read_masked`], for channel `K` alone.
+/// As [`read_texels`], for channel `K` alone.
 #[inline(always)]
 fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
     decode: D,

@@ -59,7 +59,7 @@ pub(super) fn interpolate<R: Real, D: Decode>(
         let position = if position > -R::ONE { position } else { -R::ONE };
         let position = if position < n { position } else { n };
         let whole = floor(position);
-        let k = whole.round_small().1;
+        let (_, k) = whole.round_small();
         let last = size as i32 - 1;
         (k.clamp(0, last) as u32, (k + 1).min(last) as u32, position - whole)
     };

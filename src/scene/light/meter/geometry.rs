@@ -39,8 +39,8 @@ pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLim
     RayAndLimb { inside_rad: limb_rad - off_centre.atan2(along), point }
 }
 
-/// Whether every ray of the frame misses the body's limb by at least half of `spacing`, an angle in radians in the unit-sphere frame, as
-/// [`RayAndLimb::inside_rad`] is. A quick test: it may return false although this holds.
+/// Whether every ray of the frame misses the body's limb by at least half of `spacing`, the angle between the meter's rays, in radians. The distance from the
+/// limb is [`RayAndLimb::inside_rad`], in the unit-sphere frame. A quick test: it may return false although this holds.
 pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f64) -> bool {
     let radii_km = placement.radii_km;
     let radius_rad = (radii_km.max_element() / placement.centre_km.length()).min(1.0).asin();
@@ -67,7 +67,7 @@ fn in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     (inside / size).element_product().min(1.0)
 }
 
-/// [`in_frame_fraction`] times [`outline_position_weight`]. 0 for an open outline: the caller then samples the ground in the frame, but counts a Sun as
+/// [`in_frame_fraction`] times [`outline_position_weight`]. 0 for an open outline: the caller then samples the ground in the frame, but counts the Sun as
 /// entirely in the frame.
 pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     in_frame_fraction(camera, placed) * outline_position_weight(camera, placed)
@@ -97,7 +97,7 @@ pub(crate) fn outline_position_weight(camera: &Camera, placed: &PlacedBody<'_>) 
 /// wide, as their light is spread over a sprite.
 fn bounding_box(camera: &Camera, placed: &PlacedBody<'_>) -> Option<(DVec2, DVec2)> {
     let Outline::Ellipse { bounds, .. } = placed.outline else { return None };
-    let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom).max(2.0 / camera.half_size());
+    let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom).max(2.0 / camera.half_size_px());
     Some((0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom), size))
 }
 
@@ -213,6 +213,7 @@ mod tests {
         for (phase_deg, distance_radii) in [(163.1, 3.0), (177.8, 12.0), (179.95, 221.0), (180.0, 1e9)] {
             assert!(weight(phase_deg, distance_radii) < 1.1e-9, "phase {phase_deg}, {distance_radii} radii");
         }
+        // The steepest step: 1.5 times the mean slope of the smoothstep, 9 decades over 2.5 degrees, gives 0.108 decades in 0.02 degrees.
         let decades = (0..200).map(|k| weight(175.0 + 0.02 * f64::from(k), 12.0).log10()).collect::<Vec<f64>>();
         assert!(decades.windows(2).all(|w| w[1] <= w[0] && w[0] - w[1] < 0.15), "{decades:?}");
     }
@@ -234,6 +235,7 @@ mod tests {
             let body_from_icrf = DMat3::from_axis_angle(random.direction(), random.between(0.0, 3.0));
             let placement = Placement { centre_km: towards * distance_km, body_from_icrf, radii_km };
             let clip = |n: u32| DVec2::new(f64::from(n % 9), f64::from(n / 9)) / 4.0 - 1.0;
+            // The condition under which `MeteredFrame::ray_visibility` is less than 1.
             let blocks = (0..81).any(|n| 0.5 + ray_and_limb(&placement, camera.ray(clip(n))).inside_rad / spacing > 0.0);
             let is_beside = is_beside_frame(&camera, &placement, spacing);
             assert!(!(is_beside && blocks), "{fov_deg} degrees, {placement:?}");

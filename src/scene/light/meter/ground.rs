@@ -1,8 +1,8 @@
 //! The light that a body's ground reflects towards the camera, for the light meter.
 //!
-//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is a mean over the whole planet, clouds
-//! included. If the body's map shows the ground alone (`clear_sky_albedo`), the mean over the ground and the air in front of it is used instead. For a camera
-//! above drawn clouds, and for small discs, the albedo is that of the whole planet; the change is smooth.
+//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground, computed with one albedo for all of them: the mean over
+//! the whole planet, clouds included. Exception: if the body's map shows the ground alone (`clear_sky_albedo`), the mean over the ground and the air in front
+//! of it is used, unless the camera is above drawn clouds or the disc is small. Between the two albedos the change is smooth.
 
 use crate::catalog::{Body, InventedRelief};
 use crate::scene::atmosphere::air;
@@ -18,30 +18,31 @@ use glam::DVec3;
 use std::sync::Arc;
 
 /// Heights of the camera, relative to that of the clouds, between which the logarithm of the albedo changes smoothly from that of the ground and air alone to
-/// that of the whole planet. At the height of the clouds the image changes at once from the ground to clouds in full. A change of the exposure above this
-/// height would show a closed deck as a white area without detail; just below it, the ground is darker for a few hundred metres, but visible.
+/// that of the whole planet. The clouds come into view all at once when the camera rises through them. If the exposure were still that of the ground then, a
+/// closed deck would be a white area without detail. So the exposure changes before, which only darkens the ground during the last few hundred metres.
 const GROUND_TO_PLANET_CLOUD_HEIGHTS: (f64, f64) = (0.9, 1.0);
 
-/// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`). An estimate without
-/// a source, within a factor of 1.5 by day; in twilight the ratio is smaller. The estimate gives some 13 klx under a high Sun (the Sun itself gives 128 klx),
-/// and 4 klx for a Sun at 5 degrees.
+/// Irradiance of level ground by a clear sky, divided by the radiance that the light meter takes for that sky (`SurroundingAir::exposure_radiance`). An
+/// estimate without a source, within a factor of 1.5 by day; in twilight the ratio is smaller. The estimate gives some 13 klx under a high Sun (the Sun
+/// itself gives 128 klx), and 4 klx for a Sun at an altitude of 5 degrees.
 const CLEAR_SKY_IRRADIANCE_PER_RADIANCE: f64 = 0.3;
 
-/// Steepest slope (rise over run) of the relief that the meter assumes on ground without air; smooth ground would have no light from a Sun below the horizon.
-/// Compared with the mean of a dozen places of the Moon's drawn ground, at altitudes of the Sun from -2 to 8 degrees, the metered radiance is within a factor
-/// of 5; single places scatter more.
-const RELIEF_SLOPE: f64 = 0.15;
-/// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, ground on both sides of the terminator is in
-/// view.
+/// Steepest slope (rise over run) of the relief that the meter assumes on ground without air: smooth ground would have no light from a Sun below the horizon.
+/// For altitudes of the Sun from -2 to 8 degrees the metered radiance is within a factor of 5 of the mean over a dozen places of the Moon's drawn ground;
+/// single places scatter more.
+const MAX_RELIEF_SLOPE: f64 = 0.15;
+/// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, sunlit ground is in view too, whose light relief
+/// hardly changes.
 const RELIEF_HEIGHT_RADII: f64 = 0.02;
 
-/// Weight of relief in the radiance of a body's ground.
+/// Weight of relief in the radiance of a body's ground, from 0 (smooth ground) to 1. Relief counts if the ground is drawn with a map of normals or with
+/// procedural relief.
 pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f64 {
     let body = p.body;
     let is_on = |effect: Effect| effects.override_of_body(body, effect) != Some(false);
     let is_mapped = body.maps.normal.is_some() && is_on(Effect::Normal);
     let is_invented = body.invented_relief != InventedRelief::None && is_on(Effect::Detail);
-    // Air lights the ground beyond the terminator more than its slopes do.
+    // Beyond the terminator the ground has more light from air than from the Sun on its slopes.
     let has_air = body.atmosphere.is_some() || body.clouds.is_some();
     if has_air || !(is_mapped || is_invented) {
         return 0.0;
@@ -49,34 +50,35 @@ pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f6
     1.0 - smoothstep(air::camera_height_km(body, &p.placement) / body.radii_km.x / RELIEF_HEIGHT_RADII)
 }
 
-/// Mean cosine of incidence on relief, from the cosine on smooth ground. The slopes along the light's direction are evenly distributed up to [`RELIEF_SLOPE`]
-/// either way. Their light is reduced as by `above_horizon` of shaders/lib/reflected.wesl: not at all from a cosine of 0.05 on, to nothing at -0.05.
+/// Mean cosine of incidence on relief, from the cosine on smooth ground: the mean of max(0, `cos_smooth` + slope) over slopes towards the light that are evenly
+/// distributed from -[`MAX_RELIEF_SLOPE`] to +[`MAX_RELIEF_SLOPE`]. The mean is reduced as by `above_horizon` of shaders/lib/reflected.wesl: not at all from a
+/// `cos_smooth` of 0.05 on, to nothing at -0.05.
 fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
-    if cos_smooth.abs() >= RELIEF_SLOPE {
+    if cos_smooth.abs() >= MAX_RELIEF_SLOPE {
         return cos_smooth.max(0.0);
     }
-    (cos_smooth + RELIEF_SLOPE).powi(2) / (4.0 * RELIEF_SLOPE) * (0.5 + 10.0 * cos_smooth).clamp(0.0, 1.0)
+    (cos_smooth + MAX_RELIEF_SLOPE).powi(2) / (4.0 * MAX_RELIEF_SLOPE) * (0.5 + 10.0 * cos_smooth).clamp(0.0, 1.0)
 }
 
-/// Reflectances of a body's ground, brightest channel.
+/// Factors from light to the radiance of a body's ground, brightest channel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Albedo {
-    /// Radiance caused by the Sun and other bodies, divided by their irradiance and by the photometric model's reflectance.
+    /// For the Sun and other bodies: factor on irradiance times [`photometry::reflectance`].
     pub of_lights: f64,
-    /// Radiance caused by skylight, divided by the radiance for which the sky is exposed (`SurroundingAir::exposure_radiance`). The sky over a whole planet
-    /// counts as uniform and grey with that radiance: its irradiance then equals its radiance, and the geometric albedo serves as the ground's albedo. Under
-    /// a clear sky this irradiance is too large by the factor 1 / [`CLEAR_SKY_IRRADIANCE_PER_RADIANCE`].
+    /// For skylight: factor on the radiance that the light meter takes for the sky (`SurroundingAir::exposure_radiance`). Over a whole planet the sky counts as
+    /// uniform, so that its irradiance equals its radiance, and the factor is the geometric albedo. A clear sky's irradiance is only
+    /// [`CLEAR_SKY_IRRADIANCE_PER_RADIANCE`] times its radiance.
     pub of_sky: f64,
 }
 
 impl Albedo {
     /// The albedo of what the camera sees of a body. `effects`: those of the request; `diameter_px`: of the body's disc.
     pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64) -> Self {
-        // The channels of the scale differ only for emissive bodies.
         let body = p.body;
         let is_off = |effect: Effect| effects.override_of_body(body, effect) == Some(false);
-        let haze_over_ground = || disc_light::haze_over_ground(body, p.phase_angle_rad, p.distance_km / body.radii_km.x);
-        let scale = p.radiance_scale().x * if is_off(Effect::Atmosphere) { 1.0 } else { haze_over_ground() };
+        let haze_factor = || disc_light::haze_over_ground(body, p.phase_angle_rad, p.distance_km / body.radii_km.x);
+        // One channel is enough: the channels of this scale differ only for emissive bodies.
+        let scale = p.radiance_scale().x * if is_off(Effect::Atmosphere) { 1.0 } else { haze_factor() };
         let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
         let height_km = air::camera_height_km(body, &p.placement);
@@ -96,7 +98,7 @@ impl Albedo {
 /// A body's ground with all lights on it: the inputs of the ground's radiance.
 pub(crate) struct Ground<'g> {
     pub body: &'g Body,
-    /// City lights; `None` if they do not count.
+    /// City lights; `None` if the body has none, or if their weight is 0.
     pub night_lights: Option<&'g NightLights>,
     /// Factor on the radiance of the city lights.
     pub night_light_weight: f64,
@@ -106,11 +108,12 @@ pub(crate) struct Ground<'g> {
     /// Unit vector towards the Sun, body axes.
     pub sun: DVec3,
     pub sun_irradiance: f64,
-    /// Lights from other bodies: unit vector towards each, body axes, and irradiance.
+    /// Planet-shine: unit vector towards each body that gives it, body axes, and irradiance.
     pub secondary_lights: Vec<(DVec3, f64)>,
-    /// Radiance for which images under the sky above the ground are exposed, if the camera is in the body's air; else 0.
+    /// Radiance that the light meter takes for the sky above the ground, if the camera is in the body's air; else 0.
     pub sky_exposure_radiance: f64,
-    /// Ring-shine, and the ground's radiance per unit of ring-shine, which includes the Sun's irradiance as a factor; `None` if ring-shine does not count.
+    /// The table of ring-shine relative to the Sun's irradiance, and the ground's radiance where this ratio is 1; `None` where ring-shine does not count:
+    /// without rings, if only the day side is visible, in a body drawn as a point, or if it is switched off.
     pub ring_shine: Option<(Arc<RingShine>, f64)>,
 }
 
@@ -129,10 +132,13 @@ impl Ground<'_> {
         let reflected = |towards: DVec3, irradiance: f64| {
             let cos_smooth = normal.dot(towards).max(0.0);
             let cos_incidence = cos_smooth + self.relief_weight * (mean_cosine_on_relief(normal.dot(towards)) - cos_smooth);
+            // A positive cosine of emission, because `reflectance` is 0 at the limb.
             irradiance * photometry::reflectance(&body.photometry, cos_incidence, normal.dot(viewer).max(1e-3), towards.dot(viewer))
         };
         let sunlight_fraction = match shadow {
+            // Elsewhere the ground reflects no sunlight, so the fraction does not matter.
             Some(shadow) if normal.dot(self.sun) > 0.0 || self.relief_weight > 0.0 => {
+                // From the unit-sphere frame to equatorial radii.
                 shadow.sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0)
             }
             _ => 1.0,
@@ -152,11 +158,13 @@ impl Ground<'_> {
 mod tests {
     use super::*;
 
-    /// Relief is lit up to 2.9 degrees beyond the terminator, and changes nothing where the Sun is higher than its slopes. There is no jump.
+    /// Relief is lit up to 2.9 degrees beyond the terminator (the arc sine of 0.05), and changes nothing where the Sun is higher than its slopes. There is no
+    /// jump: over a step of 1e-4 the mean cosine changes by less than three steps.
     #[test]
     fn relief_is_lit_beyond_the_terminator() {
         let at = |deg: f64| mean_cosine_on_relief(deg.to_radians().sin());
         assert_eq!((at(-2.9), at(-90.0)), (0.0, 0.0));
+        // The formula gives 0.0061.
         assert!(at(-1.5) > 0.004 && at(-1.5) < 0.03, "{}", at(-1.5));
         for deg in [9.0, 30.0, 90.0] {
             assert_eq!(at(deg), f64::to_radians(deg).sin());

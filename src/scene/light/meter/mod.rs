@@ -53,14 +53,17 @@ use sun_glare::FrameGlare;
 #[doc(hidden)]
 pub use twilight::{corrected_twilight_rows, metered_twilight};
 
-/// Weight of the target relative to an equal area of another subject: a target that fills a 64th of the frame outweighs everything else that is as bright.
+/// Weight of the target relative to an equal area of another subject: a target on a 64th of the frame counts as much as an equally bright subject on all of it.
 const TARGET_WEIGHT: f64 = 64.0;
 /// Weight of the Sun if it is the target; larger than that of other targets, because a daylight sky around the Sun is as bright as any ground. Also the weight
 /// of a targeted Sun's corona, and of the target's refracted limbs.
 const SUN_WEIGHT: f64 = 256.0;
-/// Shares of the frame at which the weight of the Sun's disc is halved, if the Sun is the target and if not. A smaller disc is no longer the subject of the
-/// image but a light source in it. Of refracted limbs: shares of a disc as wide as the arc that shows the Sun.
-const SUN_HALF_WEIGHT_SHARES: [f64; 2] = [1e-3, 1e-2];
+/// Share of the frame at which the weight of the Sun's disc is halved: the weight has the factor share / (share + this). A smaller disc is no longer the
+/// subject of the image but a light source in it. For refracted limbs, the share is that of [`LimbLight::arc_disc_sr`]. `is_target`: whether the Sun or the
+/// refracted limb belongs to the target.
+fn sun_half_weight_share(is_target: bool) -> f64 {
+    if is_target { 1e-3 } else { 1e-2 }
+}
 /// Weight of the dark sky: if everything bright in the frame has less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
 /// Distances of the camera, in body radii, between which the meter blends from the part of the ground that the frame shows (near) to a sum over the entire disc
@@ -115,7 +118,7 @@ pub(crate) struct Meter<'m, 'a> {
     pub night_light_weight: f64,
 }
 
-/// How far away a body is: 0 if only a part of its globe is in view at a time, or if its outline is open; 1 if half of it is.
+/// How far away a body is: 0 up to the smaller of [`FAR_RADII`] or if its outline is open, 1 from the larger on.
 fn far_weight(placed: &PlacedBody<'_>) -> f64 {
     let [from, to] = FAR_RADII;
     let is_closed = matches!(placed.outline, Outline::Ellipse { .. });
@@ -142,7 +145,7 @@ struct MeteredFrame<'f, 'a> {
 }
 
 impl Meter<'_, '_> {
-    fn frame_px(&self) -> f64 {
+    fn frame_area_px(&self) -> f64 {
         f64::from(self.camera.width) * f64::from(self.camera.height)
     }
 
@@ -172,11 +175,12 @@ impl Meter<'_, '_> {
         let (mut mean_of_target, mut mean_of_others) = (LogMean::default(), LogMean::default());
         // `dominant`: of the bodies other than the target, the one with the greatest weight, which gives their common subject its name.
         let (mut target_name, mut dominant, mut max_weight) = ("", None, 0.0);
+        // A share of the frame.
         let mut share_of_bodies_in_sky = 0.0;
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
             let (mut mean, share) = frame.body(p);
             mean.merge(&frame.rings_of(p));
-            // The ground of the body whose air surrounds the camera is below the horizon, so `sky_fraction` does not contain it.
+            // The ground of the body whose air surrounds the camera is below the horizon and covers nothing of the sky.
             if self.air.is_none_or(|a| a.body.id != p.body.id) {
                 share_of_bodies_in_sky += share;
             }
@@ -216,9 +220,9 @@ impl Meter<'_, '_> {
 
 impl<'a> MeteredFrame<'_, 'a> {
     /// Radiance added in front of a body in a direction (ICRF, any length): glare, and the sky unless the body's air surrounds the camera.
-    fn foreground_radiance(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
+    fn foreground_radiance(&self, direction: DVec3, body: NaifId) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| self.sun_transmittance * v.radiance(direction.normalize()));
-        let is_behind_sky = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
+        let is_behind_sky = self.meter.air.is_some_and(|a| a.body.id != body);
         glare + if is_behind_sky { self.sky_exposure_radiance } else { 0.0 }
     }
 
@@ -251,8 +255,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         all
     }
 
-    /// How much a body counts as a point, 0 to 1. The target counts as a disc at any size, other bodies from two pixels on. But of a body with a bright ring of
-    /// air, the fraction that is drawn as a point counts as a point.
+    /// How much a body counts as a point, 0 to 1. The target counts as a disc at any size, another body from a diameter of two pixels on. Exception: a body
+    /// whose rim of air counts ([`Self::rim_weight`]) is a point to the extent that it is drawn as a point.
     fn point_weight(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
         let point_light_fraction = 1.0 - self.disc_fraction(p, diameter_px);
         if point_light_fraction <= 0.0 {
@@ -263,7 +267,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         (point_light_fraction * self.rim_weight(p, diameter_px)).max(of_small_body)
     }
 
-    /// Meters a body (globe without rings). Returns the mean of its radiance, and its share of the frame.
+    /// Meters a body (globe without rings). Returns the mean of its radiance, and its weighted share of the frame: 0 if it counts only as a point.
     fn body(&self, p: &PlacedBody<'_>) -> (LogMean, f64) {
         let (camera, mut mean) = (self.meter.camera, LogMean::default());
         if matches!(p.outline, Outline::Behind | Outline::Beside) {
@@ -271,22 +275,24 @@ impl<'a> MeteredFrame<'_, 'a> {
         }
         let far_weight = far_weight(p);
         let area = area_px(camera, p);
-        let share = area / self.meter.frame_px() * weighted_in_frame_fraction(camera, p);
+        let share = area / self.meter.frame_area_px() * weighted_in_frame_fraction(camera, p);
+        // An open outline has no share here, and no `far_weight`: its ground in the frame is metered.
         if far_weight > 0.0 && share <= 0.0 {
             return (mean, 0.0);
         }
         let diameter_px = 2.0 * (area / PI).sqrt();
         // Weight of the sum over the entire disc; the sum over the ground in the frame has the weight 1 minus this.
         let disc_weight = far_weight * entire_disc_weight(camera, p, diameter_px);
-        let foreground_radiance = self.foreground_radiance(p.placement.centre_km, Some(p.body.id));
+        let foreground_radiance = self.foreground_radiance(p.placement.centre_km, p.body.id);
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
         let point_weight = self.point_weight(p, diameter_px);
         if point_weight > 0.0 {
-            // A point: all of the body's light, spread over a sprite, which the meter treats as uniform with the radiance of its peak.
+            // A point: all of the body's light, spread over a sprite, which the meter treats as uniform with the radiance of its peak. The sprite then covers
+            // 1 / `point_peak()` pixels.
             let pixel_sr = camera.pixel_tangent().powi(2);
             let peak_radiance = transmittance * p.shown_irradiance.max_element() * PI / pixel_sr * point_peak();
-            let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px();
+            let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_area_px();
             mean.add(point_weight * sprite_share, peak_radiance, foreground_radiance);
             if point_weight >= 1.0 {
                 return (mean, 0.0);
@@ -304,6 +310,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
             sun: to_body_frame(p.body_to_sun_km),
+            // Sunlight is the same in all channels.
             sun_irradiance: lights::sunlight(p.body_to_sun_km).irradiance.x,
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
             sky_exposure_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.ground_exposure_radiance),
@@ -323,7 +330,8 @@ impl<'a> MeteredFrame<'_, 'a> {
                         mean.add(disc_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
                     });
                 }
-                let rim_share = area / self.meter.frame_px() * far_weight * visible_weight;
+                // `sum_rim` weights each part of the rim by its place in the frame.
+                let rim_share = area / self.meter.frame_area_px() * far_weight * visible_weight;
                 self.sum_rim(p, ground.albedo.of_lights, shadow, diameter_px, |area_fraction, radiance| {
                     mean.add(rim_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance);
                 });
@@ -333,15 +341,16 @@ impl<'a> MeteredFrame<'_, 'a> {
         // The user may have set effects for this body alone.
         let body_request = self.meter.context.request.for_body(p.body);
         let body_context = Context { request: body_request.as_ref().unwrap_or(self.meter.context.request), ..self.meter.context };
-        let ground_share = evaluate_shadow(body_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
+        let ground_share = evaluate_shadow(body_context, p, diameter_px, |shadow, _camera_position| sum(Some(shadow)));
         let no_shadow = None;
         let ground_share = ground_share.unwrap_or_else(|| sum(no_shadow));
         (mean, share * disc_weight + ground_share)
     }
 
-    /// Samples the entire disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in photometric longitude and
-    /// latitude (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the dark part separately, so that even the thinnest
-    /// crescent is sampled. The sum treats the viewer as infinitely far away; only [`lit_part_weight`] takes the distance into account.
+    /// Samples the entire disc of a distant body: calls `add` with the area of each part, as a fraction of the disc's and times the part's weight, and its
+    /// radiance. The grid in photometric longitude and latitude (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the
+    /// dark part separately, so that even the thinnest crescent is sampled. The sum treats the viewer as infinitely far away; only [`lit_part_weight`] takes
+    /// the distance into account.
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,
@@ -359,24 +368,26 @@ impl<'a> MeteredFrame<'_, 'a> {
         // A coarser grid for discs of a few pixels saves time.
         let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
         let lit_weight = lit_part_weight(phase_angle_rad, p.distance_km / p.body.radii_km.max_element());
+        // Ranges of longitude: the dark part, then the lit part.
         for (from, to, weight) in [(-FRAC_PI_2, terminator, 1.0), (terminator, FRAC_PI_2, lit_weight)] {
             for k in 0..columns * rows {
                 let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
                 let (sin, cos) = (from + (to - from) * midpoint(k % columns, columns)).sin_cos();
                 let (sin_lat, cos_lat) = (PI * (midpoint(k / columns, rows) - 0.5)).sin_cos();
                 let normal = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
+                // The area of a cell in projection, divided by that of the unit disc.
                 let area_fraction = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area_fraction > 0.0 {
                     let no_ring_shadow = 1.0;
+                    // The body counts as a sphere, on which `normal` is also the point.
                     add(weight * area_fraction, ground.radiance(normal, normal, viewer, shadow, no_ring_shadow));
                 }
             }
         }
     }
 
-    /// The weight of a direction's position in the frame for a thin part of a body whose parts outside the frame must not count: 0 outside, with a softened
-    /// edge. `outline_weight`: the weight of the position of the body's outline. `disc_weight`: 1 if `outline_weight` counts, 0 if the part's own position
-    /// counts ([`entire_disc_weight`]).
+    /// Weight of a part of a body's limb in a direction: 0 outside the frame, with a softened edge. In the frame it is `outline_weight`, the weight of the
+    /// position of the body's outline, if `disc_weight` is 1; the weight of the part's own position if `disc_weight` is 0 ([`entire_disc_weight`]).
     fn part_position_weight(&self, direction: DVec3, outline_weight: f64, disc_weight: f64) -> f64 {
         let Some(clip) = self.meter.camera.clip(direction) else { return 0.0 };
         // The edge is softened over a hundredth of the image.
@@ -401,15 +412,16 @@ impl<'a> MeteredFrame<'_, 'a> {
     fn sun(&self) -> Option<MeteredSubject> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let area = area_px(camera, sun);
+        // An open outline counts as entirely in the frame.
         let in_frame = if sun.outline == Outline::Open { 1.0 } else { weighted_in_frame_fraction(camera, sun) };
-        let share = area / self.meter.frame_px() * in_frame * self.visible_fraction(sun);
+        let share = area / self.meter.frame_area_px() * in_frame * self.visible_fraction(sun);
         let dilution = area / (area + (1.0 - self.disc_fraction(sun, 2.0 * (area / PI).sqrt())) / point_peak());
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut mean = LogMean::default();
-        let weighted_share = share * share / (share + SUN_HALF_WEIGHT_SHARES[usize::from(!is_target)]);
+        let weighted_share = share * share / (share + sun_half_weight_share(is_target));
         let radiance = photometry::sun_disc_radiance() * dilution * self.sun_transmittance;
-        let (behind_air, transmittance) = if share > 0.0 { self.sun_behind_air(sun) } else { (0.0, 1.0) };
-        for (part, transmittance) in [(1.0 - behind_air, 1.0), (behind_air, transmittance)] {
+        let (fraction_behind_air, transmittance) = if share > 0.0 { self.sun_behind_air(sun) } else { (0.0, 1.0) };
+        for (part, transmittance) in [(1.0 - fraction_behind_air, 1.0), (fraction_behind_air, transmittance)] {
             // The Sun's own glare does not reduce its contrast.
             mean.add(weighted_share * part, radiance * transmittance, self.sky_exposure_radiance);
         }
@@ -436,6 +448,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             // Radii of the annulus's inner edge and of its middle, solar radii.
             let inner = CORONA_RADII[0] * growth.powi(k);
             let rho = inner * growth.sqrt();
+            // Solid angle of the annulus; that of the frame is taken as 4 `tan_half_fov.x` `tan_half_fov.y`.
             let area = PI * (growth * growth - 1.0) * inner * inner * sin_radius * sin_radius;
             let share = area / (4.0 * camera.tan_half_fov.element_product()) / f64::from(sectors);
             // Approximate angular width of a grid cell.
@@ -455,7 +468,7 @@ impl<'a> MeteredFrame<'_, 'a> {
                     mean.add(
                         share * inside * visibility,
                         corona::radiance(rho) * self.sun_transmittance,
-                        self.foreground_radiance(direction, Some(NaifId::SUN)),
+                        self.foreground_radiance(direction, NaifId::SUN),
                     );
                 }
             }
@@ -467,7 +480,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         Some(MeteredSubject { weight: metered.weight * weight, ..metered })
     }
 
-    /// Evaluates a function of the view ray on a grid of [`FRAME_RAYS`] squared points over the frame.
+    /// Evaluates a function of the view ray on a grid over the frame of [`FRAME_RAYS`] points on each side, row by row from the lower edge.
     fn sample_frame<T>(&self, function: impl Fn(DVec3) -> T) -> Vec<T> {
         let clip = |k: u32| (DVec2::new(f64::from(k % FRAME_RAYS), f64::from(k / FRAME_RAYS)) + 0.5) * 2.0 / f64::from(FRAME_RAYS) - 1.0;
         (0..FRAME_RAYS * FRAME_RAYS).map(|k| function(self.meter.camera.ray(clip(k)))).collect()

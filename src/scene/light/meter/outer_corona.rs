@@ -26,24 +26,24 @@ impl MeteredFrame<'_, '_> {
     /// A body much smaller than one of the sectors into which the edge is divided hides nothing.
     fn hidden_part_of_inner_corona(&self, sun: &PlacedBody<'_>) -> f64 {
         const SECTORS: u32 = 16;
-        let towards = sun.placement.centre_km / sun.distance_km;
+        let to_sun = sun.placement.centre_km / sun.distance_km;
         let sin_edge_radius = CORONA_RADII[1] * sun.body.radii_km.x / sun.distance_km;
         if sin_edge_radius >= 1.0 {
             return 0.0;
         }
-        let (x, y) = towards.any_orthonormal_pair();
-        let width = TAU * sin_edge_radius / f64::from(SECTORS);
+        let (x, y) = to_sun.any_orthonormal_pair();
+        let sector_width = TAU * sin_edge_radius / f64::from(SECTORS);
         // Not `nearer_bodies`, which leaves out bodies beside the frame.
         let is_nearer =
             |o: &&PlacedBody<'_>| o.body.id != NaifId::SUN && o.distance_km < sun.distance_km && !o.placement.camera_is_inside();
         // Rises from 0 to 1 while the body's diameter grows from half a sector to a whole one.
-        let opacity = |o: &PlacedBody<'_>| smoothstep(4.0 * o.body.radii_km.max_element() / (o.distance_km * width) - 1.0);
+        let opacity = |o: &PlacedBody<'_>| smoothstep(4.0 * o.body.radii_km.max_element() / (o.distance_km * sector_width) - 1.0);
         let nearer: Vec<(&PlacedBody<'_>, f64)> =
             self.meter.placed.iter().filter(is_nearer).map(|o| (o, opacity(o))).filter(|(_, opacity)| *opacity > 0.0).collect();
         let visibility = |k: u32| {
             let across = DVec2::from_angle(TAU * (f64::from(k) + 0.5) / f64::from(SECTORS)) * sin_edge_radius;
-            let direction = towards * (1.0 - sin_edge_radius * sin_edge_radius).sqrt() + x * across.x + y * across.y;
-            nearer.iter().map(|(o, opacity)| 1.0 - opacity * (1.0 - Self::ray_visibility(&[*o], direction, width))).product::<f64>()
+            let direction = to_sun * (1.0 - sin_edge_radius * sin_edge_radius).sqrt() + x * across.x + y * across.y;
+            nearer.iter().map(|(o, opacity)| 1.0 - opacity * (1.0 - Self::ray_visibility(&[*o], direction, sector_width))).product::<f64>()
         };
         1.0 - (0..SECTORS).map(visibility).sum::<f64>() / f64::from(SECTORS)
     }
@@ -60,7 +60,7 @@ impl MeteredFrame<'_, '_> {
         if outer_weight <= 0.0 {
             return None;
         }
-        let (towards, sin_sun_radius) = (sun.placement.centre_km / sun.distance_km, sun.body.radii_km.x / sun.distance_km);
+        let (to_sun, sin_sun_radius) = (sun.placement.centre_km / sun.distance_km, sun.body.radii_km.x / sun.distance_km);
         let inner_ray_weight = ray_weight_of_inner_corona(sin_sun_radius);
         let spacing = 2.0 * camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
         let nearer = self.nearer_bodies(sun, spacing);
@@ -70,14 +70,14 @@ impl MeteredFrame<'_, '_> {
         let drawn_part = |cosine: f64| fade_cosines.map_or(1.0, |[inner, outer]| smooth_rise((outer, inner), cosine));
         for ray in self.sample_frame(DVec3::normalize) {
             // As in shaders/entry/corona.wesl: distance in solar radii; in the hemisphere away from the Sun it keeps growing.
-            let across = ray.cross(towards).length();
-            let growing_across = if ray.dot(towards) > 0.0 { across } else { 2.0 - across };
+            let across = ray.cross(to_sun).length();
+            let growing_across = if ray.dot(to_sun) > 0.0 { across } else { 2.0 - across };
             let rho = growing_across / sin_sun_radius;
             let ray_weight = if rho >= CORONA_RADII[1] { 1.0 } else { inner_ray_weight };
             if rho >= CORONA_RADII[0] && ray_weight > 0.0 {
                 let visible_share = ray_weight * share * Self::ray_visibility(&nearer, ray, spacing);
-                let radiance = corona::radiance(rho) * drawn_part(ray.dot(towards));
-                mean.add(visible_share, radiance, self.foreground_radiance(ray, Some(NaifId::SUN)));
+                let radiance = corona::radiance(rho) * drawn_part(ray.dot(to_sun));
+                mean.add(visible_share, radiance, self.foreground_radiance(ray, NaifId::SUN));
             }
         }
         let weight = outer_weight * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };

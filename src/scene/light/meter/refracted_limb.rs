@@ -1,10 +1,10 @@
 //! Meters the sunlight that the air at the limbs of bodies in front of the Sun lets through, such as the ring of the Earth's air seen from the eclipsed Moon.
 //!
 //! In: the segments into which `eclipse::refracted_limb` divides each limb. Out: one subject for the limbs of all bodies together, with the light that
-//! refraction alone brings there; and the part of the Sun's disc that is seen through air, which counts with the Sun.
+//! refraction alone brings there; and the part of the Sun's disc that is seen through air, which is metered with the Sun.
 
 use super::geometry::{area_px, entire_disc_weight, outline_position_weight, visible_fraction_behind_body};
-use super::{LogMean, Meter, MeteredFrame, MeteredSubject, SUN_HALF_WEIGHT_SHARES, SUN_WEIGHT, far_weight};
+use super::{LogMean, Meter, MeteredFrame, MeteredSubject, SUN_WEIGHT, far_weight, sun_half_weight_share};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::atmosphere::air;
@@ -44,7 +44,7 @@ impl MeteredFrame<'_, '_> {
         (1.0 - clear, log_transmittance.exp())
     }
 
-    /// Meters all refracted limbs of the frame.
+    /// Meters all refracted limbs of the frame; `None` if none of them counts.
     pub(super) fn refracted_limbs(&self) -> Option<MeteredSubject> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let frame_sr = 4.0 * camera.tan_half_fov.element_product();
@@ -63,15 +63,15 @@ impl MeteredFrame<'_, '_> {
                 mean.add(
                     visible_weight * segment.bent_fraction * segment.solid_angle / frame_sr,
                     segment.radiance,
-                    self.foreground_radiance(segment.direction, Some(p.body.id)),
+                    self.foreground_radiance(segment.direction, p.body.id),
                 );
             }
             // The limb counts as part of the target if the target is this body or the Sun. An image of the Sun on a short arc is a source of light, as a small
             // Sun is, and not the subject.
             let is_target = [Some(p.body.id), Some(NaifId::SUN)].contains(&request.target);
-            let extent_share = limb.extent / frame_sr;
-            let as_subject = extent_share / (extent_share + SUN_HALF_WEIGHT_SHARES[usize::from(!is_target)]);
-            let weight = limb.drawn_fraction * as_subject * if is_target { SUN_WEIGHT } else { 1.0 };
+            let arc_disc_share = limb.arc_disc_sr / frame_sr;
+            let weight_as_subject = arc_disc_share / (arc_disc_share + sun_half_weight_share(is_target));
+            let weight = limb.drawn_fraction * weight_as_subject * if is_target { SUN_WEIGHT } else { 1.0 };
             let mean = LogMean { weight: mean.weight * weight, log_sum: mean.log_sum * weight };
             if mean.weight > max_weight {
                 (max_weight, dominant) = (mean.weight, Some(p.body));

@@ -29,6 +29,7 @@ const HEIGHT_COUNT: u32 = 24;
 /// `sin_altitude`: sine of the Sun's altitude.
 fn column_towards_sun_km(s: &Species, radius_km: f64, height_km: f64, sin_altitude: f64) -> f64 {
     let scale_height_km = s.scale_height_km;
+    // c, the value of Chapman's function for a horizontal ray.
     let horizontal = (FRAC_PI_2 * radius_km / scale_height_km).sqrt();
     let upwards_km = scale_height_km * horizontal / ((horizontal - 1.0) * sin_altitude.abs() + 1.0) * density(s, height_km);
     if sin_altitude >= 0.0 {
@@ -56,8 +57,7 @@ pub(super) struct RimOfAir<'p> {
     radius_km: f64,
     /// Sine and cosine of the phase angle.
     phase_sin_cos: (f64, f64),
-    /// Sine and cosine of the angle at the body's centre between the limb and the plane through the centre that the camera faces; the angle is 0 for a far
-    /// camera.
+    /// Sine and cosine of the angle at the body's centre between the limb and the plane perpendicular to the line of sight; the angle is 0 for a far camera.
     limb_tilt_sin_cos: (f64, f64),
     /// How much of the ring continues the disc's colour, by [`rim::continued_part`]; 0 if the body's colours exclude the air, or if the air is visible over the
     /// disc.
@@ -92,9 +92,10 @@ impl<'p> RimOfAir<'p> {
         let (depth, scattered) = rim::tangent_ray(self.air, self.radius_km, height_km, cos_scattering);
         let opacity = DVec3::ONE - (-depth).exp();
         let sunlight = sunlight(self.air, self.radius_km, height_km, sin_altitude);
-        let scattered = rim::ALL_ORDERS_TO_SINGLE_RATIO * (scattered * opacity / depth.max(DVec3::splat(1e-12)) * sunlight).max_element();
+        let once_scattered = scattered * opacity / depth.max(DVec3::splat(1e-12)) * sunlight;
+        let of_scattering = rim::ALL_ORDERS_TO_SINGLE_RATIO * once_scattered.max_element();
         let continued = self.disc_albedo * sin_altitude.max(0.0) * opacity.element_sum() / 3.0 / self.limb_opacity.max(1e-12);
-        scattered + (continued - scattered) * self.continued_part
+        of_scattering + (continued - of_scattering) * self.continued_part
     }
 
     /// Calls `add` with the area of each part of the ring, relative to that of the disc, and its radiance per irradiance. `height_px`: height of the ring's

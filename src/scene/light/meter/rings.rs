@@ -19,7 +19,8 @@ use std::sync::Arc;
 
 /// Number of rays along each side of the rings' rectangle.
 const RING_RAYS: u32 = 28;
-/// Width over which the edge of the globe's shadow on the rings is softened, globe radii: wider than the penumbra, so that the reading changes gradually.
+/// Width over which the edge of the globe's shadow on the rings is softened, globe radii: wider than the penumbra, so that the meter's reading changes
+/// gradually.
 const SHADOW_EDGE_RADII: f64 = 0.02;
 /// Sizes of the rings' rectangle, with its margins, between which their weight rises from 0 to 1. Smaller rings are part of the body's point.
 const FADE_IN_SIZES_PX: (f64, f64) = (4.0, 8.0);
@@ -75,7 +76,7 @@ impl MeteredFrame<'_, '_> {
         let Some(rect) = view.rect(outer * unit_km) else { return mean };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         // The flux of a body that is drawn as a point includes its rings.
-        let size_weight = smooth_rise(FADE_IN_SIZES_PX, (size * camera.half_size()).max_element());
+        let size_weight = smooth_rise(FADE_IN_SIZES_PX, (size * camera.half_size_px()).max_element());
         if size_weight <= 0.0 {
             return mean;
         }
@@ -103,6 +104,7 @@ impl MeteredFrame<'_, '_> {
             let radius = ring_point.truncate().length();
             let cos_emission = ray.z.abs().max(phase::MIN_COSINE);
             let radial_stretch = (ray.truncate().dot(ring_point.truncate()) / radius.max(1e-9)).abs() / cos_emission;
+            // Half the range of radii that the ray represents.
             let half_width = 0.5 * (distance * spacing * (1.0 + radial_stretch)).max(1e-6);
             if radius - half_width > outer {
                 continue;
@@ -124,7 +126,7 @@ impl MeteredFrame<'_, '_> {
             let radiance = 0.25 * light * irradiance * sunlit_fraction;
             let weight = frame_position_weight(clip.abs().max_element());
             let visible_share = share * weight * visible_fraction * Self::ray_visibility(&nearer, direction, spacing);
-            mean.add(visible_share, radiance, self.foreground_radiance(direction, Some(p.body.id)));
+            mean.add(visible_share, radiance, self.foreground_radiance(direction, p.body.id));
         }
         mean
     }

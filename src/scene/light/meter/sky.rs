@@ -23,7 +23,7 @@ use glam::DVec3;
 const SUNSET_SKY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
-/// Least radiance of a sky: far below that of any night. Without light the level at which the sky is shown would give no white.
+/// Least radiance of a sky: far below that of any night. With a radiance of 0 the level would be 0, too, and the subject's white, radiance / level, undefined.
 const MIN_SKY_RADIANCE: f64 = 1e-30;
 /// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
 /// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
@@ -63,6 +63,7 @@ impl MeteredFrame<'_, '_> {
             nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius_rad)).product::<f64>()
         });
         let sunlight_fraction = visible_sun_fraction + (1.0 - visible_sun_fraction) * TOTALITY_SKY_FRACTION;
+        // Sunlight is the same in all channels; of planet-shine the green channel counts.
         let by_sunlight = by_light(air, p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
         let by_planet_shine = self.planet_shine_on(p).first().map_or(0.0, |l| by_light(air, l.direction, l.irradiance.y));
         by_sunlight + by_planet_shine
@@ -94,11 +95,11 @@ impl MeteredFrame<'_, '_> {
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_exposure_radiance).powf(air.sky_weight());
         let exposed = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
         let scattered = self.sum_over_lights_of_sky(|air, towards, irradiance| air.scattered_radiance(towards, irradiance, &self.sky_rays));
-        Some(with_drawn_radiance(exposed, scattered + air.night_radiance()))
+        Some(with_drawn_radiance(exposed, scattered + air.night_sky_radiance()))
     }
 }
 
-/// The subject with the radiance that is drawn, and with the level at which an image shows it that is exposed for the subject.
+/// The subject with the radiance that is drawn, and with the level of this radiance in an image that is exposed for the subject.
 fn with_drawn_radiance(exposed: MeteredSubject, radiance: f64) -> MeteredSubject {
     let radiance = radiance.max(MIN_SKY_RADIANCE);
     MeteredSubject { radiance, target_level: radiance / exposed.white(), ..exposed }

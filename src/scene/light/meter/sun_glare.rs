@@ -24,7 +24,7 @@ struct PointSun {
 pub(crate) struct FrameGlare {
     /// Radiance of the veil, and distance from the Sun's centre in pixels. Empty without a Sun in the frame.
     samples: Vec<[f64; 2]>,
-    /// `None` if the Sun is drawn as a disc.
+    /// `None` if no sprite's glare counts, as for a Sun that is drawn as a disc.
     point: Option<PointSun>,
 }
 
@@ -70,7 +70,7 @@ impl MeteredFrame<'_, '_> {
             return FrameGlare::default();
         }
         let samples = self.sample_frame(|ray| {
-            let distance_px = camera.clip(ray).map_or(f64::INFINITY, |clip| ((clip - centre) * camera.half_size()).length());
+            let distance_px = camera.clip(ray).map_or(f64::INFINITY, |clip| ((clip - centre) * camera.half_size_px()).length());
             let veil = self.glare.as_ref().map_or(0.0, |veil| veil.radiance(ray.normalize()));
             [self.sun_transmittance * veil, distance_px]
         });

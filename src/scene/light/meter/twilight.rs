@@ -18,7 +18,7 @@ use glam::DVec3;
 /// The Sun's altitude in degrees, and the radiance per irradiance of the Earth's air seen from straight above (brightest channel), measured in drawn images.
 const RADIANCE_BY_ALTITUDE: [(f64, f64); 8] =
     [(-18.0, 2.9e-10), (-14.0, 5.8e-8), (-10.0, 1.4e-6), (-8.0, 6.7e-6), (-6.0, 5.2e-5), (-4.0, 5.05e-4), (-2.0, 2.6e-3), (0.0, 7.5e-3)];
-/// Altitude of the Sun from which the body's mean albedo includes all light of the air.
+/// Altitude of the Sun at and above which the body's mean albedo includes all light of the air.
 const DAY_ALTITUDE_DEG: f64 = 5.0;
 /// Lower limit of the cosine of emission: for flatter views the radiance no longer grows with the path's length through the air.
 const MIN_COS_EMISSION: f64 = 0.2;
@@ -26,7 +26,8 @@ const MIN_COS_EMISSION: f64 = 0.2;
 const EARTH_REFLECTANCE: f64 = 0.105;
 const EARTH_RADIUS_SCALE_HEIGHTS: f64 = 873.7;
 
-/// Reflectance of an atmosphere by light scattered once, and the body's radius in scale heights of its highest scattering species.
+/// Reflectance of an atmosphere by light scattered once, half of which leaves upwards; and the body's radius in scale heights of its highest scattering
+/// species.
 fn reflectance_and_radius(body: &Body, air: &Atmosphere) -> [f64; 2] {
     // Light scattered forwards counts as not scattered.
     let mean_cosine = |s: &Species| s.aerosol_phase().map_or(DVec3::ZERO, |aerosol| phase::mean_cosine(PhaseFunction::Aerosol(aerosol)));

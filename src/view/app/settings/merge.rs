@@ -137,6 +137,7 @@ mod tests {
             assert_eq!((&saved["panels"]["minimap"], &saved["panels"]["on_left"]), (&json!({"corner": 2}), &json!(true)));
             assert_eq!(saved["home"], json!({"latitude_deg": 52.5, "longitude_deg": 13.4, "height_m": 35.0}));
             assert_eq!((&saved["bookmarks"][0]["colour"], &saved["bookmarks"][1]["name"]), (&json!("red"), &json!("b")));
+            // The field of `ui_scale`, with the digits of an f32.
             assert_eq!(saved["zoom"], json!(1.1));
             assert_eq!(Settings::load(&path), (changed.clone(), None));
         }

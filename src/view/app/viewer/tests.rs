@@ -142,7 +142,7 @@ fn a_body_seen_from_another_fits_the_image() {
     }
 }
 
-/// *Look at* faces the body, also during a flight, which it ends at its destination, and if the camera has turned away from the body that it orbits.
+/// *Look at* ends a flight at its destination, and then faces the body. It also does so if the camera has turned away from the body that it orbits.
 #[test]
 fn look_at_faces_the_body() {
     let faces = |viewer: &Viewer, id: NaifId| {

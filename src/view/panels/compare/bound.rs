@@ -39,7 +39,7 @@ fn colour_index(bound: u8) -> usize {
     COLOUR_STEPS.iter().position(|step| bound <= step.max).unwrap_or(COLOUR_STEPS.len() - 1)
 }
 
-/// The range of bounds of a colour in 8-bit levels, such as `3 to 4`; only the bound if the range has one.
+/// The range of bounds of a colour in 8-bit levels, such as `3 to 4`, or `2` if the range contains only this bound.
 fn range_text(colour_index: usize) -> String {
     let max = COLOUR_STEPS[colour_index].max;
     let Some(max_below) = colour_index.checked_sub(1).map(|k| COLOUR_STEPS[k].max) else { return text!("bound-up-to", max = max) };

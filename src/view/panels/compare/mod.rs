@@ -106,7 +106,7 @@ pub(crate) struct ComparePanel {
     input: Option<ComparisonInput>,
     pending: Option<Pending<Result<DrawnPair, String>>>,
     /// The displayed pair, or why it could not be drawn.
-    pair: Option<Result<DrawnPair, String>>,
+    drawn_pair: Option<Result<DrawnPair, String>>,
     pair_view: PairView,
     /// Bounds of the left image's difference from reference quality.
     error_bound_view: ErrorBoundView,
@@ -130,7 +130,7 @@ impl ComparePanel {
     /// drawn again.
     pub(crate) fn forget_failures(&mut self) {
         let was_pending = self.pending.take().is_some();
-        if self.pair.take_if(|pair| pair.is_err()).is_some() || was_pending {
+        if self.drawn_pair.take_if(|drawn| drawn.is_err()).is_some() || was_pending {
             self.input = None;
         }
         self.error_bound_view.forget_failures();
@@ -140,7 +140,7 @@ impl ComparePanel {
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         if let Some(drawn) = self.pending.as_ref().and_then(Pending::take) {
             self.pending = None;
-            self.pair = Some(drawn);
+            self.drawn_pair = Some(drawn);
         }
         let view = &interface.viewer.view;
         let mut variants = self.variants.take().unwrap_or_else(|| initial_variants(view));
@@ -178,7 +178,7 @@ impl ComparePanel {
         } else {
             self.draw_if_needed(interface, ui, worker, &variants);
         }
-        match &self.pair {
+        match &self.drawn_pair {
             Some(Ok(DrawnPair { pair, input })) => {
                 let names = [variant_text(&input.variants[0]), variant_text(&input.variants[1])];
                 // While a new pair is being drawn, the spinner above says so.
@@ -311,9 +311,9 @@ mod tests {
 
     #[test]
     fn an_error_in_the_previous_language_is_dropped() {
-        let mut panel = ComparePanel { pair: Some(Err("why".into())), pending: Some(Pending::default()), ..ComparePanel::default() };
+        let mut panel = ComparePanel { drawn_pair: Some(Err("why".into())), pending: Some(Pending::default()), ..ComparePanel::default() };
         panel.error_bound_view.fail("why");
         panel.forget_failures();
-        assert!(panel.pair.is_none() && panel.pending.is_none() && panel.error_bound_view.is_empty());
+        assert!(panel.drawn_pair.is_none() && panel.pending.is_none() && panel.error_bound_view.is_empty());
     }
 }

@@ -68,8 +68,8 @@ pub(super) fn show(
         }
     });
     information::place_fields(ui, &mut interface.information);
-    // The height is reserved before the contacts at the place arrive, so that no button moves when they do. Their number is not known yet, but an event with
-    // more rows than the minimum, such as a lunar eclipse, has the same contacts everywhere, and a maximum.
+    // The height is reserved before the contacts at the place arrive, so that no button moves when they do. Their number is not known yet. But an event with
+    // more contacts than the minimum of rows, such as a lunar eclipse, has the same contacts everywhere, plus a maximum.
     let rows = (event.contacts().len() + 1).max(MIN_CONTACT_ROWS);
     let height = (rows + 1) as f32 * CONTACT_ROW_HEIGHT;
     ui.allocate_ui(vec2(ui.available_width(), height), |ui| {

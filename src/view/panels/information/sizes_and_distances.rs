@@ -196,7 +196,7 @@ struct PlottedBody<'n> {
 }
 
 /// The x coordinates of the middles of the labels along the line. `None`: a label is left out because it would be too close to another, or begin left of
-/// `min_left`, the right edge of the Sun's disc with a gap. `labels`: for each label the x coordinate of its body, the label's width, and whether the body is
+/// `min_left` (a gap to the right of the Sun's disc). `labels`: for each label the x coordinate of its body, the label's width, and whether the body is
 /// marked. The marked label must come first and is always shown; the others follow from left to right.
 fn label_middles(area: [f32; 2], min_left: f32, labels: &[(f32, f32, bool)]) -> Vec<Option<f32>> {
     let mut last_end = min_left;
@@ -307,7 +307,7 @@ mod tests {
             label_middles(area, 0.0, &[(5.0, 40.0, false), (44.0, 30.0, false), (80.0, 30.0, false)]),
             [Some(22.0), None, Some(80.0)]
         );
-        // A label that starts before the end of the Sun's disc is left out, unless it is marked.
+        // A label that starts left of `min_left` (16 here) is left out, unless it is marked.
         assert_eq!(label_middles(area, 16.0, &[(20.0, 30.0, false)]), [None::<f32>]);
         assert_eq!(label_middles(area, 16.0, &[(20.0, 30.0, true)]), [Some(20.0)]);
     }

@@ -39,7 +39,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
             let how = match origin.outcome {
                 CacheOutcome::Read => text!("cost-loaded"),
                 CacheOutcome::Emitted => text!("cost-compiled"),
-                CacheOutcome::Rebuilt => text!("cost-recompiled"),
+                CacheOutcome::Repaired => text!("cost-recompiled"),
             };
             ui.label(text!("cost-origin", how = how, ms = decimal(origin.took_ms, 2)));
         }

@@ -1,5 +1,6 @@
 //! The part of the Key page that compares two keys (a key names a generated shader module): their images of the sample body (a fixed body, see
-//! `session::sample_body`), their costs, and the changed source lines by feature. Also whether any view of the catalog's bodies can need the displayed key.
+//! `session::sample_body`), their costs, and the changed source lines by feature. It also tells whether any view of the catalog's bodies can need the displayed
+//! key.
 //!
 //! In: the drawn key, with which the view is drawn; the displayed key, which is the drawn key or one that the user changed by hand; the pinned keys. Out: egui
 //! shapes. Always: a difference is the change from the first key to the second; between equal keys none is shown.
@@ -37,7 +38,7 @@ impl KeyComparison {
 }
 
 /// The two compared keys and their labels. With two pins: the pinned keys. With one: the pinned key and the displayed key. Without pins: the drawn
-/// key and the displayed key.
+/// key and the displayed key. `None` if there is no drawn or no displayed key.
 fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([ShaderKey; 2], [&'static str; 2])> {
     let (drawn_key, key) = (inspected.drawn_key?, inspected.key()?);
     Some(match panel.pins {

@@ -92,6 +92,7 @@ type SampleImageResult = Result<egui::ColorImage, String>;
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct KeySwap {
     pub body: NaifId,
+    /// Name of the part of the body that the draw shows ([`crate::scene::draw::BodyPart`]).
     pub part: &'static str,
     /// The new key.
     pub key: ShaderKey,

@@ -112,7 +112,7 @@ impl Export {
         if f64::from(width) * f64::from(height) * f64::from(frame_count) > MAX_ANIMATION_PIXELS {
             return Err(text!("export-too-large", millions = decimal(MAX_ANIMATION_PIXELS / 1e6, 0)));
         }
-        // The file itself is written after the last frame; a frame takes up to minutes.
+        // Tested now, because the file itself is written only after the last frame, and a frame takes up to minutes.
         if let Some(file) = files_of_animation(name)?.find(|file| !file.exists()) {
             try_output_path(&file).map_err(|e| error_text(&e))?;
         }

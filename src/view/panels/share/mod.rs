@@ -232,8 +232,8 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         interface.show_reply(written.map_or_else(|why| why, |path| saved_message(&path)));
     }
     if let Some((message, is_over)) = interface.share.export.as_mut().and_then(|export| export.poll(worker, saved_message)) {
-        let asks_again = interface.share.quit_refused && !is_over;
-        interface.show_reply(if asks_again { format!("{message}\n{}", text!("export-quit")) } else { message });
+        let repeats_quit_warning = interface.share.quit_refused && !is_over;
+        interface.show_reply(if repeats_quit_warning { format!("{message}\n{}", text!("export-quit")) } else { message });
         if is_over {
             interface.share.export = None;
         }
@@ -246,7 +246,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
     let Animation { file_name, options, frames_per_s, is_centred_on_displayed_time } = &panel.animation;
     let view = interface.viewer.shareable_view();
     let event_frames = images::chosen_frames_of_event(interface);
-    // The frames from a time on, at the panel's interval; those of the chosen event instead, if they are to span it.
+    // If the frames are to span an event: its frames. Otherwise frames from the given time on, at the panel's interval.
     let frames_from = |tdb_s: f64| {
         let FrameTimes { start_tdb_s, step_s } = event_frames.unwrap_or(FrameTimes { start_tdb_s: tdb_s, step_s: panel.step_s });
         FrameViews::Steps { view: Box::new(ViewState { tdb_s: start_tdb_s, ..view.clone() }), step_s }

@@ -1,8 +1,9 @@
-//! The AVX2 decoders. Texels of four bytes are read with gather instructions, eight at a time. Of texels of sixteen bytes, one or two channels are
+//! The AVX2 decoders of texels. Texels of four bytes are read with gather instructions, eight at a time. Of texels of sixteen bytes, one or two channels are
 //! gathered; if more are needed, each texel is read with one load, and eight of them are transposed into channels in registers. Bilinear interpolation
 //! of eight points stays in registers.
 //!
-//! In: indices of texels, each below the level's number of texels, or the corners of eight points. Out: the same bits as from reading texel by texel.
+//! In: a level and indices of its texels, or the corners of eight points in it. Out: linear channels of the texels, or interpolated at the points; the same
+//! bits as from reading texel by texel.
 
 use super::{Corners, Decode, Float, Srgb, TexelLevel, Unorm, unorm};
 use crate::render::software::sample::corners::bilinear;
@@ -20,13 +21,14 @@ use std::mem::transmute;
 #[repr(C, packed)]
 struct Unaligned(__m128);
 
-/// Decodes a format of four bytes per texel with gather instructions; sRGB also gathers from its decoding table. Only [`Decode::avx2`] creates this decoder.
+/// Decodes a format of four bytes per texel with gather instructions; sRGB also gathers from its decoding table. Only [`Decode::avx2`] creates this decoder,
+/// so it exists only on machines with AVX2.
 #[derive(Clone, Copy)]
 pub(crate) struct GatherDecoder<D>(pub(super) D);
 
 /// Formats of four bytes per texel.
 trait FourBytes: Decode<Texel = u32> {
-    /// The table that decodes red, green and blue, if the format has one.
+    /// The linear value of each byte of red, green and blue; `None`: the byte over 255. Alpha is always the latter.
     fn table(self) -> Option<&'static [f32; 256]>;
 }
 
@@ -44,9 +46,9 @@ impl FourBytes for Unorm {
     }
 }
 
-/// The words `base[index]`, gathered eight at a time.
+/// The 32-bit words at `base` with these indices, gathered eight at a time.
 /// # Safety
-/// For every index `base[index]` can be read, every index is below 2^31 (a gather's indices are signed), and the machine has AVX2.
+/// For every index the word can be read, every index is below 2^31 (a gather's indices are signed), and the machine has AVX2.
 #[inline(always)]
 unsafe fn gather<const N: usize>(base: *const u8, indices: &[u32; N]) -> [u32; N] {
     const { assert!(N.is_multiple_of(8)) };
@@ -61,11 +63,11 @@ unsafe fn gather<const N: usize>(base: *const u8, indices: &[u32; N]) -> [u32; N
     out
 }
 
-/// Channel `K` of four-byte texels. `table`: decodes red, green and blue.
+/// Channel `K` (0 to 3: red, green, blue, alpha) of eight texels of four bytes. `table`: [`FourBytes::table`].
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
-unsafe fn channel_of_vector<const K: i32>(table: Option<&[f32; 256]>, texels: __m256i) -> __m256 {
+unsafe fn channel_of_eight_texels<const K: i32>(table: Option<&[f32; 256]>, texels: __m256i) -> __m256 {
     // SAFETY: the caller guarantees AVX2; a byte is below the table's length.
     unsafe {
         let byte = match K {
@@ -81,18 +83,18 @@ unsafe fn channel_of_vector<const K: i32>(table: Option<&[f32; 256]>, texels: __
     }
 }
 
-/// Bilinear interpolation of channel `K` between the texels at four corners.
+/// Bilinear interpolation of channel `K` between the texels at four corners, in the order of [`Corners::index`], by [`Corners::fraction`].
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
 unsafe fn bilinear_channel<const K: i32>(table: Option<&[f32; 256]>, [a, b, c, d]: [__m256i; 4], fraction: [__m256; 2]) -> __m256 {
-    // SAFETY: the caller guarantees it.
+    // SAFETY: the caller guarantees AVX2.
     unsafe {
         let corners = [
-            channel_of_vector::<K>(table, a),
-            channel_of_vector::<K>(table, b),
-            channel_of_vector::<K>(table, c),
-            channel_of_vector::<K>(table, d),
+            channel_of_eight_texels::<K>(table, a),
+            channel_of_eight_texels::<K>(table, b),
+            channel_of_eight_texels::<K>(table, c),
+            channel_of_eight_texels::<K>(table, d),
         ];
         bilinear(corners, fraction)
     }
@@ -174,7 +176,8 @@ impl<D: FourBytes> Decode for GatherDecoder<D> {
     }
 }
 
-/// Decodes texels of four floats, which it transposes into channels in registers. Only [`Decode::avx2`] creates this decoder.
+/// Decodes texels of four floats, which it transposes into channels in registers. Only [`Decode::avx2`] creates this decoder, so it exists only on machines
+/// with AVX2.
 #[derive(Clone, Copy)]
 pub(crate) struct TransposeDecoder(pub(super) Float);
 
@@ -215,8 +218,8 @@ impl Decode for TransposeDecoder {
         unsafe {
             let [a, b, c, d] = corners.index;
             let fraction = corners.fraction;
-            // Four consecutive lanes are a 2x2 quad. Under magnification they often lie between the same four texels: all corners agree if the top
-            // left one and the bottom right one do.
+            // Four consecutive points are a quad of 2x2 pixels. Under magnification they often lie between the same four texels. Where two points have the same
+            // top left corner and the same bottom right one, they have the same rows and columns, so all their corners agree.
             let equals_first_of_quad = |index| _mm256_cmpeq_epi32(index, _mm256_shuffle_epi32::<0>(index));
             let agree = _mm256_and_si256(equals_first_of_quad(a), equals_first_of_quad(d));
             let quads_share_corners = _mm256_movemask_epi8(agree) == -1;
@@ -260,6 +263,7 @@ impl Decode for TransposeDecoder {
         let half_texel_indices = index.map(|i| i.wrapping_mul(2));
         // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes; a `TransposeDecoder` exists only with AVX2.
         unsafe {
+            // `& 3` keeps the read inside the texel whatever `K` is.
             let channel_base = level.bytes.as_ptr().wrapping_add(4 * (K & 3)).cast::<i32>();
             transmute::<__m256i, [f32; 8]>(_mm256_i32gather_epi32::<8>(channel_base, transmute::<[u32; 8], __m256i>(half_texel_indices)))
         }
@@ -269,7 +273,7 @@ impl Decode for TransposeDecoder {
         // SAFETY: the caller guarantees it; vectors and arrays have eight words each.
         unsafe {
             let [r, g, b, a] = self.transposed(level, transmute::<[u32; 8], __m256i>(*index));
-            // Masked as vectors, because the compiler would mask the floats of arrays one by one.
+            // Lanes with mask 0 become 0. Masked as vectors, because the compiler would mask the floats of arrays one by one.
             let mask = transmute::<[u32; 8], __m256>(if MASKED { *mask } else { [u32::MAX; 8] });
             let masked = [_mm256_and_ps(r, mask), _mm256_and_ps(g, mask), _mm256_and_ps(b, mask), _mm256_and_ps(a, mask)];
             transmute::<[__m256; 4], [[f32; 8]; 4]>(masked)
@@ -324,13 +328,14 @@ impl TransposeDecoder {
             let half_texel_indices = transmute::<__m256i, [u32; 8]>(_mm256_add_epi32(index, index));
             let (t0, t1) = (pair(base, &half_texel_indices, 0), pair(base, &half_texel_indices, 1));
             let (t2, t3) = (pair(base, &half_texel_indices, 2), pair(base, &half_texel_indices, 3));
-            let (low_01, low_23) = (_mm256_unpacklo_ps(t0, t1), _mm256_unpacklo_ps(t2, t3));
-            let (high_01, high_23) = (_mm256_unpackhi_ps(t0, t1), _mm256_unpackhi_ps(t2, t3));
+            // In each half, of two texels: red, red, green, green, and blue, blue, alpha, alpha.
+            let (rg_01, rg_23) = (_mm256_unpacklo_ps(t0, t1), _mm256_unpacklo_ps(t2, t3));
+            let (ba_01, ba_23) = (_mm256_unpackhi_ps(t0, t1), _mm256_unpackhi_ps(t2, t3));
             [
-                _mm256_shuffle_ps::<0b01_00_01_00>(low_01, low_23),
-                _mm256_shuffle_ps::<0b11_10_11_10>(low_01, low_23),
-                _mm256_shuffle_ps::<0b01_00_01_00>(high_01, high_23),
-                _mm256_shuffle_ps::<0b11_10_11_10>(high_01, high_23),
+                _mm256_shuffle_ps::<0b01_00_01_00>(rg_01, rg_23),
+                _mm256_shuffle_ps::<0b11_10_11_10>(rg_01, rg_23),
+                _mm256_shuffle_ps::<0b01_00_01_00>(ba_01, ba_23),
+                _mm256_shuffle_ps::<0b11_10_11_10>(ba_01, ba_23),
             ]
         }
     }
