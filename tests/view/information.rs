@@ -1,8 +1,9 @@
 //! The Information panel: rows that depend on the body; the day of rise, transit, set and a solar eclipse.
 
-use crate::view::input::{SATURN, TIME, Window};
+use crate::view::input::{SATURN, TIME, Window, type_text};
 use crate::view::interface::{harness, interface, settle};
 use egui::accesskit::Role;
+use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::view::app::settings::{Home, Settings};
@@ -64,4 +65,29 @@ fn the_day_of_rise_and_set_is_the_displayed_one() {
     assert_eq!(of_thales[0], of_thales[1]);
     // Negative control: on the next day there is no eclipse.
     assert_eq!(dated_texts("-0584-05-23T10:00:00Z", istanbul, "-0584-05-2").len(), 3);
+}
+
+/// A field names no city whose place is no longer the observer's. A name that is being typed stays.
+#[test]
+fn the_field_for_a_city_empties_when_another_place_is_typed() {
+    let mut window = window_about(SATURN, SATURN, TIME, Home::default());
+    let city = |window: &Window| window.get_by_role_and_label(Role::TextInput, "City").accesskit_node().value().unwrap_or_default();
+    for (field, number) in [("Latitude of the place, degrees north", "43.3"), ("Longitude of the place, degrees east", "-2.9")] {
+        for (role, name, text, expected) in [
+            (Role::TextInput, "City", "Mosc", "Moscow"),
+            (Role::SpinButton, field, number, ""),
+            (Role::TextInput, "City", "Lisb", "Lisbon"),
+        ] {
+            window.get_by_role_and_label(role, name).focus();
+            window.run_steps(2);
+            window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+            window.run_steps(2);
+            type_text(&mut window, text);
+            let before = city(&window);
+            assert_eq!(before, if role == Role::SpinButton { "Moscow" } else { text }, "{field}: {text}");
+            window.key_press(Key::Enter);
+            window.run_steps(4);
+            assert_eq!(city(&window), expected, "{field}: {text}");
+        }
+    }
 }

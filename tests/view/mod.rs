@@ -1,6 +1,7 @@
 //! The window, part by part; tests/README.md says what each module tests. `interface` is also the harness of the others.
 
 mod access;
+mod clicks_after_typing;
 mod composition;
 mod contrast;
 mod dropped;
@@ -23,7 +24,9 @@ mod panels;
 mod presets;
 mod search;
 mod sharing;
+mod shortcuts;
 mod side_panels;
+mod source_search;
 mod stars;
 mod texts_of_layers;
 mod time;

@@ -1,9 +1,10 @@
 //! *What to see now*, a row of thumbnails: the views that they open, and when the row is visible.
 
 use crate::support::session::session_over;
-use crate::view::input::Window;
+use crate::view::input::{Window, click, click_in_one_frame, type_text};
 use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
+use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
@@ -127,6 +128,36 @@ fn opening_a_current_view_sets_real_time_forward_and_keeps_a_pause() {
         }
         assert_eq!(state.viewer.time_rate.rate(), 1.0, "{actions_before:?}");
     }
+}
+
+fn type_date(window: &mut Window, text: &str) {
+    window.get_by_role_and_label(Role::TextInput, "Date and time").focus();
+    window.run_steps(2);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(2);
+    type_text(window, text);
+}
+
+/// The press ends the text of the date, which sets the time; the row is there until the release, which is the click.
+#[test]
+fn a_click_on_the_row_that_ends_a_typed_date_opens_its_view() {
+    for click_as_chosen in [click, click_in_one_frame] {
+        let mut window = first_start();
+        type_date(&mut window, "2020-01-01");
+        let name = thumbnail_labels(&window).into_iter().find(|label| label.starts_with(NowItem::Saturn.name())).expect("a thumbnail");
+        let place = window.get_by_role_and_label(Role::Button, &name).rect().center();
+        click_as_chosen(&mut window, place);
+        settle(&mut window);
+        assert_eq!(window.state().viewer.view_after_flight().target, SATURN);
+        assert!(thumbnail_labels(&window).is_empty());
+    }
+    // Any other click that ends the text hides the row.
+    let mut window = first_start();
+    type_date(&mut window, "2020-01-01");
+    let place = window.get_by_label_contains("The sky:").rect().left_top() + egui::vec2(60.0, 80.0);
+    click(&mut window, place);
+    settle(&mut window);
+    assert!(thumbnail_labels(&window).is_empty());
 }
 
 #[test]

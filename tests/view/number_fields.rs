@@ -157,6 +157,119 @@ fn escape_or_an_unchanged_text_leaves_the_value() {
     }
 }
 
+/// As in the number fields of browsers: an arrow key steps from the number that stands in the field.
+#[test]
+fn an_arrow_key_steps_from_the_typed_number() {
+    let mut window = window_without_images(MARS);
+    let is_latitude = |window: &Window, expected: f64| (value(window, LATITUDE) - expected).abs() < 1e-9;
+    for is_at_once in [false, true] {
+        enter_field(&mut window, LATITUDE);
+        if is_at_once {
+            let up = Event::Key { key: Key::ArrowUp, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
+            window.input_mut().events.extend([Event::Text("1".into()), Event::Text("2".into()), up]);
+            window.run_steps(4);
+        } else {
+            type_letters(&mut window, "12");
+            window.key_press(Key::ArrowUp);
+            window.run_steps(3);
+        }
+        assert!(is_latitude(&window, 12.2), "at once: {is_at_once}: {}", value(&window, LATITUDE));
+        leave_by(&mut window, Key::Enter);
+        assert!(is_latitude(&window, 12.2), "at once: {is_at_once}, entered: {}", value(&window, LATITUDE));
+        enter_field(&mut window, LATITUDE);
+        type_letters(&mut window, "45");
+        window.key_press(Key::ArrowDown);
+        window.run_steps(3);
+        let sky = window.get_by_label_contains("The sky:").rect().center();
+        click(&mut window, sky);
+        window.run_steps(4);
+        assert!(is_latitude(&window, 44.8), "at once: {is_at_once}, clicked: {}", value(&window, LATITUDE));
+    }
+    // Without a typed number it steps from the value. What is typed after a step counts as ever.
+    enter_field(&mut window, LATITUDE);
+    window.key_press(Key::ArrowUp);
+    window.run_steps(3);
+    assert!(is_latitude(&window, 45.0), "{}", value(&window, LATITUDE));
+    window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    window.run_steps(2);
+    type_letters(&mut window, "7");
+    leave_by(&mut window, Key::Enter);
+    assert_eq!(value(&window, LATITUDE), 7.0);
+}
+
+#[test]
+fn an_arrow_key_leaves_a_text_without_a_number() {
+    let mut window = window_without_images(MARS);
+    for text in ["12x", "95"] {
+        enter_field(&mut window, LATITUDE);
+        type_letters(&mut window, text);
+        window.key_press(Key::ArrowUp);
+        window.run_steps(3);
+        assert_eq!(value(&window, LATITUDE), 0.0, "{text}");
+        assert!(window.state().reply_text().contains(text), "{text}: {}", window.state().reply_text());
+        let field = window.get_by_role_and_label(Role::SpinButton, LATITUDE).accesskit_node().value().unwrap_or_default();
+        assert!(field.contains(text), "{text} has become {field}");
+        leave_by(&mut window, Key::Escape);
+        assert_eq!(value(&window, LATITUDE), 0.0, "{text}, after Escape");
+    }
+}
+
+/// Escape takes back the steps, too, whether or not something was typed before, between or after them.
+#[test]
+fn escape_restores_the_value_from_before_the_steps() {
+    let mut window = window_without_images(MARS);
+    enter_field(&mut window, LATITUDE);
+    type_letters(&mut window, "12.34567891");
+    leave_by(&mut window, Key::Enter);
+    for (before, after) in [("", ""), ("40", ""), ("", "50"), ("40", "50x")] {
+        enter_field(&mut window, LATITUDE);
+        type_letters(&mut window, before);
+        for _ in 0..2 {
+            window.key_press(Key::ArrowUp);
+            window.run_steps(3);
+        }
+        assert!((value(&window, LATITUDE) - 12.345_678_91).abs() > 0.1, "the keys step nothing");
+        type_letters(&mut window, after);
+        leave_by(&mut window, Key::Escape);
+        assert_eq!((value(&window, LATITUDE), window.state().reply_text()), (12.345_678_91, ""), "{before}, {after}");
+    }
+    // Without Escape the steps count.
+    enter_field(&mut window, LATITUDE);
+    window.key_press(Key::ArrowUp);
+    window.run_steps(3);
+    leave_by(&mut window, Key::Tab);
+    assert!(value(&window, LATITUDE) > 12.4, "{}", value(&window, LATITUDE));
+}
+
+/// Undo takes back what was typed since the field got the focus. Texts that it showed earlier once came back, and counted.
+#[test]
+fn undo_stops_at_the_text_with_which_the_field_got_the_focus() {
+    let mut window = window_without_images(MARS);
+    enter_field(&mut window, LATITUDE);
+    type_letters(&mut window, "12");
+    leave_by(&mut window, Key::Enter);
+    for key in [Key::Tab, Key::Enter] {
+        enter_field(&mut window, LATITUDE);
+        for _ in 0..3 {
+            advance(&mut window, 1.5);
+            window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+            window.run_steps(2);
+        }
+        leave_by(&mut window, key);
+        assert_eq!(value(&window, LATITUDE), 12.0, "{key:?}");
+    }
+    enter_field(&mut window, LATITUDE);
+    advance(&mut window, 1.5);
+    type_letters(&mut window, "34");
+    advance(&mut window, 1.5);
+    for _ in 0..3 {
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        window.run_steps(2);
+    }
+    leave_by(&mut window, Key::Enter);
+    assert_eq!(value(&window, LATITUDE), 12.0, "undo takes back nothing");
+}
+
 /// A window with an open calendar and a running clock, whose rate is the preset after this many faster ones.
 fn window_with_running_clock(faster: usize) -> Window {
     let mut window = window_without_images(MARS);

@@ -5,7 +5,7 @@ use super::search::window_after_search;
 use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, OutputCommand};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::scene::request::{Purpose, ViewRequest};
@@ -185,8 +185,7 @@ fn files_are_chosen_in_a_dialog_where_there_is_one() {
     window.run_steps(3);
     window.get_by_label("Choose: animation file").click();
     window.run_steps(3);
-    let values: Vec<String> =
-        window.query_all_by_role(Role::TextInput).filter_map(|n| egui_kittest::kittest::NodeT::accesskit_node(&n).value()).collect();
+    let values: Vec<String> = window.query_all_by_role(Role::TextInput).filter_map(|n| n.accesskit_node().value()).collect();
     assert!(values.iter().any(|v| v == "chosen/p.png") && values.iter().any(|v| v == "chosen/orrery.gif"), "{values:?}");
     window.state_mut().file_dialog = Some(cancel);
     window.run_steps(2);
@@ -405,4 +404,31 @@ fn the_frames_of_a_whole_event_begin_before_it_and_end_after_it() {
     window.run_steps(3);
     let later = minutes_of_frames(&mut window, "later.png");
     assert!((later[0] - first).abs() < 0.1 && (later[1] - last).abs() < 0.1, "{later:?}");
+}
+
+/// The messages once began with a colon, where the name should have been.
+#[test]
+fn an_empty_file_name_is_refused_with_a_message() {
+    let mut window = sharing(Path::new("orrery.png"));
+    let is_folder = |label: &str| label.starts_with("Folder: ") && label.len() > "Folder: /".len();
+    let folder = |window: &Window| {
+        let mut labels = window.query_all_by_label_contains("Folder: ").filter_map(|label| label.accesskit_node().value());
+        labels.find(|label| label.starts_with("Folder: ")).expect("a folder")
+    };
+    let named = folder(&window);
+    assert!(is_folder(&named), "{named}");
+    for name in ["", " "] {
+        window.get_by_label_contains("Image file: .png or .exr").set_text_value_accesskit(name);
+        window.get_by_role_and_label(Role::TextInput, "View file").set_text_value_accesskit(name);
+        window.run_steps(3);
+        if name.is_empty() {
+            assert_eq!(folder(&window), named, "the folder of an empty name");
+        }
+        for button in ["Save image", "Export sequence", "Save view", "Open view"] {
+            window.state_mut().show_reply("");
+            window.get_by_role_and_label(Role::Button, button).click_accesskit();
+            window.run_steps(4);
+            assert_eq!(window.state().reply_text(), "Type a file name first", "{button}, “{name}”");
+        }
+    }
 }

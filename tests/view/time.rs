@@ -114,6 +114,51 @@ fn a_date_that_is_changed_back_counts_only_by_enter() {
     }
 }
 
+/// The text of the date field.
+fn date_text(window: &Window) -> String {
+    window.get_by_role_and_label(Role::TextInput, "Date and time").accesskit_node().value().unwrap_or_default()
+}
+
+/// The text once ran on with the clock, and undo brought back a text that was shown earlier, which then counted.
+#[test]
+fn the_date_field_keeps_its_text_while_it_has_the_focus() {
+    /// Scene seconds in a real second, at the fourth preset above real time.
+    const RATE: f64 = 3600.0;
+    let mut window = window_without_images(NaifId(499));
+    window.state_mut().viewer.time_rate.toggle_pause();
+    (0..4).for_each(|_| window.state_mut().viewer.time_rate.faster());
+    let clocks_s = |window: &Window| [window.ctx.input(|input| input.time), window.state().viewer.view.tdb_s];
+    // The undo of the second visit may find the texts of the first one.
+    for visit in 0..2 {
+        let before = date_text(&window);
+        advance(&mut window, 1.5);
+        advance(&mut window, 1.5);
+        assert_ne!(date_text(&window), before, "visit {visit}: without the focus it follows the clock");
+        let start_s = clocks_s(&window);
+        window.get_by_role_and_label(Role::TextInput, "Date and time").focus();
+        window.run_steps(2);
+        let entered = date_text(&window);
+        for _ in 0..3 {
+            advance(&mut window, 1.5);
+            assert_eq!(date_text(&window), entered, "visit {visit}: it follows the clock");
+            window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+            window.run_steps(2);
+            assert_eq!(date_text(&window), entered, "visit {visit}: undo");
+        }
+        window.key_press(Key::Tab);
+        window.run_steps(3);
+        let [real_s, scene_s] = [0, 1].map(|k| clocks_s(&window)[k] - start_s[k]);
+        assert!(real_s > 4.0 && (scene_s - RATE * real_s).abs() < 1.0, "visit {visit}: {scene_s} in {real_s} seconds");
+    }
+    // What the user types is undone.
+    type_date(&mut window, "2");
+    let entered = date_text(&window);
+    advance(&mut window, 1.5);
+    window.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    window.run_steps(2);
+    assert_ne!(date_text(&window), entered, "undo takes back nothing");
+}
+
 /// Hour, minute and second are below the days, with a colon between each two.
 #[test]
 fn the_time_of_day_is_separated_from_the_date() {

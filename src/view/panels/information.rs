@@ -94,6 +94,8 @@ pub(crate) struct InformationPanel {
     pub comparison: SizeComparison,
     /// Text in the city field.
     typed_city: String,
+    /// The place of the city in the field, once it was chosen.
+    city_place: Option<Home>,
     report: LatestAnswer<ReportInputs, SkyReport>,
 }
 
@@ -274,6 +276,9 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.typed_city).hint_text(text!("place-city")).desired_width(110.0);
         let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
+        if response.changed() {
+            panel.city_place = None;
+        }
         let found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
         let is_chosen = |city: &City| panel.observer_place == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
         let enter_pressed = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
@@ -287,6 +292,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
         if let Some(city) = chosen {
             panel.observer_place = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             panel.typed_city = city.name.to_owned();
+            panel.city_place = Some(panel.observer_place);
         }
     });
     let observer_place = &mut panel.observer_place;
@@ -306,6 +312,10 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
         }
     });
     observer_place.longitude_deg = wrapped_longitude_deg(observer_place.longitude_deg);
+    // The field does not name a city whose place is no longer the observer's.
+    if panel.city_place.take_if(|place| *place != panel.observer_place).is_some() {
+        panel.typed_city.clear();
+    }
 }
 
 /// Shows the solar eclipse of the report's day at its place, if any.

@@ -48,11 +48,16 @@ fn acts_elsewhere(event: &Event, field: Id) -> bool {
     }
 }
 
+/// Whether an event is a press of a key that steps the number in a field. egui steps before the field reads what was typed in the same pass.
+fn is_step(event: &Event) -> bool {
+    matches!(event, Event::Key { key: Key::ArrowUp | Key::ArrowDown, pressed: true, .. })
+}
+
 /// Number of events that one pass can handle. The pass ends before a typed event that follows a possible move of the focus. It also ends before an event
 /// that can end a text field, if an event of this pass was typed. `edited_field`: the text field with the focus, if any; then the pass also ends after a press
-/// of a pointer's button, and before an event that acts elsewhere.
+/// of a pointer's button, before an event that acts elsewhere, and between steps of a number and other typed events.
 fn events_in_pass(events: &[Event], edited_field: Option<Id>) -> usize {
-    let (mut has_typed, mut may_have_moved_focus) = (false, false);
+    let (mut has_typed, mut may_have_moved_focus, mut has_stepped) = (false, false, false);
     for (index, event) in events.iter().enumerate() {
         if (may_have_moved_focus && is_typed(event)) || (has_typed && can_end_field(event)) {
             return index;
@@ -63,6 +68,10 @@ fn events_in_pass(events: &[Event], edited_field: Option<Id>) -> usize {
         if edited_field.is_some() && matches!(event, Event::PointerButton { pressed: true, .. }) {
             return index + 1;
         }
+        if edited_field.is_some() && is_typed(event) && has_typed && is_step(event) != has_stepped {
+            return index;
+        }
+        has_stepped |= is_step(event);
         has_typed |= is_typed(event);
         may_have_moved_focus |= can_move_focus(event);
     }
@@ -140,6 +149,16 @@ mod tests {
         assert_eq!(passes(&events), [events.to_vec()]);
         // While a text is edited, it is read between the press and the release.
         assert_eq!([None, Some(Id::unique("field"))].map(|field| events_in_pass(&events, field)), [5, 2]);
+    }
+
+    /// An arrow key steps from the number that was typed before it.
+    #[test]
+    fn a_step_of_a_number_and_typed_text_are_in_separate_passes() {
+        let text = Event::Text("4".into());
+        let events = [text.clone(), text.clone(), key(Key::ArrowUp), key(Key::ArrowDown), text];
+        let edited = Some(Id::unique("field"));
+        assert_eq!([edited, None].map(|field| events_in_pass(&events, field)), [2, events.len()]);
+        assert_eq!(events_in_pass(&events[2..], edited), 2);
     }
 
     /// The image that Ctrl+S saves has the size that was typed. Only Ctrl+S needs a pass of its own, and only while a text is edited; letters and Ctrl+A do

@@ -117,8 +117,8 @@ pub struct Interface {
     last_language: Language,
     /// Whether the styles of both themes have been applied to the egui context.
     is_styled: bool,
-    /// Whether a control had the keyboard focus at the end of the last frame.
-    had_keyboard_focus: bool,
+    /// The control that had the keyboard focus at the end of the last frame.
+    last_focus: Option<egui::Id>,
     /// The control that had the keyboard focus in the last frame in which no menu or list was open.
     focused_before_menu: Option<egui::Id>,
     /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::show_reply()`].
@@ -175,7 +175,7 @@ impl Interface {
             warp: None,
             file_dialog: None,
             is_styled: false,
-            had_keyboard_focus: false,
+            last_focus: None,
             focused_before_menu: None,
             reply: String::new(),
             reply_until_s: None,
@@ -260,10 +260,10 @@ impl Interface {
             shortcuts::help(self, ui.ctx());
         }
         warning::show(self, ui.ctx());
-        what_to_see_now::hide_after_input(self, panels_before, &actions);
+        what_to_see_now::hide_after_input(self, ui.ctx(), panels_before, &actions);
         tour::pause_after_change(self, view_of_tour);
         let starts_tour = std::mem::take(&mut self.tour.has_started);
-        self.had_keyboard_focus = ui.memory(|m| m.focused().is_some());
+        self.last_focus = ui.memory(|m| m.focused());
         let height_px = f64::from(self.viewport.size_px[1]);
         let positions = SessionPositions(worker.session());
         // Every action except a selection may move the view, so the next image is coarse. After a selection the image keeps its full resolution.

@@ -2,8 +2,9 @@
 //!
 //! In: a value, its kind and range, typed text. Out: a new value once the text is complete, by Enter, Tab or a click elsewhere; or a reply that says why
 //! there is none, which the interface takes by [`take_reply`]. Always: a text that cannot be read, or whose number is outside the range, changes nothing,
-//! nor does Escape; a text stays while it is edited, although the value may change, as the seconds of a running clock do. egui by itself would read the text
-//! after each key, so that the beginning of `33.9 X` counted, would clamp the number to the range, and would replace the text by a new value.
+//! nor does Escape, which also takes back the steps of the arrow keys; a text stays while it is edited, although the value may change, as the seconds of a
+//! running clock do; a step starts from the typed number. egui by itself would read the text after each key, so that the beginning of `33.9 X` counted, would
+//! clamp the number to the range, would replace the text by a new value, and would step from the value before the text.
 
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::place_text::{typed_latitude_deg, typed_longitude_deg};
@@ -12,7 +13,7 @@ use crate::view::language::numbers::{field_text, typed_degrees, typed_number, ty
 use crate::view::language::{FluentArgument, text, text_with_arguments};
 use crate::wording::echo_within;
 use egui::emath::Numeric;
-use egui::{Context, DragValue, Event, Id, Key, Response, Slider, Ui, Widget};
+use egui::{Context, DragValue, Event, Id, Key, Modifiers, Response, Slider, TextEdit, Ui, Widget};
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
 use std::rc::Rc;
@@ -21,6 +22,8 @@ use std::rc::Rc;
 const MAX_ECHO_CHARS: usize = 30;
 /// Maximum number of decimals of a range in a reply.
 const MAX_RANGE_DECIMALS: usize = 6;
+/// The keys that step the value of a field whose text has the focus.
+const STEP_KEYS: [Key; 2] = [Key::ArrowUp, Key::ArrowDown];
 /// Names under which egui stores the reply to the last text, the pass in which Escape was last pressed, and what each field remembers.
 const REPLY: &str = "reply to a typed number";
 const ESCAPE_PASS: &str = "pass of the last Escape";
@@ -112,17 +115,28 @@ impl NumberKind {
 }
 
 /// What a field remembers from pass to pass while its text has the focus.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 struct EditedValue {
-    /// The value that the text belongs to: that of the moment when the text got the focus, or that which the arrow keys have set since.
+    /// The value at the moment when the text got the focus, to which Escape returns.
+    entered: f64,
+    /// The value that the text belongs to: `entered`, or that which the arrow keys have set since.
     value: f64,
-    /// Whether the user has typed. Otherwise the text counts as unchanged.
+    /// Whether the arrow keys have set the value.
+    is_stepped: bool,
+    /// Whether the user has typed since the last step. Otherwise the text counts as unchanged.
     is_typed: bool,
+    /// The text, if the user has changed it since the last step.
+    typed: Option<String>,
     /// The pass in which the text had the focus.
     pass: u64,
 }
 
 impl EditedValue {
+    /// What a field remembers whose text has the focus for the first time, or has none.
+    fn new(value: f64, pass: u64) -> Self {
+        Self { entered: value, value, is_stepped: false, is_typed: false, typed: None, pass }
+    }
+
     /// What the field under this id remembers from the pass before. A field that was hidden since then remembers nothing.
     fn load(ui: &Ui, id: Id) -> Option<Self> {
         let last_pass = ui.ctx().cumulative_pass_nr().saturating_sub(1);
@@ -140,25 +154,76 @@ fn is_typing(ui: &Ui) -> bool {
     ui.input(|input| input.raw.events.iter().any(changes_text))
 }
 
+/// Whether the input of this pass may change a text that has the focus, also by undoing what was typed.
+fn may_change_text(ui: &Ui) -> bool {
+    let is_undo = |event: &Event| match event {
+        Event::Key { key, pressed, modifiers, .. } => *pressed && modifiers.command && matches!(key, Key::Z | Key::Y),
+        _ => false,
+    };
+    is_typing(ui) || ui.input(|input| input.raw.events.iter().any(is_undo))
+}
+
+/// Whether an arrow key of this pass steps the value of a field whose text has the focus.
+fn is_stepping(ui: &Ui) -> bool {
+    let is_step = |event: &Event| match event {
+        Event::Key { key, pressed, modifiers, .. } => *pressed && STEP_KEYS.contains(key) && modifiers.matches_logically(Modifiers::NONE),
+        _ => false,
+    };
+    ui.input(|input| input.events.iter().any(is_step))
+}
+
 /// Shows a widget with the value that its text belongs to: while the text has the focus, the value does not change under it. `add`: adds the widget, given its
-/// value and whether the user has typed; it also returns whether a typed text counts.
-fn with_edited_value<N: Numeric>(ui: &mut Ui, value: &mut N, add: impl FnOnce(&mut Ui, &mut N, bool) -> (Response, bool)) -> Response {
+/// value and its text.
+fn with_edited_value<N: Numeric>(
+    ui: &mut Ui,
+    value: &mut N,
+    kind: NumberKind,
+    range: &RangeInclusive<N>,
+    add: impl FnOnce(&mut Ui, &mut N, &Rc<FieldText>) -> Response,
+) -> Response {
     let id = ui.next_auto_id().with(EDITED_VALUE);
-    let edited = EditedValue::load(ui, id);
-    let is_typed = edited.is_some_and(|edited| edited.is_typed || is_typing(ui));
-    let before = edited.map_or(*value, |edited| N::from_f64(edited.value));
+    let pass = ui.ctx().cumulative_pass_nr();
+    let mut edited = match EditedValue::load(ui, id) {
+        Some(edited) => EditedValue { is_typed: edited.is_typed || is_typing(ui), pass, ..edited },
+        None => EditedValue::new(value.to_f64(), pass),
+    };
+    let text = FieldText::new(ui, kind, range, edited.is_typed);
+    let is_restored = text.is_cancelled && edited.is_stepped;
+    if is_restored {
+        edited.value = edited.entered;
+    } else if is_stepping(ui) {
+        text.step_from_typed(ui, &mut edited);
+    }
+    let before = N::from_f64(edited.value);
     let mut shown = before;
-    let (response, text_counts) = add(ui, &mut shown, is_typed);
+    let mut response = add(ui, &mut shown, &text);
+    let text_counts = text.store_reply(ui);
     // A typed text counts also if its number is the one that the field shows: meanwhile `value` may be another.
-    if text_counts || shown != before {
+    if text_counts || is_restored || shown != before {
         *value = shown;
     }
+    if is_restored {
+        response.mark_changed();
+    }
+    forget_earlier_edits(&response);
     // The focus may also be on the rail of a slider, which has no text.
     if response.has_focus() && ui.ctx().text_edit_focused() {
-        let edited = EditedValue { value: shown.to_f64(), is_typed, pass: ui.ctx().cumulative_pass_nr() };
+        edited.is_stepped |= text_counts || shown != before;
+        edited.value = shown.to_f64();
+        edited.typed = text.changed.take().or(edited.typed);
         ui.ctx().data_mut(|data| data.insert_temp(id, edited));
     }
     response
+}
+
+/// When a field gets the focus, lets its text forget what was typed and shown earlier: undo takes back only what the user does from now on.
+pub(super) fn forget_earlier_edits(field: &Response) {
+    if field.gained_focus()
+        && let Some(mut state) = TextEdit::load_state(&field.ctx, field.id)
+    {
+        state.clear_undoer();
+        TextEdit::store_state(&field.ctx, field.id, state);
+    }
 }
 
 /// The text of one field in one pass.
@@ -169,6 +234,10 @@ struct FieldText {
     is_typed: bool,
     /// Whether the user left the field by Escape.
     is_cancelled: bool,
+    /// Whether the text may change in this pass, so that it does not yet count.
+    may_change: bool,
+    /// The text after its last change in this pass.
+    changed: RefCell<Option<String>>,
     /// The text of the value. A field that the user leaves with this text, without typing, keeps its value, which may have more decimals or be outside the
     /// range.
     shown: RefCell<String>,
@@ -179,7 +248,31 @@ struct FieldText {
 impl FieldText {
     fn new<N: Numeric>(ui: &Ui, kind: NumberKind, range: &RangeInclusive<N>, is_typed: bool) -> Rc<Self> {
         let range = range.start().to_f64()..=range.end().to_f64();
-        Rc::new(Self { kind, range, is_typed, is_cancelled: is_cancelled(ui), shown: RefCell::default(), reply: RefCell::default() })
+        Rc::new(Self {
+            kind,
+            range,
+            is_typed,
+            is_cancelled: is_cancelled(ui),
+            may_change: may_change_text(ui),
+            changed: RefCell::default(),
+            shown: RefCell::default(),
+            reply: RefCell::default(),
+        })
+    }
+
+    /// Lets the arrow keys of this pass step from the number of a changed text. If it gives none, they leave it as it is, and the reply says why.
+    fn step_from_typed(&self, ui: &Ui, edited: &mut EditedValue) {
+        let Some(typed) = &edited.typed else { return };
+        let (reply, number) = self.kind.answer(typed, &self.range);
+        *self.reply.borrow_mut() = Some(reply);
+        match number {
+            Some(number) => (edited.value, edited.is_typed, edited.typed) = (number, false, None),
+            None => ui.input_mut(|input| {
+                for key in STEP_KEYS {
+                    input.consume_key(Modifiers::NONE, key);
+                }
+            }),
+        }
     }
 
     /// The text of the value, which egui asks for before it reads a typed text.
@@ -190,6 +283,10 @@ impl FieldText {
     }
 
     fn read(&self, text: &str) -> Option<f64> {
+        if self.may_change {
+            *self.changed.borrow_mut() = Some(text.to_owned());
+            return None;
+        }
         if self.is_cancelled || !self.is_typed && text == self.shown.borrow().as_str() {
             return None;
         }
@@ -233,18 +330,16 @@ pub(crate) fn show<N: Numeric>(
     name: &str,
     adapt: impl FnOnce(DragValue<'_>) -> DragValue<'_>,
 ) -> Response {
-    let response = with_edited_value(ui, value, |ui, value, is_typed| {
-        let text = FieldText::new(ui, kind, &range, is_typed);
-        let (writer, reader) = (Rc::clone(&text), Rc::clone(&text));
+    let response = with_edited_value(ui, value, kind, &range.clone(), |ui, value, text| {
+        let (writer, reader) = (Rc::clone(text), Rc::clone(text));
         let field = adapt(DragValue::new(value));
         let field = if kind.unit().is_empty() { field } else { field.suffix(kind.unit()) };
         let field = field
             .range(range)
-            .update_while_editing(false)
+            .update_while_editing(text.may_change)
             .custom_formatter(move |number, decimals| writer.write(number, decimals))
             .custom_parser(move |typed| reader.read(typed));
-        let response = ui.add(field);
-        (response, text.store_reply(ui))
+        ui.add(field)
     });
     response.on_hover_text(name).accessible_name(name)
 }
@@ -257,17 +352,15 @@ pub(crate) fn slider<N: Numeric>(
     adapt: impl FnOnce(Slider<'_>) -> Slider<'_>,
 ) -> impl Widget {
     move |ui: &mut Ui| {
-        with_edited_value(ui, value, |ui, value, is_typed| {
-            let text = FieldText::new(ui, kind, &range, is_typed);
-            let (writer, reader) = (Rc::clone(&text), Rc::clone(&text));
+        with_edited_value(ui, value, kind, &range.clone(), |ui, value, text| {
+            let (writer, reader) = (Rc::clone(text), Rc::clone(text));
             let slider = adapt(Slider::new(value, range));
             let slider = if kind.unit().is_empty() { slider } else { slider.suffix(kind.unit()) };
             let slider = slider
-                .update_while_editing(false)
+                .update_while_editing(text.may_change)
                 .custom_formatter(move |number, decimals| writer.write(number, decimals))
                 .custom_parser(move |typed| reader.read(typed));
-            let response = ui.add(slider);
-            (response, text.store_reply(ui))
+            ui.add(slider)
         })
     }
 }

@@ -41,6 +41,17 @@ const TIME_JUMP_S: f64 = 120.0;
 /// series; all others stay below 1.3e-6. Bodies without such a series, which turn with their orbits, were not examined.
 const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 
+/// What an image shows at a place.
+#[derive(Clone, Copy)]
+pub(super) struct SeenPlace {
+    /// The body there, if any.
+    pub(super) body: Option<NaifId>,
+    /// Index in the star catalog of the star there, if there is no body.
+    pub(super) star_index: Option<usize>,
+    /// The direction of the place, or of the body or star near it, as an ICRF unit vector; `None` outside the circle of a fisheye image.
+    pub(super) direction: Option<DVec3>,
+}
+
 /// The image on screen, the last requested image, and their state. Times are in egui's time (`InputState::time`).
 pub(super) struct Viewport {
     /// The pixels of the image; `None` if it is on the GPU, and before the first image.
@@ -71,6 +82,8 @@ pub(super) struct Viewport {
     pub(super) overlays: Vec<egui::Rect>,
     /// Height of the caption at the viewport's lower edge, points.
     pub(super) caption_height: f32,
+    /// What was under the pointer at the press, while its button is down.
+    pub(super) pressed_place: Option<SeenPlace>,
     /// The body at the last right click, if there was one.
     pub(super) menu_body: Option<NaifId>,
     /// The direction of the last right click, or of the body or star near it, as an ICRF unit vector. A pixel would not do, because images with
@@ -97,6 +110,7 @@ impl Default for Viewport {
             labels: Vec::new(),
             overlays: Vec::new(),
             caption_height: 0.0,
+            pressed_place: None,
             menu_body: None,
             menu_direction: None,
             star_index: None,

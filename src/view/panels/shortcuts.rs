@@ -1,7 +1,8 @@
 //! Keyboard shortcuts, and the window that lists them.
 //!
 //! In: pressed keys and typed text. Out: actions, changed settings, opened and closed panels. Always: keys typed into a text field, except those with Ctrl and
-//! the function keys, are not shortcuts. Not here: the mouse (`viewport`) and the keys of the timeline (`timeline`).
+//! the function keys, are not shortcuts; while another control has the focus, all are that it does not use itself: a button uses Space, Enter and the arrow
+//! keys. Not here: the mouse (`viewport`) and the keys of the timeline (`timeline`).
 
 use super::{Interface, Tab};
 use crate::view::app::settings::UI_SCALE_RANGE;
@@ -82,8 +83,9 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     if take_ctrl_key(Key::S) {
         interface.share.wants_image = true;
     }
-    // Letters typed into a text field are not shortcuts.
-    if ctx.egui_wants_keyboard_input() {
+    // Letters typed into a text field are not shortcuts. A control that got the focus after the last frame may be a text field that egui has not shown yet.
+    let focused = ctx.memory(|m| m.focused());
+    if ctx.text_edit_focused() || (focused.is_some() && focused != interface.last_focus) {
         return;
     }
     let typed_texts: Vec<String> = ctx.input(|i| {
@@ -117,6 +119,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
             "l" => actions.push(Action::TimeForward),
             "j" => actions.push(Action::TimeBackward),
             "t" => actions.push(Action::Now),
+            " " if focused.is_some() => {}
             " " => {
                 // If Space pauses or continues a tour, it does not also start time, because a playing tour sets the time itself.
                 if !interface.tour.toggle() {
@@ -142,9 +145,14 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     if !Popup::is_any_open(ctx) && take_key(Key::Escape) {
         close_topmost(interface, ctx);
     }
-    if ctx.memory(|m| m.focused().is_none()) && ctx.input_mut(|i| i.consume_key(Modifiers::SHIFT, Key::Backspace)) {
+    if ctx.input_mut(|i| i.consume_key(Modifiers::SHIFT, Key::Backspace)) {
         actions.push(Action::NextView);
     }
+    let is_taken = |key: Key| match key {
+        Key::ArrowRight | Key::ArrowLeft | Key::ArrowUp | Key::ArrowDown => focused.is_some(),
+        Key::PageDown | Key::PageUp | Key::Home => focused.is_some_and(|control| interface.shader.lists_lines_in(control)),
+        _ => false,
+    };
     for (key, action) in [
         (Key::PageDown, Action::FlyAlongList(1)),
         (Key::PageUp, Action::FlyAlongList(-1)),
@@ -155,7 +163,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
         (Key::ArrowUp, Action::Turn(0.0, ARROW_DRAG_PX)),
         (Key::ArrowDown, Action::Turn(0.0, -ARROW_DRAG_PX)),
     ] {
-        if ctx.memory(|m| m.focused().is_none()) && take_key(key) {
+        if !is_taken(key) && take_key(key) {
             actions.push(action);
         }
     }
@@ -175,7 +183,7 @@ fn return_focus(interface: &mut Interface, ctx: &egui::Context) {
 /// Handles Escape: closes or ends the first of these that is present: warning, search, keyboard focus, measured angle, tour, help, open
 /// panel, visible kept panel, full screen. Escape never ends the program; closing its window or Ctrl+Q does.
 fn close_topmost(interface: &mut Interface, ctx: &egui::Context) {
-    let had_focus = std::mem::take(&mut interface.had_keyboard_focus);
+    let had_focus = interface.last_focus.take().is_some();
     if interface.warning.take().is_some() || interface.search.clear() || had_focus || interface.angle.clear() || interface.tour.end() {
         return;
     }

@@ -1,18 +1,20 @@
 //! The panels at the sides of the viewport: the list of bodies, the open panel, and a second panel that the user keeps open.
 //!
-//! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them, up to half the
-//! width of the window. Always: the open panel and the kept panel are on opposite sides of the viewport. The kept panel is hidden while the window is too
+//! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them. Always: the open
+//! panel and the kept panel are on opposite sides of the viewport. They leave [`MIN_VIEWPORT_WIDTH`] of it, unless the window has no room for a panel of
+//! [`MIN_PANEL_WIDTH`] beside that; a window that is too narrow for the stored widths does not change these. The kept panel is hidden while the window is too
 //! narrow for two panels; the list of bodies is hidden while it has no room beside the panels. Controls do not widen a panel: they wrap or scroll, all of
 //! them together if the panel is too low. A panel whose title is dragged to the other half of the window moves there, and the other panel takes its side.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, body_browser, camera_controls};
 use crate::view::app::settings::{PanelLayout, valid_width};
-use crate::view::app::viewer::Action;
+use crate::view::app::viewer::Action as ViewerAction;
 use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
+use egui::accesskit::Action;
 use egui::containers::panel::PanelState;
-use egui::{Align, CursorIcon, Id, Label, Layout, Panel, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2};
+use egui::{Align, CursorIcon, Id, Label, Layout, Panel, Rangef, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2};
 
 /// Minimum width of the list of bodies, points.
 const MIN_BODIES_WIDTH: f32 = 190.0;
@@ -22,7 +24,7 @@ const MIN_PANEL_WIDTH: f32 = 280.0;
 const PANEL_WIDTH: f32 = 330.0;
 /// Width of a wide panel, until the user changes it, points.
 const WIDE_PANEL_WIDTH: f32 = 560.0;
-/// Minimum width of the viewport between two panels, points.
+/// Minimum width of the viewport beside panels, points.
 const MIN_VIEWPORT_WIDTH: f32 = 320.0;
 /// Minimum width of a window for two panels, points.
 const MIN_WIDTH_FOR_TWO_PANELS: f32 = 1000.0;
@@ -38,14 +40,18 @@ impl Tab {
     }
 }
 
-/// Minimum width of a window for the list of bodies beside the open panel and the visible kept panel, points.
-fn min_width_for_bodies(open: Option<Tab>, kept: Option<Tab>) -> f32 {
-    match (open, kept) {
-        (Some(open), Some(kept)) => MIN_BODIES_WIDTH + open.default_width() + kept.default_width() + MIN_VIEWPORT_WIDTH,
-        (Some(tab), None) | (None, Some(tab)) if tab.is_wide() => MIN_WIDTH_FOR_BODIES_AND_WIDE_PANEL,
+/// Minimum width of a window for the list of bodies beside the open panel and the visible kept panel, points. Each of them is given with its width, to which
+/// the user may have dragged it.
+fn min_width_for_bodies(open: Option<(Tab, f32)>, kept: Option<(Tab, f32)>) -> f32 {
+    let beside_default = match (open, kept) {
+        (Some((open, _)), Some((kept, _))) => MIN_BODIES_WIDTH + open.default_width() + kept.default_width() + MIN_VIEWPORT_WIDTH,
+        (Some((tab, _)), None) | (None, Some((tab, _))) if tab.is_wide() => MIN_WIDTH_FOR_BODIES_AND_WIDE_PANEL,
         (Some(_), None) | (None, Some(_)) => MIN_WIDTH_FOR_BODIES,
         (None, None) => 0.0,
-    }
+    };
+    // A point is left out, because widths are rounded to pixels.
+    let excess = |(tab, width): (Tab, f32)| (width - tab.default_width() - 1.0).max(0.0);
+    beside_default + open.map_or(0.0, excess) + kept.map_or(0.0, excess)
 }
 
 impl Interface {
@@ -100,21 +106,46 @@ fn stored_width(panels: &mut PanelLayout, tab: Tab, is_kept: bool) -> &mut Optio
     }
 }
 
+/// The width of a panel where it has room, points: the one to which the user dragged it, or the default.
+fn wanted_width(panels: &mut PanelLayout, tab: Tab, is_kept: bool) -> f32 {
+    valid_width(*stored_width(panels, tab, is_kept), tab.default_width()).max(MIN_PANEL_WIDTH)
+}
+
+/// The largest width of a panel in a room of this width, of which another panel takes `other_width`, points: some of the viewport stays visible.
+fn max_panel_width(room_width: f32, other_width: f32) -> f32 {
+    (room_width - other_width - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH)
+}
+
+/// Shows a panel of this width, or of the nearest width in a range. Returns its new width if the user drags its edge. `name`: of `panel`.
+fn show_panel(ui: &mut Ui, panel: Panel, name: &str, width: f32, widths: Rangef, add_contents: impl FnOnce(&mut Ui)) -> Option<f32> {
+    let id = ui.scope_id().with(name);
+    // egui would keep the width that a small window has enforced in a wider window, too.
+    ui.ctx().data_mut(|data| data.remove::<PanelState>(id));
+    let shown_width = panel.default_size(width).size_range(widths).show(ui, add_contents).response.rect.width();
+    // The id that egui gives to the edge.
+    let edge_id = id.with("__resize");
+    let is_dragged = ui.ctx().read_response(edge_id).is_some_and(|edge| edge.dragged() || edge.drag_stopped());
+    let by_assistive_technology = [Action::Increment, Action::Decrement, Action::SetValue];
+    let is_set = ui.input(|input| by_assistive_technology.into_iter().any(|action| input.has_accesskit_action_request(edge_id, action)));
+    (is_dragged || is_set).then_some(shown_width)
+}
+
 /// Shows the list of bodies and the open panels, and stores the widths that the user set.
-pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    // A width above half the window is not stored: the minimum width may have enforced it in a temporarily small window.
-    let max_stored_width = 0.5 * ui.ctx().content_rect().width();
-    let remember_width = |width: f32, stored: &mut Option<f32>| {
-        if width <= max_stored_width {
-            *stored = Some(width);
-        }
-    };
-    let window_width = ui.ctx().content_rect().width();
+pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<ViewerAction>) {
+    let (window_width, room_width) = (ui.ctx().content_rect().width(), ui.available_width());
     // A click in this frame may close one of these panels or move it to the other side; the next frame shows that. No panel is shown twice in a frame.
     let (open, kept) = (interface.tab, interface.visible_kept(ui.ctx()));
-    if interface.body_browser_shown && window_width >= min_width_for_bodies(open, kept) {
-        let width = valid_width(interface.settings.panels.bodies_width, MIN_BODIES_WIDTH);
-        let shown = Panel::left("bodies").default_size(width).min_size(MIN_BODIES_WIDTH).show(ui, |ui| {
+    let panels = &mut interface.settings.panels;
+    let min_open_width = open.map_or(0.0, |_| MIN_PANEL_WIDTH);
+    let kept_width = kept.map_or(0.0, |tab| wanted_width(panels, tab, true).min(max_panel_width(room_width, min_open_width)));
+    let open_width = open.map_or(0.0, |tab| wanted_width(panels, tab, false).min(max_panel_width(room_width, kept_width)));
+    let has_bodies = interface.body_browser_shown
+        && window_width >= min_width_for_bodies(open.map(|tab| (tab, open_width)), kept.map(|tab| (tab, kept_width)));
+    if has_bodies {
+        let width = *interface.settings.panels.bodies_width.get_or_insert(MIN_BODIES_WIDTH);
+        let width = valid_width(Some(width), MIN_BODIES_WIDTH);
+        let widths = Rangef::new(MIN_BODIES_WIDTH, (room_width - open_width - kept_width - MIN_VIEWPORT_WIDTH).max(MIN_BODIES_WIDTH));
+        let new_width = show_panel(ui, Panel::left("bodies"), "bodies", width, widths, |ui| {
             // The controls below the list scroll if they are taller than this.
             let max_height = 0.6 * ui.available_height();
             Panel::bottom("camera controls").show(ui, |ui| {
@@ -125,7 +156,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
             });
             body_browser::tree(interface, ui, actions);
         });
-        remember_width(shown.response.rect.width(), &mut interface.settings.panels.bodies_width);
+        interface.settings.panels.bodies_width = new_width.or(interface.settings.panels.bodies_width);
     }
     // The kept panel is on the other side.
     let open_is_on_left = interface.settings.panels.on_left;
@@ -133,37 +164,35 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         let is_kept = true;
         let name = egui_name(tab, is_kept);
         let panel = if open_is_on_left { Panel::right(name) } else { Panel::left(name) };
-        let width = valid_width(*stored_width(&mut interface.settings.panels, tab, is_kept), tab.default_width());
-        let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).show(ui, |ui| content(interface, ui, tab, worker, actions));
-        remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, is_kept));
+        // Beside the list of bodies it leaves the open panel its width: otherwise the list would disappear, and move the panel, during a drag.
+        let other_width = if has_bodies { open_width } else { min_open_width };
+        let widths = Rangef::new(MIN_PANEL_WIDTH, max_panel_width(ui.available_width(), other_width));
+        let new_width = show_panel(ui, panel, name, kept_width, widths, |ui| content(interface, ui, tab, worker, actions));
+        remember_width(interface, tab, is_kept, new_width);
     }
     if let Some(tab) = open {
         let is_kept = false;
         let name = egui_name(tab, is_kept);
         let panel = if open_is_on_left { Panel::left(name) } else { Panel::right(name) };
-        let width = valid_width(*stored_width(&mut interface.settings.panels, tab, is_kept), tab.default_width());
-        // Some of the viewport stays visible between two panels.
-        let max_panel_width = if kept.is_some() { (ui.available_width() - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
-        let panel = panel.default_size(width).min_size(MIN_PANEL_WIDTH).max_size(max_panel_width);
-        let shown_width = panel.show(ui, |ui| content(interface, ui, tab, worker, actions)).response.rect.width();
-        // A width that `max_panel_width` enforced is not stored. Half a point is subtracted, because positions are rounded.
-        if shown_width < max_panel_width - 0.5 {
-            remember_width(shown_width, stored_width(&mut interface.settings.panels, tab, is_kept));
-        } else if width > max_panel_width {
-            // egui would keep the enforced width in a wider window, too.
-            let id = ui.scope_id().with(name);
-            ui.ctx().data_mut(|data| data.remove::<PanelState>(id));
-        }
+        let widths = Rangef::new(MIN_PANEL_WIDTH, max_panel_width(ui.available_width(), 0.0));
+        let new_width = show_panel(ui, panel, name, open_width, widths, |ui| content(interface, ui, tab, worker, actions));
+        remember_width(interface, tab, is_kept, new_width);
     }
     interface.settings.panels.bodies_shown = interface.body_browser_shown;
     interface.settings.panels.open_panel = interface.tab.map(|tab| tab.name().to_owned());
     interface.settings.panels.kept_panel = interface.kept_tab.map(|tab| tab.name().to_owned());
 }
 
+/// Stores the width to which the user dragged a panel; if there is none yet, the default.
+fn remember_width(interface: &mut Interface, tab: Tab, is_kept: bool, new_width: Option<f32>) {
+    let stored = stored_width(&mut interface.settings.panels, tab, is_kept);
+    *stored = new_width.or(*stored).or(Some(tab.default_width()));
+}
+
 /// Shows a panel's title, and below it its controls. They scroll in both directions if the panel has no room for them; otherwise egui would widen the panel,
 /// or cut them off if the window has no room for a wider panel. A list within a panel fills the rest of it, but has a minimum height
 /// ([`MIN_LIST_HEIGHT`](super::theme::MIN_LIST_HEIGHT)): while even this minimum does not fit, the wheel moves the list first and then the whole panel.
-fn content(interface: &mut Interface, ui: &mut Ui, tab: Tab, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+fn content(interface: &mut Interface, ui: &mut Ui, tab: Tab, worker: &dyn RenderWorker, actions: &mut Vec<ViewerAction>) {
     heading(interface, ui, tab);
     // Each panel has an id of its own, the same on both sides of the viewport, so that it keeps its scroll positions and open sections.
     let id = Id::unique(("panel", tab.name()));

@@ -20,27 +20,33 @@ use crate::view::error_texts::error_text;
 use crate::view::language::dates::{date_in_digits, instant_text, long_date, month_name};
 use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use crate::wording::echo_within;
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
+use egui::accesskit::Action as ReaderAction;
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, Color32, ComboBox, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
+use egui::{Button, Color32, ComboBox, Event, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
 use std::sync::Arc;
 
 /// The first event that a search finds, pending. An error is formatted later, because the language may change before it arrives.
 type PendingEvent = Pending<Result<Option<SkyEvent>, EphemerisError>>;
 
-/// A text that was typed into the date field.
-struct TypedDate {
+/// The text of the date field while it has the focus. A running clock leaves it as it is.
+struct EditedDate {
     text: String,
-    /// The text that the field showed when the user changed its first character. A running clock has gone on since.
+    /// The text that the field showed when it got the focus.
     shown_before: String,
+    /// Whether the user has changed the text, and perhaps changed it back.
+    is_typed: bool,
 }
 
 /// State of the bar.
 pub(crate) struct TimeBar {
-    /// The text typed into the date field; `None` while the field shows the view's time.
-    typed: Option<TypedDate>,
+    /// The text of the date field; `None` while the field has no focus, and shows the view's time.
+    edited: Option<EditedDate>,
     /// First day of the month that the calendar displays; `None`: the month of the view's time.
     month: Option<NaiveDate>,
+    /// First day of the month whose days are laid out. While a press may become a click, `month` may be ahead of it.
+    laid_out_month: Option<NaiveDate>,
     /// The kind of event that the buttons search for.
     kind: EventKind,
     /// The kind of event that the running search looks for, and the pending result. The user may choose another kind for the buttons meanwhile.
@@ -53,7 +59,15 @@ pub(crate) struct TimeBar {
 
 impl Default for TimeBar {
     fn default() -> Self {
-        Self { typed: None, month: None, kind: EventKind::Solar, pending: None, wants_previous_event: false, wants_next_event: false }
+        Self {
+            edited: None,
+            month: None,
+            laid_out_month: None,
+            kind: EventKind::Solar,
+            pending: None,
+            wants_previous_event: false,
+            wants_next_event: false,
+        }
     }
 }
 
@@ -120,25 +134,26 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     let time = interface.viewer.view.time();
     let time_zone = interface.settings.time_zone;
     let displayed_text = time_zone.civil_time(time).map_or_else(|| instant_text(time), civil_text);
-    let mut text = interface.time_bar.typed.as_ref().map_or_else(|| displayed_text.clone(), |typed| typed.text.clone());
+    let mut text = interface.time_bar.edited.as_ref().map_or_else(|| displayed_text.clone(), |edited| edited.text.clone());
     let width = date_field_width(ui, &displayed_text);
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(width));
     let response = response.on_hover_text(text!("time-field-hint")).accessible_name(text!("time-field"));
+    number_field::forget_earlier_edits(&response);
     if response.has_focus() {
-        match &mut interface.time_bar.typed {
-            Some(typed) => typed.text = text,
-            typed @ None if text != displayed_text => *typed = Some(TypedDate { text, shown_before: displayed_text }),
-            None => {}
-        }
-    }
-    if response.lost_focus() {
+        let entered = || EditedDate { text: displayed_text.clone(), shown_before: displayed_text, is_typed: false };
+        let edited = interface.time_bar.edited.get_or_insert_with(entered);
+        edited.is_typed |= edited.text != text;
+        edited.text = text;
+    } else if let Some(edited) = interface.time_bar.edited.take()
+        && response.lost_focus()
+    {
         let is_confirmed = ui.input(|input| input.key_pressed(Key::Enter));
         // A text that the user has changed back counts only by Enter: otherwise a running clock would be set back by the length of the edit.
-        let counts = |typed: &TypedDate| !number_field::is_cancelled(ui) && (is_confirmed || typed.text != typed.shown_before);
-        if let Some(TypedDate { text, .. }) = interface.time_bar.typed.take().filter(counts) {
-            match typed_time(&text, time_zone, interface.viewer.now()) {
+        let counts = edited.is_typed && !number_field::is_cancelled(ui) && (is_confirmed || edited.text != edited.shown_before);
+        if counts {
+            match typed_time(&edited.text, time_zone, interface.viewer.now()) {
                 Some(time) => actions.push(Action::SetTime(time)),
-                None => interface.refuse_view(text!("time-no-date", typed = crate::wording::echo_within(text.trim(), MAX_ECHO_CHARS))),
+                None => interface.refuse_view(text!("time-no-date", typed = echo_within(edited.text.trim(), MAX_ECHO_CHARS))),
             }
         }
     }
@@ -187,7 +202,7 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     let (button, content) = MenuButton::from_button(button).config(config).ui(ui, |ui| calendar(&mut interface.time_bar, ui, civil));
     button.on_hover_text(text!("calendar-hint"));
     let Some(content) = content else {
-        interface.time_bar.month = None;
+        (interface.time_bar.month, interface.time_bar.laid_out_month) = (None, None);
         return;
     };
     if let Some(time) = content.inner.and_then(|civil| time_zone.instant_near(civil, displayed)) {
@@ -211,7 +226,13 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
         let later = month_button(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
-    let first_monday = month.checked_sub_days(Days::new(month.weekday().num_days_from_monday().into()))?;
+    // A press that ends the text of the year changes the month before the release, which may be a click on a day. Until then the days stay in place. So they
+    // do for a click of a screen reader, before which the text is read.
+    let is_readers_click = |event: &Event| matches!(event, Event::AccessKitActionRequest(request) if request.action == ReaderAction::Click);
+    let may_click = ui.input(|input| input.pointer.could_any_button_be_click() || input.raw.events.iter().any(is_readers_click));
+    let laid_out = bar.laid_out_month.filter(|_| may_click).unwrap_or(month);
+    bar.laid_out_month = Some(laid_out);
+    let first_monday = laid_out.checked_sub_days(Days::new(laid_out.weekday().num_days_from_monday().into()))?;
     Grid::new("days of the month").num_columns(7).spacing([2.0, 2.0]).show(ui, |ui| {
         for name in [
             text!("weekday-1"),
@@ -229,14 +250,16 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
         for day in first_monday.iter_days().take(42) {
             let is_displayed = day == civil.date();
             let text = egui::RichText::new(format!("{:>2}", day.day()));
-            let text = if day.month() == month.month() { text } else { text.weak() };
+            let text = if day.month() == laid_out.month() { text } else { text.weak() };
             if ui
                 .add(Button::selectable(is_displayed, text))
                 .on_hover_text(text!("calendar-day-hint"))
                 .accessible_name(long_date(day))
                 .clicked()
             {
-                chosen = Some(day.and_time(civil.time()));
+                // The typed year counts for the day, too. It may have no 29 February: then no day is chosen.
+                let day_of_year = day.with_year(day.year() + month.year() - laid_out.year());
+                chosen = day_of_year.map(|day| day.and_time(civil.time()));
             }
             if day.weekday() == chrono::Weekday::Sun {
                 ui.end_row();

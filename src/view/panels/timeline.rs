@@ -1,8 +1,9 @@
 //! The timeline below the viewport: dates around the displayed time, and marks of events.
 //!
 //! In: drags, clicks, the wheel, keys. Out: actions that set the time or show an event; the span, which the settings store. Always: the
-//! displayed time is in the middle, and a drag moves the dates with the pointer; events are searched in the background and appear when
-//! found, and the parts that are still to be searched are grey; events of moons, of which there are dozens a week, appear only on short
+//! displayed time is in the middle, and a drag moves the dates with the pointer; a click means what was under the pointer at the press, although
+//! a running clock, or a typed date that counts from the press on, moves the dates before the release; events are searched in the background and
+//! appear when found, and the parts that are still to be searched are grey; events of moons, of which there are dozens a week, appear only on short
 //! spans. Not here: the axis (`app::timeline`).
 
 use super::icons::{self, Icon};
@@ -65,13 +66,15 @@ pub(crate) struct Timeline {
     rare: EventTrack,
     /// The events of [`FREQUENT_KINDS`].
     frequent: EventTrack,
+    /// The axis at the time of the press, while the pointer's button is down on the timeline.
+    pressed_axis: Option<TimeAxis>,
 }
 
 impl Default for Timeline {
     fn default() -> Self {
         let track = |kinds, step_days| EventTrack { known: KnownEvents::new(kinds, step_days), running: None };
         // A step of a search covers 500 or 3 days, in which it finds about ten events.
-        Self { rare: track(RARE_KINDS, 500.0), frequent: track(FREQUENT_KINDS, 3.0) }
+        Self { rare: track(RARE_KINDS, 500.0), frequent: track(FREQUENT_KINDS, 3.0), pressed_axis: None }
     }
 }
 
@@ -146,7 +149,10 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     paint(interface, ui, rect, &axis, response.has_focus());
     announce(interface, &response);
     let response = with_tooltip(interface, response, rect, &axis);
-    drag_and_click(interface, ui, &response, rect, &axis, worker, actions);
+    drag(ui, &response, &axis, actions);
+    let pressed_axis = interface.timeline.pressed_axis.take().unwrap_or(axis);
+    interface.timeline.pressed_axis = response.is_pointer_button_down_on().then_some(pressed_axis);
+    click(interface, &response, rect, &pressed_axis, worker, actions);
     interface.settings.panels.timeline_span_s = zoomed_span_s(span_s, notches);
 }
 
@@ -244,21 +250,24 @@ fn with_tooltip(interface: &Interface, response: Response, rect: Rect, axis: &Ti
     response.on_hover_text_at_pointer(tooltip)
 }
 
-/// Handles drags, which move the displayed time, and clicks, which show an event or set the time.
-fn drag_and_click(
+/// Handles drags, which move the displayed time.
+fn drag(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>) {
+    let dragged_points = f64::from(response.drag_delta().x);
+    if response.dragged() && dragged_points != 0.0 {
+        ui.ctx().set_cursor_icon(egui::CursorIcon::Grabbing);
+        actions.push(Action::Step(-axis.duration_s(dragged_points)));
+    }
+}
+
+/// Handles clicks, which show an event or set the time. `axis`: the one that was shown at the press.
+fn click(
     interface: &mut Interface,
-    ui: &Ui,
     response: &Response,
     rect: Rect,
     axis: &TimeAxis,
     worker: &dyn RenderWorker,
     actions: &mut Vec<Action>,
 ) {
-    let dragged_points = f64::from(response.drag_delta().x);
-    if response.dragged() && dragged_points != 0.0 {
-        ui.ctx().set_cursor_icon(egui::CursorIcon::Grabbing);
-        actions.push(Action::Step(-axis.duration_s(dragged_points)));
-    }
     let Some(pointer) = response.interact_pointer_pos().filter(|_| response.clicked()) else { return };
     let x_points = f64::from(pointer.x - rect.left());
     match event_at(interface, axis, x_points).map(|known| Arc::clone(&known.event)) {

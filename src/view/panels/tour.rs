@@ -6,6 +6,7 @@
 
 use super::Interface;
 use super::icons::{self, Icon};
+use super::share::named;
 use crate::files::read_text;
 use crate::session::Session;
 use crate::view::app::tour::{MAX_BYTES, Tour};
@@ -104,9 +105,10 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
 
 /// Starts the tour in the file that the user named.
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
-    match read_text(Path::new(&interface.tour.file_name), MAX_BYTES) {
+    let read = |name: &str| read_text(Path::new(name), MAX_BYTES).map_err(|e| format!("{}: {}", echo(name), error_text(&e)));
+    match named(&interface.tour.file_name).and_then(read) {
         Ok(json) => start(interface, session, &json, actions),
-        Err(e) => interface.refuse_view(format!("{}: {}", echo(&interface.tour.file_name), error_text(&e))),
+        Err(why) => interface.refuse_view(why),
     }
 }
 

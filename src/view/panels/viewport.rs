@@ -1,10 +1,12 @@
 //! The viewport: shows the image, its labels and messages, and turns mouse input over it into actions.
 //!
 //! In: the last image with its scene, messages, the mouse. Out: what is painted, actions, the picked pixel and star, measured angles. Always: the
-//! image is never stretched; the names of bodies avoid what the interface shows over the image.
+//! image is never stretched; the names of bodies avoid what the interface shows over the image; a click means what was under the pointer at the press, although
+//! another image may arrive before the release: of a running clock, or of a typed number that counts from the press on.
 
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
+use super::render_loop::SeenPlace;
 use super::{Interface, tour, what_to_see_now};
 use crate::catalog::NaifId;
 use crate::scene::Scene;
@@ -96,10 +98,11 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
             |from, to| scene.geometry.is_cut_between(from, to),
         );
     }
-    if let Some(click) = handle_mouse(interface, ui, &response, viewport, &placement, actions) {
+    let place = pressed_place(interface, &response, &placement);
+    if let Some(click) = handle_mouse(ui, &response, viewport, place, actions) {
         handle_click(interface, worker, click);
     }
-    context_menu(interface, &response, &placement, actions);
+    context_menu(interface, &response, place, actions);
     what_to_see_now::show_over_viewport(interface, ui, worker, viewport, actions);
     show_message(interface, ui, viewport);
     if !interface.tour.is_open() && interface.warning.is_none() {
@@ -216,16 +219,10 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
 }
 
 /// Shows the context menu of the view, with the commands for the body under the pointer if there is one.
-fn context_menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
+fn context_menu(interface: &mut Interface, response: &egui::Response, place: Option<SeenPlace>, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
-        let clicked_px = response
-            .interact_pointer_pos()
-            .zip(interface.shown())
-            .map(|(pointer, rendered)| placement.image_px_of(pointer, &rendered.scene));
-        let body = clicked_px
-            .zip(interface.shown())
-            .and_then(|(image_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, image_px));
-        interface.viewport.menu_direction = clicked_px.and_then(|image_px| snapped_direction(interface, image_px));
+        let body = place.and_then(|place| place.body);
+        interface.viewport.menu_direction = place.and_then(|place| place.direction);
         interface.viewport.menu_body = body;
         actions.extend(body.map(Action::Select));
     }
@@ -313,11 +310,7 @@ fn egui_vec(v: DVec2) -> Vec2 {
 /// Handles a click that is not an action of the viewer: measures an angle, or picks a pixel and a star.
 fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
     match click {
-        Click::Measure { image_px, body } => {
-            if let Some(direction) = snapped_direction(interface, image_px) {
-                measure(interface, direction, body);
-            }
-        }
+        Click::Measure { direction, body } => measure(interface, direction, body),
         Click::Pick { viewport_px, star_index } => {
             interface.viewport.picked_px = Some(viewport_px);
             interface.viewport.star_index = star_index;
@@ -347,15 +340,23 @@ fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     interface.show_reply(message);
 }
 
+/// What was under the pointer when its button was pressed on the image, until the release; `None` while no button is.
+fn pressed_place(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement) -> Option<SeenPlace> {
+    let place = interface.viewport.pressed_place.take().or_else(|| {
+        let (pointer, rendered) = (response.interact_pointer_pos()?, interface.shown()?);
+        let image_px = placement.image_px_of(pointer, &rendered.scene);
+        let body = body_at(&interface.viewport.labels, &rendered.scene, image_px);
+        let star_index = if body.is_none() { star_at(&rendered.scene, image_px) } else { None };
+        Some(SeenPlace { body, star_index, direction: snapped_direction(interface, image_px) })
+    });
+    interface.viewport.pressed_place = place.filter(|_| response.is_pointer_button_down_on());
+    place
+}
+
 /// A click on the image.
 enum Click {
-    /// With Ctrl: adds a point to the measured angle.
-    Measure {
-        /// The position in the image, pixels.
-        image_px: DVec2,
-        /// The body at this position, if any.
-        body: Option<NaifId>,
-    },
+    /// With Ctrl: adds a direction, and the body there, if any, to the measured angle.
+    Measure { direction: DVec3, body: Option<NaifId> },
     /// Without Ctrl: picks a pixel for the probe, and a star.
     Pick {
         /// The clicked pixel of the viewport.
@@ -367,11 +368,10 @@ enum Click {
 
 /// Turns drags, the wheel and clicks into actions; returns a click that measures an angle or picks a pixel.
 fn handle_mouse(
-    interface: &Interface,
     ui: &egui::Ui,
     response: &egui::Response,
     viewport: Rect,
-    placement: &ImagePlacement,
+    place: Option<SeenPlace>,
     actions: &mut Vec<Action>,
 ) -> Option<Click> {
     let pixels_per_point = f64::from(ui.ctx().pixels_per_point());
@@ -398,20 +398,16 @@ fn handle_mouse(
             actions.push(if changes_fov { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
         }
     }
-    let (Some(pointer), Some(rendered)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
-    let image_px = placement.image_px_of(pointer, &rendered.scene);
-    let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, image_px);
+    let (pointer, SeenPlace { body, star_index, direction }) = (response.interact_pointer_pos()?, place?);
     // Clicks with Ctrl come before double-clicks, so that two quick clicks with Ctrl measure an angle, too.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
-        return Some(Click::Measure { image_px, body: body_at_pointer() });
+        return direction.map(|direction| Click::Measure { direction, body });
     }
     if response.double_clicked() {
-        actions.extend(body_at_pointer().map(Action::FlyTo));
+        actions.extend(body.map(Action::FlyTo));
     } else if response.clicked() {
-        let body = body_at_pointer();
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * pixels_per_point) as u32;
-        let star_index = if body.is_none() { star_at(&rendered.scene, image_px) } else { None };
         return Some(Click::Pick { viewport_px: [pixel(pointer.x - viewport.min.x), pixel(pointer.y - viewport.min.y)], star_index });
     }
     None

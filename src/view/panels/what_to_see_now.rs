@@ -18,7 +18,7 @@ use crate::view::app::what_to_see_now::{NowItem, NowView};
 use crate::view::language::text;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::text::{LayoutJob, TextWrapping};
-use egui::{Align2, Color32, Rect, Sense, Stroke, TextStyle, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2};
+use egui::{Align2, Color32, Context, Rect, Sense, Stroke, TextStyle, TextureHandle, TextureOptions, Ui, Vec2, pos2, vec2};
 
 /// Width and height of a thumbnail, points.
 const THUMBNAIL_SIZE: [f32; 2] = [136.0, 84.0];
@@ -54,9 +54,14 @@ enum ThumbnailState {
     Missing,
 }
 
-/// The thumbnail of each item.
+/// The thumbnails, and the end of the row.
 #[derive(Default)]
-pub(crate) struct NowThumbnails([ThumbnailState; NowItem::ALL.len()]);
+pub(crate) struct NowThumbnails {
+    /// The thumbnail of each item.
+    states: [ThumbnailState; NowItem::ALL.len()],
+    /// Whether an action hides the row as soon as the press that may have caused it is no longer part of a click.
+    must_hide: bool,
+}
 
 /// Takes a finished image and requests the next one, one at a time. Called only while the row is shown.
 fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
@@ -66,7 +71,7 @@ fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWor
     let base_view = ViewState { quality: Quality::Standard, ..interface.viewer.base_view() };
     let now = interface.viewer.now();
     let mut is_busy = false;
-    for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now_thumbnails.0) {
+    for (item, state) in NowItem::ALL.into_iter().zip(&mut interface.now_thumbnails.states) {
         if let ThumbnailState::Loading(pending) = state {
             match pending.take() {
                 None => is_busy = true,
@@ -116,10 +121,14 @@ pub(crate) fn open_panels(interface: &Interface) -> OpenPanels {
 
 /// Hides the row permanently if this frame's input caused an action or opened or closed a panel. `panels_before`: [`open_panels`] before
 /// the input.
-pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: OpenPanels, actions: &[Action]) {
+pub(crate) fn hide_after_input(interface: &mut Interface, ctx: &Context, panels_before: OpenPanels, actions: &[Action]) {
     // Pausing time is no reason to hide the row: the user may still be looking at it.
     let has_acted = actions.iter().any(|action| !matches!(action, Action::TogglePause));
-    if has_acted || open_panels(interface) != panels_before {
+    let must_hide = &mut interface.now_thumbnails.must_hide;
+    *must_hide |= has_acted;
+    // A press that ends a typed date acts before the release, which may be a click on the row.
+    let may_click = ctx.input(|input| input.pointer.any_down() && input.pointer.could_any_button_be_click());
+    if (!may_click && std::mem::take(must_hide)) || open_panels(interface) != panels_before {
         interface.settings.panels.now_shown = false;
     }
 }
@@ -156,7 +165,7 @@ pub(crate) fn show_over_viewport(interface: &mut Interface, ui: &Ui, worker: &dy
 pub(crate) fn thumbnail_row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
     update(interface, ui.ctx(), worker);
     let mut clicked = None;
-    for (item, state) in NowItem::ALL.into_iter().zip(&interface.now_thumbnails.0) {
+    for (item, state) in NowItem::ALL.into_iter().zip(&interface.now_thumbnails.states) {
         if matches!(state, ThumbnailState::Missing) {
             continue;
         }

@@ -47,6 +47,7 @@ export-seconds-left = noch etwa { $s } s
 export-minutes-left = noch etwa { $minutes } min
 export-hours-left = noch etwa { $hours } h
 export-image-ending = { $file }: eine Bilddatei endet auf .png oder .exr
+share-no-file-name = Zuerst einen Dateinamen eingeben
 dialog-image = Bilddatei
 dialog-animation = Animationsdatei
 dialog-hint = Eine Datei in einem Dialog wählen

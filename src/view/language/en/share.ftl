@@ -47,6 +47,7 @@ export-seconds-left = about { $s } s left
 export-minutes-left = about { $minutes } min left
 export-hours-left = about { $hours } h left
 export-image-ending = { $file }: an image file ends in .png or .exr
+share-no-file-name = Type a file name first
 dialog-image = Image file
 dialog-animation = Animation file
 dialog-hint = Choose a file in a dialog

@@ -154,6 +154,11 @@ impl ShaderPanel {
         self.page == Page::Probe
     }
 
+    /// Whether this control is the list of lines of the Source page, which uses Page Up, Page Down and Home.
+    pub(crate) fn lists_lines_in(&self, control: egui::Id) -> bool {
+        self.source.lines_id == Some(control)
+    }
+
     /// Determines the module to show, and shows the chosen page about it.
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         self.queries.reset_on_new_fragments(worker);

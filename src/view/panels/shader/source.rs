@@ -1,15 +1,17 @@
 //! The Source page: source text with line numbers, syntax colours, the feature of each line, and search.
 //!
 //! In: the text of the displayed module in the chosen language. Out: egui shapes. Always: only visible lines are laid out, so that a text of a hundred
-//! thousand lines scrolls as fast as a short text; the list of lines is a single Tab stop, and arrow keys move between its lines.
+//! thousand lines scrolls as fast as a short text; the list of lines is a single Tab stop, and arrow keys move between its lines; the search finds only lines
+//! that the list shows, and the current match is in view, in a frame.
 
-use super::module_text::{ModuleText, feature_colour, find_all, layout_job};
+use super::module_text::{ModuleLine, ModuleText, feature_colour, find_all, layout_job};
 use super::{Inspected, ShaderPanel};
 use crate::shader::translate::Language;
 use crate::view::language::text;
 use crate::view::panels::accessible;
 use crate::view::panels::theme::{CODE_TEXT_POINTS, MIN_LIST_HEIGHT, SMALL_TEXT_POINTS};
-use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
+use egui::text::CCursor;
+use egui::{FontId, Key, Rangef, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
 /// Width of the margin left of the source, points. The margin shows the feature of each line: its name and a coloured stripe.
@@ -22,6 +24,22 @@ const HIGHLIGHT_OPACITY: f32 = 0.14;
 const FONT_POINTS: f32 = CODE_TEXT_POINTS;
 /// When the list is scrolled to a line, this number of rows stays visible above it.
 const ROWS_ABOVE: f32 = 3.0;
+/// Distance between the margin and the line, points.
+const MARGIN_GAP: f32 = 4.0;
+/// When the list is scrolled sideways to a match, this width stays visible right of it, points. It includes the scroll bar.
+const WIDTH_AFTER_MATCH: f32 = 32.0;
+
+/// The result of a search.
+struct FoundLines {
+    /// The source that was searched.
+    text: Arc<ModuleText>,
+    /// The text that was sought.
+    needle: String,
+    /// The feature whose lines were searched; `None`: all lines.
+    only_feature: Option<usize>,
+    /// The lines (from 0) that contain it.
+    lines: Vec<u32>,
+}
 
 /// State of the Source page.
 #[derive(Default)]
@@ -38,10 +56,10 @@ pub(crate) struct SourcePage {
     shows_negated: bool,
     /// The text in the search field.
     needle: String,
-    /// Index of the current match in `matches`.
+    /// Index of the current match in the lines of `found`.
     match_index: usize,
-    /// The last search: the source that was searched, the text that was sought, and the lines (from 0) that contain it.
-    matches: Option<(Arc<ModuleText>, String, Vec<u32>)>,
+    /// The last search.
+    found: Option<FoundLines>,
     /// The name of a feature requested by another panel, until the user chooses a feature.
     requested: Option<String>,
     /// The source in which the page has already jumped to the requested feature.
@@ -52,6 +70,8 @@ pub(crate) struct SourcePage {
     scroll_line: Option<u32>,
     /// The line (from 0) that the arrow keys selected.
     cursor_line: usize,
+    /// The list of lines, once it was shown.
+    pub(super) lines_id: Option<egui::Id>,
 }
 
 /// Name and tooltip of a language.
@@ -121,6 +141,39 @@ impl SourcePage {
         }
     }
 
+    /// The highlighted feature of this module.
+    fn highlighted_feature(&self, text: &ModuleText) -> Option<usize> {
+        self.feature.as_ref().and_then(|chosen| text.features.iter().position(|(name, _)| name == chosen))
+    }
+
+    /// The feature to whose lines the list is limited; `None`: it shows all lines.
+    fn only_feature(&self, text: &ModuleText) -> Option<usize> {
+        self.highlighted_feature(text).filter(|_| self.shows_only_feature)
+    }
+
+    /// The line (from 0) of the current match.
+    fn matching_line(&self) -> Option<u32> {
+        self.found.as_ref().filter(|_| !self.needle.is_empty()).and_then(|found| found.lines.get(self.match_index)).copied()
+    }
+
+    /// Searches the lines that the list shows, unless it has done so. The first match becomes current; if only the lines have changed, the next match after
+    /// the current one.
+    fn update_found(&mut self, text: &Arc<ModuleText>) {
+        let only_feature = self.only_feature(text);
+        let last = self.found.as_ref().filter(|found| Arc::ptr_eq(&found.text, text) && found.needle == self.needle);
+        if last.is_some_and(|last| last.only_feature == only_feature) {
+            return;
+        }
+        let last_line = last.and(self.matching_line());
+        let is_shown = |line: &ModuleLine| only_feature.is_none_or(|feature| usize::from(line.feature_index) == feature);
+        let is_match = |line: &ModuleLine| is_shown(line) && !find_all(&line.text, &self.needle).is_empty();
+        let lines = (0..).zip(&text.lines).filter(|(_, line)| is_match(line)).map(|(index, _)| index).collect::<Vec<u32>>();
+        let next_index = last_line.map_or(0, |last_line| lines.partition_point(|line| *line < last_line));
+        self.match_index = next_index.min(lines.len().saturating_sub(1));
+        self.scroll_line = lines.get(self.match_index).copied();
+        self.found = Some(FoundLines { text: Arc::clone(text), needle: self.needle.clone(), only_feature, lines });
+    }
+
     /// Shows the search field and the number of the current match. Scrolls to the current match when another match becomes current.
     fn search(&mut self, ui: &mut Ui, text: &Arc<ModuleText>) {
         // 1 to go to the next match, -1 to go to the previous one.
@@ -148,25 +201,17 @@ impl SourcePage {
             if ui.small_button(text!("source-next")).on_hover_text(text!("source-next-hint")).clicked() {
                 step = 1;
             }
-            let is_up_to_date =
-                self.matches.as_ref().is_some_and(|(searched, needle, _)| Arc::ptr_eq(searched, text) && *needle == self.needle);
-            if !is_up_to_date {
-                let is_match = |line: &str| !find_all(line, &self.needle).is_empty();
-                let lines = (0..).zip(&text.lines).filter(|(_, line)| is_match(&line.text)).map(|(index, _)| index).collect::<Vec<u32>>();
-                self.match_index = 0;
-                self.scroll_line = lines.first().copied();
-                self.matches = Some((Arc::clone(text), self.needle.clone(), lines));
-            }
-            let Some((_, _, lines)) = &self.matches else { return };
-            if lines.is_empty() {
+            self.update_found(text);
+            let count = self.found.as_ref().map_or(0, |found| found.lines.len());
+            if count == 0 {
                 ui.weak(text!("source-no-match"));
                 return;
             }
             if step != 0 {
-                self.match_index = (self.match_index as i64 + step).rem_euclid(lines.len() as i64) as usize;
-                self.scroll_line = lines.get(self.match_index).copied();
+                self.match_index = (self.match_index as i64 + step).rem_euclid(count as i64) as usize;
+                self.scroll_line = self.matching_line();
             }
-            ui.weak(text!("source-match", at = self.match_index + 1, count = lines.len()));
+            ui.weak(text!("source-match", at = self.match_index + 1, count = count));
         });
     }
 
@@ -234,13 +279,14 @@ impl SourcePage {
 
     /// Shows the list of lines, and handles its keys.
     fn lines(&mut self, ui: &mut Ui, text: &ModuleText) {
-        let highlighted_index = self.feature.as_ref().and_then(|chosen| text.features.iter().position(|(name, _)| name == chosen));
+        let highlighted_index = self.highlighted_feature(text);
         // The lines that are rows of the list; `None`: all lines.
-        let rows: Option<Vec<usize>> = highlighted_index
-            .filter(|_| self.shows_only_feature)
+        let rows: Option<Vec<usize>> = self
+            .only_feature(text)
             .map(|index| (0..text.lines.len()).filter(|line| usize::from(text.lines[*line].feature_index) == index).collect());
         let row_count = rows.as_ref().map_or(text.lines.len(), Vec::len);
-        let font = egui::FontId::monospace(FONT_POINTS);
+        let matching_line = self.matching_line().map(|line| line as usize);
+        let font = FontId::monospace(FONT_POINTS);
         ui.spacing_mut().item_spacing.y = 0.0;
         // A row is as high as a line of text.
         let row_height = ui.ctx().fonts_mut(|f| f.row_height(&font)).ceil();
@@ -251,12 +297,16 @@ impl SourcePage {
         if let Some(line) = self.scroll_line.take() {
             self.cursor_line = line as usize;
             area = area.vertical_scroll_offset((row_of(line as usize) as f32 * row_height - ROWS_ABOVE * row_height).max(0.0));
+            if let Some(line) = matching_line.filter(|matching| *matching == self.cursor_line) {
+                area = area.horizontal_scroll_offset(self.offset_of_match(ui, text, line, &font));
+            }
         }
         let has_margin = !text.features.is_empty();
         let mut chosen_index = None;
         let mut list_rect = ui.available_rect_before_wrap();
         list_rect.set_height(list_rect.height().max(MIN_LIST_HEIGHT));
         let tab_stop = ui.interact(list_rect, ui.scope_id().with("lines"), Sense::focusable_noninteractive());
+        self.lines_id = Some(tab_stop.id);
         let accessible_name = text!("source-lines");
         tab_stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, accessible_name));
         let (cursor_row, cursor_moved) =
@@ -280,7 +330,7 @@ impl SourcePage {
                 let line_index = rows.as_ref().map_or(row, |r| r[row]);
                 let Some(line) = text.lines.get(line_index) else { continue };
                 ui.horizontal(|ui| {
-                    ui.spacing_mut().item_spacing.x = 4.0;
+                    ui.spacing_mut().item_spacing.x = MARGIN_GAP;
                     if has_margin {
                         let index_above = (row > range.start).then(|| rows.as_ref().map_or(row - 1, |r| r[row - 1]));
                         let line_above = index_above.and_then(|above| text.lines.get(above));
@@ -290,6 +340,11 @@ impl SourcePage {
                         }
                     }
                     let label = ui.add(egui::Label::new(layout_job(line_index + 1, &line.text, &self.needle, &font, is_dark)).extend());
+                    if matching_line == Some(line_index) {
+                        let frame = egui::Rect::from_x_y_ranges(ui.clip_rect().x_range(), label.rect.y_range());
+                        let stroke = egui::Stroke::new(1.0, ui.visuals().warn_fg_color);
+                        ui.painter().rect_stroke(frame, 2.0, stroke, egui::StrokeKind::Inside);
+                    }
                     if tab_stop.has_focus() && row == cursor_row {
                         ui.painter().rect_stroke(label.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
                         ui.ctx().accesskit_node_builder(tab_stop.id, |list| list.set_active_descendant(label.id.accesskit_id()));
@@ -305,6 +360,24 @@ impl SourcePage {
         if let Some(index) = chosen_index {
             self.feature = text.features.get(index).map(|(name, _)| name.clone());
         }
+    }
+
+    /// The horizontal scroll offset of the list that brings the first match of a line into view, points: 0 if it is in view without scrolling.
+    fn offset_of_match(&self, ui: &Ui, text: &ModuleText, line_index: usize, font: &FontId) -> f32 {
+        let Some(line) = text.lines.get(line_index) else { return 0.0 };
+        let Some(first_match) = find_all(&line.text, &self.needle).into_iter().next() else { return 0.0 };
+        let galley = ui.painter().layout_job(layout_job(line_index + 1, &line.text, &self.needle, font, ui.visuals().dark_mode));
+        // The line's number precedes the line.
+        let number_bytes = galley.text().len() - line.text.len();
+        let x_of_byte = |byte: usize| {
+            let chars_before = galley.text().get(..number_bytes + byte).map_or(0, |before| before.chars().count());
+            galley.pos_from_cursor(CCursor::new(chars_before)).left()
+        };
+        let margin_width = if self.hides_names { STRIPE_POINTS } else { MARGIN_POINTS };
+        let line_left = if text.features.is_empty() { 0.0 } else { margin_width + MARGIN_GAP };
+        let place = Rangef::new(line_left + x_of_byte(first_match.start), line_left + x_of_byte(first_match.end));
+        // A match that is wider than the list begins at its left edge.
+        (place.max + WIDTH_AFTER_MATCH - ui.available_width()).clamp(0.0, place.min)
     }
 
     /// Shows the feature of a line in the margin. `height`: of the line, points. `is_first`: whether the line is the first visible line of its run, so that

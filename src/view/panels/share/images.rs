@@ -34,8 +34,9 @@ fn option_fields(ui: &mut Ui, options: &mut ImageOptions, [width, height, labels
 
 /// Shows the folder to which a file will be written.
 fn folder(ui: &mut Ui, file: &str) {
-    let folder =
-        absolute_path(Path::new(file)).rsplit_once(std::path::MAIN_SEPARATOR).map_or(String::new(), |(folder, _)| folder.to_owned());
+    // An empty name has no absolute path.
+    let path = absolute_path(&Path::new(".").join(file));
+    let folder = path.rsplit_once(std::path::MAIN_SEPARATOR).map_or("", |(folder, _)| folder);
     ui.add(Label::new(RichText::new(text!("image-folder", folder = folder)).small().weak()).truncate());
 }
 

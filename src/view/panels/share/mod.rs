@@ -161,7 +161,8 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         if ui.button(text!("share-save-view")).on_hover_text(text!("share-save-view-hint")).clicked() {
             let json = interface.viewer.shareable_view().to_json();
             let write = |names| write_new(names, FileAccess::All, |out| out.write_all(json.as_bytes())).map_err(|e| error_text(&e));
-            let written = candidate_names(&interface.share.view_file_name).map_err(|e| error_text(&e)).and_then(write);
+            let names = named(&interface.share.view_file_name).and_then(|name| candidate_names(name).map_err(|e| error_text(&e)));
+            let written = names.and_then(write);
             if let Ok(path) = &written {
                 // The saved file may have another name than the typed one. From now on *Open view* opens the saved file.
                 interface.share.view_file_name = path.display().to_string();
@@ -171,9 +172,16 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         if ui.button(text!("share-open-view")).on_hover_text(text!("share-open-view-hint")).clicked() {
             let text = read_text(&path, MAX_BYTES).map_err(|e| error_text(&e));
             let read = text.and_then(|text| view_from_text(&text, session, interface.viewer.now()).map_err(|e| error_text(&e)));
-            show_or_report(interface, read.map_err(|e| format!("{}: {e}", path.display())), actions);
+            let read = read.map_err(|e| format!("{}: {e}", path.display()));
+            let read = named(&interface.share.view_file_name).and_then(|_| read);
+            show_or_report(interface, read, actions);
         }
     });
+}
+
+/// The text of a field for a file's name. An empty one is refused: messages about the file would begin without a name.
+pub(super) fn named(file_name: &str) -> Result<&str, String> {
+    if file_name.trim().is_empty() { Err(text!("share-no-file-name").to_owned()) } else { Ok(file_name) }
 }
 
 /// Whether the user has just pressed Enter in a field with this text; false if the text is blank.
@@ -202,13 +210,13 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     if (wants_image || kind.is_some()) && panel.is_busy() {
         interface.show_reply(text!("share-busy"));
     } else if wants_image {
-        match candidate_names(&panel.image_file_name) {
+        match named(&panel.image_file_name).and_then(|name| candidate_names(name).map_err(|e| error_text(&e))) {
             Ok(files) => {
                 let (view, options) = (interface.viewer.shareable_view(), panel.image_options);
                 panel.saving = Some(ask(worker, move |session| export::save(session, &view, options, files)));
                 interface.show_reply(text!("share-saving", width = options.size_px[0], height = options.size_px[1]));
             }
-            Err(e) => interface.show_reply(error_text(&e)),
+            Err(why) => interface.show_reply(why),
         }
     } else if let Some(kind) = kind {
         match new_export(interface, kind) {
@@ -244,18 +252,22 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
         FrameViews::Steps { view: Box::new(ViewState { tdb_s: start_tdb_s, ..view.clone() }), step_s }
     };
     match kind {
-        ExportKind::Sequence => Export::sequence(frames_from(view.tdb_s), &panel.image_file_name, panel.frame_count, panel.image_options),
+        ExportKind::Sequence => {
+            let file_name = named(&panel.image_file_name)?;
+            Export::sequence(frames_from(view.tdb_s), file_name, panel.frame_count, panel.image_options)
+        }
         ExportKind::Animation => {
             let start_to_displayed_s =
                 if *is_centred_on_displayed_time { 0.5 * f64::from(panel.frame_count - 1) * panel.step_s } else { 0.0 };
-            Export::animation(frames_from(view.tdb_s - start_to_displayed_s), file_name, panel.frame_count, *frames_per_s, *options)
+            let views = frames_from(view.tdb_s - start_to_displayed_s);
+            Export::animation(views, named(file_name)?, panel.frame_count, *frames_per_s, *options)
         }
         ExportKind::Tour => {
             let tour = interface.tour.current_tour().ok_or(text!("share-no-tour"))?;
             let frame_count = ((tour.length_s() * f64::from(*frames_per_s)).ceil() as u32).max(1);
             Export::animation(
                 FrameViews::Tour { tour, frames_per_s: *frames_per_s, quality: view.quality },
-                file_name,
+                named(file_name)?,
                 frame_count,
                 *frames_per_s,
                 *options,

@@ -1,0 +1,91 @@
+//! Shortcuts while a control has the keyboard focus: letters, digits and Page Down act while it is a button, which keeps Space, Enter and the arrow keys, and
+//! not while it is a text field.
+
+use crate::view::input::{SATURN, Window, type_text, window_without_images};
+use egui::accesskit::Role;
+use egui::{Event, Key};
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::view::panels::Tab;
+
+fn focus(window: &mut Window, role: Role, name: &str) {
+    window.get_by_role_and_label(role, name).focus();
+    window.run_steps(2);
+}
+
+fn press(window: &mut Window, key: Key) {
+    window.key_press(key);
+    window.run_steps(2);
+}
+
+/// A window at rest whose button *Bodies* has the focus.
+fn window_with_focused_button() -> Window {
+    let mut window = window_without_images(SATURN);
+    focus(&mut window, Role::Button, "Bodies");
+    assert!(window.get_by_role_and_label(Role::Button, "Bodies").is_focused());
+    window
+}
+
+#[test]
+fn letters_digits_and_page_down_act_while_a_button_has_the_focus() {
+    let mut window = window_with_focused_button();
+    type_text(&mut window, "5");
+    assert_eq!(window.state().tab, Some(Tab::Compare));
+    type_text(&mut window, "5");
+    assert_eq!(window.state().tab, None);
+    type_text(&mut window, "?");
+    assert!(window.state().help_shown);
+    type_text(&mut window, "?");
+    assert!(!window.state().help_shown);
+    window.event(Event::Copy);
+    window.run_steps(2);
+    assert_eq!(window.state().reply_text(), "Link copied");
+    press(&mut window, Key::PageDown);
+    assert_ne!(window.state().viewer.view_after_flight().target, SATURN);
+    assert!(window.get_by_role_and_label(Role::Button, "Bodies").is_focused(), "the focus has moved");
+    type_text(&mut window, "/");
+    assert!(window.get_by_role_and_label(Role::TextInput, "Search").is_focused());
+}
+
+#[test]
+fn space_enter_and_arrow_keys_belong_to_the_focused_button() {
+    for (key, text) in [(Key::Space, Some(" ")), (Key::Enter, None)] {
+        let mut window = window_with_focused_button();
+        let is_shown = window.state().body_browser_shown;
+        let is_paused = window.state().viewer.time_rate.is_paused();
+        window.key_press(key);
+        window.input_mut().events.extend(text.map(|text| Event::Text(text.to_owned())));
+        window.run_steps(3);
+        assert_ne!(window.state().body_browser_shown, is_shown, "{key:?} does not press the button");
+        assert_eq!(window.state().viewer.time_rate.is_paused(), is_paused, "{key:?} also acts as a shortcut");
+    }
+    let pose = |window: &Window| format!("{:?}", window.state().viewer.view.camera_pose);
+    let mut window = window_with_focused_button();
+    let before = pose(&window);
+    press(&mut window, Key::ArrowRight);
+    assert_eq!(pose(&window), before, "an arrow key turns the camera");
+    // The comparisons must be able to fail: without the focus these keys are shortcuts.
+    press(&mut window, Key::Escape);
+    press(&mut window, Key::ArrowRight);
+    assert_ne!(pose(&window), before);
+    let is_paused = window.state().viewer.time_rate.is_paused();
+    type_text(&mut window, " ");
+    assert_ne!(window.state().viewer.time_rate.is_paused(), is_paused);
+}
+
+#[test]
+fn nothing_typed_into_a_text_field_is_a_shortcut() {
+    for (role, name) in [(Role::TextInput, "Search"), (Role::TextInput, "Date and time"), (Role::SpinButton, "Latitude, degrees")] {
+        let mut window = window_without_images(SATURN);
+        // The first key arrives in the pass after the one that gave the field the focus.
+        window.get_by_role_and_label(role, name).focus();
+        window.event(Event::Text("5".into()));
+        window.run_steps(2);
+        type_text(&mut window, "4");
+        type_text(&mut window, "?");
+        press(&mut window, Key::PageDown);
+        assert_eq!((window.state().tab, window.state().help_shown), (None, false), "{name}");
+        assert_eq!(window.state().viewer.view_after_flight().target, SATURN, "{name}");
+        let text = window.get_by_role_and_label(role, name).accesskit_node().value().unwrap_or_default();
+        assert!(text.contains("54?"), "{name}: {text}");
+    }
+}
