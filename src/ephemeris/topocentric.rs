@@ -152,6 +152,7 @@ impl ObserverSky<'_> {
         Ok(Horizontal {
             azimuth_deg,
             altitude_deg: in_body.dot(normal).atan2(horizontal_length).to_degrees(),
+            // The angle in the equatorial plane from the direction to the normal, positive if the target is west of the meridian.
             hour_angle_deg: (normal.y * in_body.x - normal.x * in_body.y).atan2(normal.x * in_body.x + normal.y * in_body.y).to_degrees(),
             distance_km,
             semidiameter_deg: (body.radii_km.element_sum() / 3.0 / distance_km).min(1.0).asin().to_degrees(),

@@ -54,8 +54,8 @@ fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
         let with_overlays = move |overlays| {
-            // Ring-shine, detail, limb profile and thin crescent, in this order. At most one of the first three; a thin crescent only without detail and limb
-            // profile.
+            // Ring-shine, detail, limb profile and thin crescent, in this order. `globe_features` combines neither limb profile and thin crescent with each
+            // other nor one of them with detail. In the built-in catalog no body with rings has detail or a limb profile.
             let combinations = [
                 (false, false, false, false),
                 (true, false, false, false),
