@@ -158,7 +158,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
 
 /// The displayed events, with their positions on the timeline in points.
 fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = (f64, &'t KnownEvent)> {
-    let Timeline { rare, frequent } = &interface.timeline;
+    let Timeline { rare, frequent, pressed_axis: _ } = &interface.timeline;
     let (from_tdb_s, to_tdb_s, span_s) = (axis.start_tdb_s(), axis.end_tdb_s(), axis.span_s);
     let axis = *axis;
     let frequent = if span_s <= MAX_SPAN_MOONS_S { frequent.known.between(from_tdb_s, to_tdb_s) } else { &[] };

@@ -64,7 +64,7 @@ pub(crate) struct NowThumbnails {
 }
 
 /// Takes a finished image and requests the next one, one at a time. Called only while the row is shown.
-fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
+fn update(interface: &mut Interface, ctx: &Context, worker: &dyn RenderWorker) {
     if interface.shown().is_none() {
         return;
     }
@@ -104,7 +104,7 @@ fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Inst
 }
 
 /// Makes a texture of a drawn image.
-fn with_texture(ctx: &egui::Context, drawn: DrawnThumbnail) -> Thumbnail {
+fn with_texture(ctx: &Context, drawn: DrawnThumbnail) -> Thumbnail {
     let texture = drawn.image.map(|([width, height], pixels)| {
         let name = format!("now: {}", drawn.now_view.title);
         ctx.load_texture(name, colour_image(width, height, pixels), TextureOptions::LINEAR)
@@ -182,7 +182,7 @@ pub(crate) fn thumbnail_row(interface: &mut Interface, ui: &mut Ui, worker: &dyn
 /// Shows the view of an item, with the panel that belongs to it.
 pub(crate) fn open(
     interface: &mut Interface,
-    ctx: &egui::Context,
+    ctx: &Context,
     worker: &dyn RenderWorker,
     item: NowItem,
     now_view: NowView,

@@ -406,7 +406,7 @@ impl SourcePage {
         if is_first {
             if !self.hides_names {
                 let name_rect = egui::Rect::from_min_max(rect.min, stripe.left_bottom());
-                let font = egui::FontId::proportional(SMALL_TEXT_POINTS);
+                let font = FontId::proportional(SMALL_TEXT_POINTS);
                 let painter = ui.painter().with_clip_rect(name_rect.intersect(ui.clip_rect()));
                 painter.text(name_rect.left_center(), egui::Align2::LEFT_CENTER, name, font, colour);
             }
