@@ -66,6 +66,7 @@ fn path(states: &[State], step_s: f64) -> Vec<PathPoint> {
 fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) -> Vec<LineSegment> {
     let in_camera_axes = |point: &PathPoint| PathPoint { position_km: camera.in_axes(body_km + point.position_km), ..*point };
     let points: Vec<PathPoint> = path.iter().map(in_camera_axes).collect();
+    // x to the right, y up.
     let px_from_middle = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size_px();
     // Direction of segment k in the image; `None` if it does not exist, reaches the near plane or has no length.
     let direction = |k: usize| {

@@ -175,7 +175,7 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     // Points are drawn after the air, so its transmittance is applied here.
     let light_factor = inputs.transmittance() * (1.0 - disc_fraction);
     let flux = point::flux(frame.camera, placed) * light_factor;
-    // Eclipses are evaluated only for a point that would be visible without them.
+    // Eclipses are evaluated only for a point that would be visible without them, if all its flux fell into one pixel.
     let may_be_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by_radiance(flux.max_element());
     let flux =
         if may_be_visible { flux * eclipse::sun_occluders::visible_sunlight(frame.context, placed, inputs.diameter_px) } else { flux };

@@ -56,6 +56,7 @@ const DEFAULT_SAMPLER: SamplerState =
 /// What a batch asks of a sampler: texture coordinates, and what determines the mip levels.
 #[derive(Clone, Copy)]
 struct Request<'a, R> {
+    /// Texture coordinates, one per lane: 0 to 1 across the texture.
     u: &'a [R],
     v: &'a [R],
     level_source: LevelSource<'a, R>,
