@@ -48,7 +48,7 @@ pub(super) fn required_number(table: &mut TableReader, field: &'static str, allo
 }
 
 /// Reads `invented`: one line that describes the invented part of a map or shape; `None` if nothing is invented.
-pub(super) fn invented(table: &mut TableReader) -> Option<String> {
+pub(super) fn invented_part(table: &mut TableReader) -> Option<String> {
     let text =
         table.optional("invented", "what of it is invented, in a line of words", |v: &String| !v.trim().is_empty() && !v.contains('\n'));
     text.map(|l| l.value)
@@ -70,7 +70,7 @@ pub(super) fn read_map(mut table: TableReader, is_albedo: bool) -> Option<Map> {
         &[("planetographic", MapLatitude::Planetographic), ("planetocentric", MapLatitude::Planetocentric)],
     );
     let columns = table.optional::<u32>("columns", "the map's width in texels, 2 to 65536", |c| (2..=65_536).contains(c)).map(|l| l.value);
-    let invented = invented(&mut table);
+    let invented = invented_part(&mut table);
     let harmonics = if is_albedo {
         table.optional("harmonics", "eight numbers from -2 to 2", |c: &[f64; 8]| c.iter().all(|c| c.abs() <= 2.0))
     } else {

@@ -188,7 +188,8 @@ impl<'a> MutualConjunction<'a> {
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let distance_km = |s: f64| self.distance_outside_km(s, region);
         let mut last_inside_s = inside_s;
-        // Not up to the end of the fitted span, because the nearer moon is evaluated at another instant: earlier or later by the light time between the moons.
+        // Not in the last 24 minutes of the fitted span, because the nearer moon is evaluated at another instant: earlier or later by the light time between
+        // the moons, up to 10 s.
         while last_inside_s.abs() < 0.95 * HALF_SPAN_S {
             let next = last_inside_s + direction * CONTACT_STEP_S;
             if distance_km(next) >= 0.0 {

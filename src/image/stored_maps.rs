@@ -80,6 +80,7 @@ fn key_of(map: &EncodedMap) -> Key {
     let mut hash = XxHash3_128::new();
     hash.write(&*CODE_DIGEST);
     hash.write(&[format, poles]);
+    // Of a map of clouds: the texel values between which opacity rises.
     for bound in map.decoding.opacity.iter().flat_map(|texels| texels.range()) {
         hash.write(&bound.to_bits().to_le_bytes());
     }
@@ -192,13 +193,13 @@ impl StoredMaps {
     /// Everything in the folder with the extension of an entry, including pipes and links, but no folders.
     fn entries(&self) -> Vec<EntryFile> {
         let prefix = Self::version_prefix();
-        let entry = |path: PathBuf| {
+        let entry_file = |path: PathBuf| {
             let metadata = path.symlink_metadata().ok().filter(|m| !m.is_dir())?;
             let is_own = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix));
             let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
             Some(EntryFile { path, is_own, bytes: metadata.len(), modified })
         };
-        self.paths().filter(|path| path.extension().is_some_and(|e| e == EXTENSION)).filter_map(entry).collect()
+        self.paths().filter(|path| path.extension().is_some_and(|e| e == EXTENSION)).filter_map(entry_file).collect()
     }
 
     /// Counts the entries.

@@ -293,7 +293,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         decided.eclipse.multi_scatter = multi_scatter_in_shadow::tables(inputs.body(), &decided.eclipse);
     }
     for draw in &mut draws {
-        // The features may have more lights than actually shine on the body; the additional ones are black.
+        // The features may round the number of lights up (`choice`), so that there are fewer shader keys; the additional lights are black.
         let black_light =
             Light { direction_in_body: draw.uniforms.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {

@@ -53,7 +53,7 @@ pub struct Textures<'a> {
 const DEFAULT_SAMPLER: SamplerState =
     SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, is_trilinear: true };
 
-/// What a batch asks of a sampler: texture coordinates, and what determines the mip levels.
+/// What a batch asks of a sampler: texture coordinates, and what determines the mip levels. A [`FilterRequest`] has the levels themselves.
 #[derive(Clone, Copy)]
 struct Request<'a, R> {
     /// Texture coordinates, one per lane: 0 to 1 across the texture.
