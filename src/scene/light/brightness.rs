@@ -93,7 +93,7 @@ fn ring_shine_radiance(caches: &Caches, body: &Body, phase_angle_rad: f64, sun_k
     let geometry = RingShineGeometry::of(body, &rings, sun, sun_km.length(), SUN_RADIUS_KM);
     let shine = if geometry.upper_limit() < MIN_RING_SHINE { None } else { geometry.shine(&caches.ring_shines) };
     let Some(shine) = shine else { return DVec3::ZERO };
-    // The ground is drawn as a Lambert surface under ring-shine, without the phase law's factor.
+    // Under ring-shine the ground is drawn as a Lambert surface, without the factor that makes a sunlit disc as bright as its published phase law.
     let ground_radiance = photometry::albedo_normalisation(body) * body.geometric_albedo * body.colour.as_dvec3();
     ground_radiance * ring_light::seen_ring_shine(&caches.ring_tables, body, &shine, sun, viewer) * weight
 }

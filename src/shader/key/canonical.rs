@@ -51,7 +51,7 @@ fn fills_coarse_image(f: &DrawFeatures) -> bool {
 const fn omitted_in_coarse_image(dimension: &'static str) -> CanonicalRule {
     CanonicalRule { dimension, value: "", applies: fills_coarse_image, because: DRAWN_ALONE }
 }
-/// The reason of the rules for the coarse image.
+/// The reason of rules for a draw that fills the coarse image.
 const DRAWN_ALONE: &str = "the air, or the sunlight past occluders, is drawn alone";
 /// Whether the draw fills the coarse image with the sunlight that passes the occluders.
 fn draws_sunlight_alone(f: &DrawFeatures) -> bool {
@@ -249,6 +249,7 @@ pub static RULES: &[CanonicalRule] = &[
     },
     CanonicalRule {
         dimension: "air-pass",
+        // The text of `AirPass::Read`.
         value: "coarse",
         applies: |f| f.air_pass == AirPass::ReadWithClouds && f.surface != Surface::Cloud && !f.maps.cloud_shadow,
         because: "the ground's draw shows the clouds by the map of their shadow",
