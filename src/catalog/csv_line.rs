@@ -1,4 +1,4 @@
-//! A line of comma-separated values (RFC 4180, without line breaks in values), and the search for columns by name, for all tables that users give.
+//! Splits a line of comma-separated values (RFC 4180, without line breaks in values), and finds columns by name, for all tables that users give.
 //!
 //! In: the line; the names of the columns. Out: its values as text; the columns of the caller's fields. Not here: the meaning of columns.
 
@@ -44,24 +44,26 @@ pub(super) fn comparable_name(name: &str) -> String {
     name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()
 }
 
-/// The index of each field's column; `None` if the table has none of its names. `accepted`: the names of each field, preferred ones first. The first of them
-/// that the table has counts; of several columns of this name, the first. `names`: those of all columns. All names are in the form of [`comparable_name`].
+/// The index of each field's column; `None` if the table has none of the field's names. `names`: those of all columns. `accepted`: those of each field,
+/// preferred ones first. The first that is in `names` is taken; of several columns of this name, the first. All names are in the form of
+/// [`comparable_name`].
 pub(super) fn columns_of_fields<const N: usize>(names: &[String], accepted: [&[&str]; N]) -> [Option<usize>; N] {
     accepted.map(|accepted| accepted.iter().find_map(|wanted| names.iter().position(|name| name == wanted)))
 }
 
-/// The first of `columns` (those of the fields) whose name a later column of the table has, too. `names`: those of all columns.
+/// The index of the first column whose name a later column of the table has, too; only `columns` (indices of the fields' columns) are examined. `names`:
+/// those of all columns.
 pub(super) fn first_repeated(names: &[String], columns: &[Option<usize>]) -> Option<usize> {
     columns.iter().flatten().copied().find(|column| names[column + 1..].contains(&names[*column]))
 }
 
-/// [`columns_of_fields`]; an error if several columns have the name that counts for a field, because it is unknown which of them is meant.
+/// Like [`columns_of_fields`], but an error if several columns have the name that is taken for a field, because it is unknown which of them is meant.
 pub(super) fn unique_columns_of_fields<const N: usize>(names: &[String], accepted: [&[&str]; N]) -> Result<[Option<usize>; N], String> {
     let columns = columns_of_fields(names, accepted);
     first_repeated(names, &columns).map_or(Ok(columns), |column| Err(repeated_column(&names[column])))
 }
 
-/// What is wrong with a table of which several columns have this name.
+/// The error message for a table in which several columns have this name.
 pub(super) fn repeated_column(name: &str) -> String {
     format!("two columns are named `{name}` (only letters and digits count); leave one out")
 }
@@ -71,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_name_that_two_columns_have_is_an_error_if_it_counts() {
+    fn a_name_that_two_columns_have_is_an_error_if_it_is_taken() {
         let find = |names: &[&str]| {
             let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
             unique_columns_of_fields(&names, [&["radeg", "ra"][..], &["vmag", "v"]])

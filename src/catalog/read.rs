@@ -43,14 +43,14 @@ fn species(mut table: TableReader) -> Option<Species> {
     })
 }
 
-/// Reads the phase function of a species: an aerosol's if the first of `fields` is present, otherwise Rayleigh's. The other fields are allowed only beside the
-/// first.
+/// Reads the phase function of a species: Rayleigh's, unless the first of `fields` is present; then an aerosol's, to which the other fields belong.
 fn phase_function(table: &mut TableReader, fields: &[AerosolField]) -> PhaseFunction {
     let first_key = fields[0].catalog_key;
     let is_aerosol = table.has(first_key);
     let mut aerosol = AerosolPhase::with_asymmetry([0.0; 3]);
     for field in fields {
         let allowed = if is_aerosol { field.allowed() } else { format!("`{first_key}` beside it") };
+        // `set` returns `None` for a value that the field may not have.
         let value = table.optional(field.catalog_key, &allowed, |value: &PerChannel| is_aerosol && field.set(aerosol, *value).is_some());
         aerosol = value.and_then(|l| field.set(aerosol, l.value)).unwrap_or(aerosol);
     }
@@ -64,13 +64,13 @@ const MAX_SPECIES: usize = 16;
 const ALLOWED_FORWARD_LIGHT: &str =
     "up to 100 rows: a phase angle from 0 to 180 degrees, ascending, then three numbers from 0 to 10 (red, green, blue)";
 
-/// Whether a value is a table of light by phase angle.
+/// Whether these rows may be an atmosphere's `forward_light`.
 fn is_forward_light(rows: &[[f64; 4]]) -> bool {
     let is_row = |[phase_deg, rgb @ ..]: &[f64; 4]| (0.0..=180.0).contains(phase_deg) && rgb.iter().all(|x| (0.0..=10.0).contains(x));
     rows.len() <= 100 && rows.iter().all(is_row) && rows.windows(2).all(|pair| pair[0][0] < pair[1][0])
 }
 
-/// Reads an `[[atmosphere]]`: the body's name and the atmosphere; `None` if a problem was reported.
+/// Reads an `[[atmosphere]]`: the body's name and the atmosphere; `None` without a valid `body` and `top_km`, or with too many species, which is reported.
 fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let top_km = required_number(&mut table, "top_km", "kilometres above 0", |x| x > 0.0);
@@ -177,7 +177,7 @@ fn body_of_layer(bodies: &[Body], body_name: &WithLine<String>, problems: &Probl
     found
 }
 
-/// The entries of a body in `Catalog::field_lines`.
+/// The entries of a body in `Catalog::field_lines`; that of the field "" is the line of the body itself.
 fn lines_of_fields((id, draft): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)> {
     let fields = [
         ("", Some(&draft.source_line)),
@@ -194,7 +194,7 @@ fn lines_of_fields((id, draft): (&i32, &BodyDraft)) -> Vec<(BodyField, FileLine)
 /// Maximum number of bodies that the message about a cycle of parents lists.
 const MAX_NAMES_OF_CYCLE: usize = 8;
 
-/// Reports cycles of parents, each at the `parent` fields of the user's files. `parent_lines`: the line of the field `parent`, by NAIF code.
+/// Reports each cycle of parents, at all of its `parent` fields that are in a user's file. `parent_lines`: the line of the field `parent`, by NAIF code.
 fn report_parent_cycles(bodies: &[Body], parent_lines: &BTreeMap<i32, SourceLine>, problems: &Problems) {
     let by_id: BTreeMap<NaifId, &Body> = bodies.iter().map(|b| (b.id, b)).collect();
     let parent_of = |body: &Body| body.parent.and_then(|id| by_id.get(&id).copied());
@@ -208,6 +208,7 @@ fn report_parent_cycles(bodies: &[Body], parent_lines: &BTreeMap<i32, SourceLine
         let Some(cycle) = cycle_start.map(|first| &path[first..]).filter(|cycle| cycle.len() > 1) else { continue };
         for (position, body) in cycle.iter().enumerate() {
             let Some(source_line) = parent_lines.get(&body.id.0).filter(|source_line| !source_line.is_embedded()) else { continue };
+            // The cycle from the body's parent to the body itself.
             let from_parent = cycle[position + 1..].iter().chain(&cycle[..=position]);
             let names: Vec<&str> = from_parent.take(MAX_NAMES_OF_CYCLE).map(|b| b.name.as_str()).collect();
             let more = if cycle.len() > MAX_NAMES_OF_CYCLE { ", …" } else { "" };
@@ -216,10 +217,11 @@ fn report_parent_cycles(bodies: &[Body], parent_lines: &BTreeMap<i32, SourceLine
     }
 }
 
-/// The body or barycentre, other than body `id`, whose NAIF code is this normalized name of body `id`. A look-up by the code would find body `id`, because
-/// names are looked up first. Normalized names have no minus sign, so the name may also stand for the negative code.
+/// If a normalized name of body `id` is the NAIF code of a barycentre or of another body: that one, in words. A look-up by the code would find body `id`,
+/// because names are looked up first. Normalized names have no minus sign, so the name may also stand for the negative code.
 fn owner_of_code(normalized: &str, id: i32, drafts: &BTreeMap<i32, BodyDraft>) -> Option<String> {
     let code: i32 = normalized.parse().ok()?;
+    // 0: the solar system's; 1 to 9: those of the planets and Pluto.
     if (0..=9).contains(&code) {
         return Some("a barycentre".into());
     }
@@ -285,7 +287,7 @@ fn assemble(
     let mut bodies = Vec::with_capacity(drafts.len());
     for (id, draft) in drafts {
         let message_name = draft.name.as_ref().map_or_else(|| format!("body {id}"), |l| l.value.clone());
-        // A field whose value was refused has been reported.
+        // `given` also has the fields whose values were refused, which has been reported.
         let missing = |field: &str| {
             if !draft.given.contains(field) {
                 problems.add(&draft.source_line, format!("{message_name}.{field} is missing"));
@@ -320,7 +322,7 @@ fn assemble(
             required!(colour, "colour_linear_srgb"),
         );
         if let Some(kind) = kind.as_ref().filter(|kind| draft.parent.is_none() && kind.value != BodyKind::Star) {
-            // A shipped star needs a parent only if the user's file makes it a body of another kind.
+            // An embedded star has no parent. It needs one if a user's file makes it a body of another kind, so the problem is at the field `kind`.
             if draft.source_line.is_embedded() && !draft.given.contains("parent") {
                 problems.add(&kind.source_line, format!("{message_name}.parent is missing: all bodies but stars have one"));
             } else {
@@ -357,6 +359,7 @@ fn assemble(
             bond_albedo: draft.bond_albedo,
             clear_sky_albedo: draft.clear_sky_albedo,
             invented_relief: draft.invented_relief.unwrap_or_default(),
+            // Set later by `Catalog::set_custom_surface`.
             custom_surface: 0,
             clear_sky_colour: draft.clear_sky_colour.map(scaled_to_luminance_1),
             colour: scaled_to_luminance_1(colour),
@@ -439,6 +442,7 @@ mod tests {
             ("asymmetry = 0.25\nred = [0.5, 0.5, 0.5]", "a number from 0 to 0.5"),
             ("red = 0.5", "`asymmetry` beside it"),
         ] {
+            // The message quotes the last line.
             let wrong = lines.lines().next_back().expect("a line");
             assert_eq!(read(lines), Err(vec![format!("{wrong}: expected {allowed}")]));
         }

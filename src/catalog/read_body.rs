@@ -5,7 +5,7 @@
 //! refused is `None`.
 
 use super::fields::{
-    ALLOWED_NAME, each_component, finite, invented, is_file_name, is_name, optional_percent, optional_word, optional_word_with_line,
+    ALLOWED_NAME, each_component, finite, invented_part, is_file_name, is_name, optional_percent, optional_word, optional_word_with_line,
     read_map, required_number, required_word, with_line,
 };
 use super::table::{SourceLine, TableReader, WithLine};
@@ -223,7 +223,7 @@ fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
     let scale_km = table.optional("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
     let mut flag = |field, default| table.optional::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
     let (two_sided, has_map_alpha, uses_vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
-    let invented = invented(&mut table);
+    let invented = invented_part(&mut table);
     // The source is for people who read the file.
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();

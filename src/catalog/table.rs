@@ -15,6 +15,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 /// File and line of a value.
 #[derive(Clone, Debug)]
 pub(super) struct SourceLine {
+    /// Name of the file.
     pub file: Rc<str>,
     /// Line number, starting at 1.
     pub line: usize,
@@ -34,8 +35,8 @@ pub(super) struct WithLine<T> {
     pub source_line: SourceLine,
 }
 
-/// After this many problems, no more hints (the known word that was probably meant) are computed.
-const MAX_PROBLEMS_WITH_HINT: usize = 200;
+/// After this many problems, [`Problems::nearest`] suggests nothing.
+const MAX_PROBLEMS_WITH_SUGGESTION: usize = 200;
 
 /// All problems found so far, in the order in which they were found.
 #[derive(Default)]
@@ -46,11 +47,11 @@ impl Problems {
         self.0.borrow_mut().push(Problem { file: source_line.file.to_string(), line: source_line.line, message });
     }
 
-    /// The known word that was probably meant, if one is similar. Not computed after [`MAX_PROBLEMS_WITH_HINT`] problems, because a file can have a hundred
-    /// thousand of them and only the first are shown.
+    /// The known word that was probably meant, if one is similar. `None` after [`MAX_PROBLEMS_WITH_SUGGESTION`] problems: a file can
+    /// have a hundred thousand of them, of which only the first are shown.
     pub fn nearest<'k>(&self, word: &str, known: &[&'k str]) -> Option<&'k str> {
-        let is_hint_wanted = self.0.borrow().len() < MAX_PROBLEMS_WITH_HINT;
-        is_hint_wanted.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
+        let is_suggestion_wanted = self.0.borrow().len() < MAX_PROBLEMS_WITH_SUGGESTION;
+        is_suggestion_wanted.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
     }
 
     /// Reports a name that no body has, with the most similar of the known names.
@@ -74,6 +75,7 @@ impl Problems {
 
 /// The text of one file. Converts byte offsets to line numbers.
 pub(super) struct TomlFile<'a> {
+    /// Name of the file.
     file: Rc<str>,
     /// Byte offset of the start of each line.
     line_starts: Vec<usize>,
@@ -103,7 +105,13 @@ impl<'a> TomlFile<'a> {
         }
         let table = table.into_inner();
         table.values().for_each(|value| self.report_control_characters(value));
-        Some(TableReader { toml_file: self, prefix: String::new(), source_line: self.source_line(0), table, requested: Vec::new() })
+        Some(TableReader {
+            toml_file: self,
+            prefix: String::new(),
+            source_line: self.source_line(0),
+            unrequested: table,
+            requested: Vec::new(),
+        })
     }
 
     /// Reports strings with characters that control a terminal, because names and notes are printed. Line breaks and tabs are allowed.
@@ -130,7 +138,7 @@ pub(super) struct TableReader<'a> {
     /// Where the table begins.
     pub source_line: SourceLine,
     /// The fields that have not been requested yet.
-    table: DeTable<'a>,
+    unrequested: DeTable<'a>,
     /// Fields requested so far.
     requested: Vec<&'static str>,
 }
@@ -146,18 +154,18 @@ impl<'a> TableReader<'a> {
         self.toml_file.problems.add(source_line, format!("{}{field} = {value}: expected {allowed}", self.prefix));
     }
 
-    /// Takes the value of a field, which counts as requested from now on.
+    /// Takes the value of a field, which counts as requested from now on; `None` if the field is absent.
     fn value(&mut self, field: &'static str) -> Option<Spanned<DeValue<'a>>> {
         self.requested.push(field);
-        self.table.remove(field)
+        self.unrequested.remove(field)
     }
 
     /// Whether a field is present.
     pub fn has(&self, field: &str) -> bool {
-        self.table.contains_key(field)
+        self.unrequested.contains_key(field)
     }
 
-    /// The value of a field, if it has type `T` and passes `ok`. Otherwise reports a problem, in which `allowed` describes the condition.
+    /// The value of a field; `None` if it is absent, or if it has not type `T` or does not pass `ok`, which is reported; `allowed` describes the condition.
     pub fn optional<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
         let value = self.value(field)?;
         let span = value.span();
@@ -174,7 +182,7 @@ impl<'a> TableReader<'a> {
 
     /// Like [`TableReader::optional`], but reports a missing field.
     pub fn required<T: DeserializeOwned>(&mut self, field: &'static str, allowed: &str, ok: impl Fn(&T) -> bool) -> Option<WithLine<T>> {
-        if !self.table.contains_key(field) {
+        if !self.unrequested.contains_key(field) {
             self.toml_file.problems.add(&self.source_line, format!("{}{field} is missing: expected {allowed}", self.prefix));
             self.requested.push(field);
             return None;
@@ -182,7 +190,7 @@ impl<'a> TableReader<'a> {
         self.optional(field, allowed, ok)
     }
 
-    /// A nested table.
+    /// A nested table; `None` if it is absent, or if the field is no table, which is reported.
     pub fn section(&mut self, field: &'static str) -> Option<TableReader<'a>> {
         let value = self.value(field)?;
         let source_line = self.toml_file.source_line(value.span().start);
@@ -191,7 +199,7 @@ impl<'a> TableReader<'a> {
                 toml_file: self.toml_file,
                 prefix: format!("{}{field}.", self.prefix),
                 source_line,
-                table,
+                unrequested: table,
                 requested: Vec::new(),
             }),
             other => {
@@ -201,7 +209,7 @@ impl<'a> TableReader<'a> {
         }
     }
 
-    /// The tables of `[[field]]`.
+    /// The tables of `[[field]]`; reports what is not a table and leaves it out.
     pub fn sections(&mut self, field: &'static str) -> Vec<TableReader<'a>> {
         let Some(value) = self.value(field) else { return Vec::new() };
         let source_line = self.toml_file.source_line(value.span().start);
@@ -218,7 +226,7 @@ impl<'a> TableReader<'a> {
                         toml_file: self.toml_file,
                         prefix: format!("{}{field}.", self.prefix),
                         source_line,
-                        table,
+                        unrequested: table,
                         requested: Vec::new(),
                     });
                 }
@@ -228,7 +236,7 @@ impl<'a> TableReader<'a> {
         found
     }
 
-    /// A table whose values are all strings, such as `sources`.
+    /// A table whose values are all strings, such as `sources`; empty if it is absent, or if it is of another form, which is reported.
     pub fn strings(&mut self, field: &'static str) -> std::collections::BTreeMap<String, String> {
         let allowed = "a table of strings";
         self.optional(field, allowed, |_| true).map(|l| l.value).unwrap_or_default()
@@ -236,7 +244,7 @@ impl<'a> TableReader<'a> {
 
     /// Reports the fields that were not requested, each with the most similar allowed name.
     pub fn finish(self) {
-        for key in self.table.keys() {
+        for key in self.unrequested.keys() {
             let source_line = self.toml_file.source_line(key.span().start);
             let name: &str = key.get_ref();
             let hint = match self.toml_file.problems.nearest(name, &self.requested) {
@@ -258,6 +266,7 @@ mod tests {
         let source_line = SourceLine { file: "own.toml".into(), line: 1 };
         problems.add_unknown_body(&WithLine { value: "x".repeat(1000), source_line }, &["mars"]);
         let message = &problems.into_error().problems[0].message;
+        // 60 characters of the name, and the text around them.
         assert!(message.len() < 100 && message.ends_with("is not the name of a body"), "{message}");
     }
 }

@@ -9,6 +9,7 @@ use crate::time::Instant;
 const LUNATION_0_JD_TT: f64 = 2_451_550.097_66;
 /// Days between mean new moons.
 const SYNODIC_MONTH_DAYS: f64 = 29.530_588_861;
+/// In a Julian century (Meeus 1998, eq. 49.3).
 const LUNATIONS_PER_CENTURY: f64 = 1236.85;
 
 /// New moon or full moon.
@@ -44,7 +45,7 @@ impl Syzygy {
         self.lunation as f64 + if self.phase == Phase::New { 0.0 } else { 0.5 }
     }
 
-    /// The instant of the mean phase (Meeus 1998, eq. 49.1, up to the cube of the time).
+    /// The instant of the mean phase (Meeus 1998, eq. 49.1, without the term of the fourth power).
     pub(crate) fn mean_instant(self) -> Instant {
         let centuries = self.k() / LUNATIONS_PER_CENTURY;
         let jd_tt = LUNATION_0_JD_TT + SYNODIC_MONTH_DAYS * self.k() + 0.000_154_37 * centuries * centuries - 1.5e-7 * centuries.powi(3);
@@ -60,10 +61,11 @@ impl Syzygy {
 
     /// Number of the Saros series, as van den Bergh counts them (Periodicity and Variation of Solar (and Lunar) Eclipses, 1955).
     ///
-    /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) lead to the next series. So one lunation adds 38 modulo 223,
-    /// because 38 times 358 is 1 modulo 223. References: the solar eclipse of 2024-04-08 is of series 139, the lunar eclipse of 2022-11-08 of 136
+    /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) add 1 to the number of the series. As 38 times 358 is 1 modulo 223, one
+    /// lunation adds 38 modulo 223. References: the solar eclipse of 2024-04-08 is of series 139, the lunar eclipse of 2022-11-08 of 136
     /// (Espenak and Meeus 2006). These rules determine the number only modulo 223. Of the possible numbers, the result is the one nearest to the middle of the
-    /// range of series that produce eclipses at the date of the syzygy. That middle was 137 (Sun) and 130 (Moon) at the references, and grows by 1 in an inex.
+    /// range of series that produce eclipses at the date of the syzygy. At the references this range was about 117 to 156 (Sun) and 110 to 150 (Moon), with
+    /// the middles 137 and 130, which grow by 1 in an inex.
     pub(crate) fn saros_series(self) -> i64 {
         let (reference_lunation, reference_series, middle_series_at_reference) = match self.phase {
             Phase::New => (300, 139, 137),
@@ -82,7 +84,8 @@ mod tests {
 
     #[test]
     fn series_numbers_agree_with_the_canons() {
-        // Espenak and Meeus, Five Millennium Canons: (the day before the eclipse, phase, series).
+        // Espenak and Meeus, Five Millennium Canons: (the day before the eclipse, phase, series). The day before, because the mean phase may be earlier than
+        // the eclipse by up to 15 hours.
         for (day_before, phase, series) in [
             ("2017-08-20", Phase::New, 145),
             ("2024-04-07", Phase::New, 139),
@@ -96,7 +99,7 @@ mod tests {
             ("2019-01-20", Phase::Full, 134),
             ("2025-03-13", Phase::Full, 123),
         ] {
-            // The mean phase of the eclipse may lie up to 15 hours before this day begins. A mean phase more than a day earlier belongs to the lunation before.
+            // If the last mean phase is more than a day before this day, the eclipse's is the next one.
             let mut syzygy = Syzygy::at_or_before(phase, Instant::parse(day_before).expect("a day"));
             if syzygy.mean_instant() < Instant::parse(day_before).expect("a day").plus_seconds(-86_400.0) {
                 syzygy = syzygy.next();
@@ -113,8 +116,8 @@ mod tests {
             for lunation in (-20_000..14_000).step_by(97) {
                 let syzygy = Syzygy { phase, lunation };
                 let series_after = |by: i64| Syzygy { phase, lunation: lunation + by }.saros_series();
-                let series_difference = |n: i64| (n - syzygy.saros_series()).rem_euclid(223);
-                assert_eq!((series_difference(series_after(223)), series_difference(series_after(358))), (0, 1), "{lunation}");
+                let increase_to = |series: i64| (series - syzygy.saros_series()).rem_euclid(223);
+                assert_eq!((increase_to(series_after(223)), increase_to(series_after(358))), (0, 1), "{lunation}");
             }
         }
     }

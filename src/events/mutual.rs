@@ -19,10 +19,11 @@ const JUPITER_BARYCENTRE: NaifId = NaifId(5);
 /// Time between samples. Two moons pass each other at 32 km/s at most, so their distance changes by at most 19 200 km from sample to sample.
 const STEP_S: f64 = 600.0;
 /// Two moons pass without an event if, at the sample nearest to their passage, their centres are farther apart than this perpendicular to the line of sight.
+/// An event needs less than 10 000 km (both discs and the penumbra); until the nearest sample the distance grows by at most 19 200 km.
 const MAX_DISTANCE_KM: f64 = 40_000.0;
-/// Sine of 4 degrees: while the Earth or the Sun is farther from the plane of Jupiter's equator, there are no events. One degree allows for the inclinations of
-/// the orbits, which leaves 3 degrees. Two moons on the same side of Jupiter are at least 249 000 km apart along the line of sight (Io and Europa). At
-/// 3 degrees they pass each other at a distance of 249 000 km * sin 3 degrees = 13 000 km, too far for an event.
+/// Sine of 4 degrees: while the Earth or the Sun is farther from the plane of Jupiter's equator, there are no events. Two moons on the same side of Jupiter are
+/// at least 249 000 km apart along the line of sight (Io and Europa). At 3 degrees from the plane of their orbits they pass each other at a distance of
+/// 249 000 km * sin 3 degrees = 13 000 km, too far for an event. The fourth degree allows for the inclinations of the orbits.
 const MAX_SEASON_SINE: f64 = 0.07;
 /// Half of the fitted span: the slowest passages, at a moon's greatest elongation, take up to five hours.
 const HALF_SPAN_S: f64 = 8.0 * 3600.0;
@@ -42,7 +43,8 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
     let mut found = Vec::new();
     let Some(sun) = catalog.body(NaifId::SUN) else { return Ok(found) };
     let pairs: Vec<(usize, usize)> = (0..moons.len()).flat_map(|a| (0..a).map(move |b| (a, b))).collect();
-    // Light from Jupiter takes less than an hour.
+    // Events are listed by the time when the Earth sees them. Light from Jupiter takes less than an hour. Two more steps, because a minimum needs three
+    // samples.
     let start = from.plus_seconds(-3600.0 - 2.0 * STEP_S);
     for observer in [NaifId::EARTH, NaifId::SUN] {
         let mut sample_time = start;
@@ -63,6 +65,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
             let current: Vec<f64> = pairs.iter().map(|&(a, b)| (positions[a] - positions[b]).cross(observer_direction).length()).collect();
             if let (Some(second_last), Some(last)) = (&second_last, &last) {
                 for (k, &(a, b)) in pairs.iter().enumerate() {
+                    // The distance was least at the last sample.
                     if last[k] <= second_last[k] && last[k] < current[k] && last[k] < MAX_DISTANCE_KM {
                         let middle = sample_time.plus_seconds(-STEP_S);
                         let conjunction = MutualConjunction::around(ephemeris, [moons[a], moons[b]], observer, sun.radii_km.x, middle)?;
@@ -86,8 +89,9 @@ fn is_same_event(a: &MoonEvent, b: &MoonEvent) -> bool {
     (a.class, a.moon, a.nearer_moon) == (b.class, b.moon, b.nearer_moon) && apart_s.abs() < CONTACT_STEP_S
 }
 
-/// Two moons around their conjunction. Times are those at which the light leaves or reaches the farther moon, in seconds from `middle`; vectors are from
-/// Jupiter's centre, km, ICRF axes. `observer`: the Earth in an occultation, the Sun in an eclipse. The nearer moon is the one nearer to the observer.
+/// Two moons around their conjunction. Times, in seconds from `middle`: in an occultation, when the light leaves the farther moon; in an eclipse, when sunlight
+/// reaches it. Vectors are from Jupiter's centre, km, ICRF axes. `observer`: the Earth in an occultation, the Sun in an eclipse. The nearer moon is the one
+/// nearer to the observer.
 struct MutualConjunction<'a> {
     near: &'a Body,
     far: &'a Body,
@@ -146,32 +150,36 @@ impl<'a> MutualConjunction<'a> {
         Ok(Self { near, far, near_km, far_km, to_observer, observer, sun_radius_km, planet_velocity_km_s, middle })
     }
 
-    /// The offset for light that leaves or reaches the farther moon at `s`.
+    /// The offset for light that leaves (occultation) or reaches (eclipse) the farther moon at `s`.
     fn offset(&self, s: f64) -> Offset {
         let far_km = self.far_km.at(s);
-        let to_observer = self.to_observer.at(s) - far_km;
-        let observer_distance_km = to_observer.length();
-        let observer_direction = to_observer / observer_distance_km;
+        let far_to_observer_km = self.to_observer.at(s) - far_km;
+        let observer_distance_km = far_to_observer_km.length();
+        let observer_direction = far_to_observer_km / observer_distance_km;
         // Light goes from the farther moon past the nearer one to the Earth, and from the Sun past the nearer one to the farther.
         let depth_km = (self.near_km.at(s) - far_km).dot(observer_direction);
         let delay_s = if self.observer == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
-        let near_km = self.near_km.at(s + delay_s) + self.planet_velocity_km_s * delay_s - far_km;
-        Offset { lateral_km: near_km.cross(observer_direction).length(), depth_km: near_km.dot(observer_direction), observer_distance_km }
+        // Positions are relative to Jupiter, which moves during the delay.
+        let far_to_near_km = self.near_km.at(s + delay_s) + self.planet_velocity_km_s * delay_s - far_km;
+        let lateral_km = far_to_near_km.cross(observer_direction).length();
+        Offset { lateral_km, depth_km: far_to_near_km.dot(observer_direction), observer_distance_km }
     }
 
-    /// Distance of the farther moon's limb from a region behind the nearer one, km; negative if the limb is inside the region.
+    /// Distance of the farther moon's limb, where it is nearest, from a region behind the nearer moon, km; negative if a part of the farther moon is inside.
     fn distance_outside_km(&self, s: f64, region: Region) -> f64 {
         let offset = self.offset(s);
         let (near_radius_km, far_radius_km) = (self.near.radii_km.x, self.far.radii_km.x);
         // Distance of the observer from the nearer moon.
         let near_to_observer_km = offset.observer_distance_km - offset.depth_km;
+        // Radius of the region at the farther moon, by similar triangles.
         let radius_km = match region {
             Region::Hidden => near_radius_km * offset.observer_distance_km / near_to_observer_km,
             Region::Penumbra => near_radius_km + offset.depth_km * (self.sun_radius_km + near_radius_km) / near_to_observer_km,
             Region::Umbra => (near_radius_km - offset.depth_km * (self.sun_radius_km - near_radius_km) / near_to_observer_km).abs(),
         };
-        // The line from the observer through the nearer moon's centre passes the farther moon at this distance.
-        offset.lateral_km * offset.observer_distance_km / near_to_observer_km - radius_km - far_radius_km
+        // Distance of the farther moon's centre from the region's axis, which goes from the observer through the nearer moon's centre.
+        let from_axis_km = offset.lateral_km * offset.observer_distance_km / near_to_observer_km;
+        from_axis_km - radius_km - far_radius_km
     }
 
     /// The last instant before `inside_s` (`direction` [`BACKWARD`]), or the first one after it ([`FORWARD`]), at which the farther moon touches the region
@@ -180,7 +188,8 @@ impl<'a> MutualConjunction<'a> {
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let distance_km = |s: f64| self.distance_outside_km(s, region);
         let mut last_inside_s = inside_s;
-        // Not up to the end of the fitted span, because the nearer moon is evaluated at another instant: earlier or later by the light time between the moons.
+        // Not in the last 24 minutes of the fitted span, because the nearer moon is evaluated at another instant: earlier or later by the light time between
+        // the moons, up to 10 s.
         while last_inside_s.abs() < 0.95 * HALF_SPAN_S {
             let next = last_inside_s + direction * CONTACT_STEP_S;
             if distance_km(next) >= 0.0 {
@@ -195,7 +204,7 @@ impl<'a> MutualConjunction<'a> {
     fn event(&self, ephemeris: &Ephemeris) -> Result<Option<MoonEvent>, EphemerisError> {
         let lateral_km = |s: f64| self.offset(s).lateral_km;
         let conjunction_s = time_of_minimum(-2.0 * STEP_S, 2.0 * STEP_S, lateral_km);
-        // Names of the first and the last contact with each region.
+        // For each region: names of the first and the last contact with it.
         let (class, limits): (_, &[(&str, &str, Region)]) = if self.observer == NaifId::SUN {
             (MoonEventType::MutualEclipse, &[("P1", "P4", Region::Penumbra), ("U1", "U4", Region::Umbra)])
         } else {

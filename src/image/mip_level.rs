@@ -18,8 +18,11 @@ pub(super) trait LevelSource: Debug + Send + Sync {
 #[derive(Clone, Debug)]
 struct OnDemand {
     source: Arc<dyn LevelSource>,
+    /// Index in the mip chain; 0 is the finest.
     level: usize,
+    /// Length of `bytes` once they are read.
     byte_count: usize,
+    /// Empty until the level is first needed.
     bytes: OnceLock<Vec<u8>>,
 }
 
@@ -43,7 +46,7 @@ impl Level {
         Self { width, height, texels: Texels::InMemory(bytes) }
     }
 
-    /// A level of four bytes per texel, which `source` supplies when it is needed.
+    /// The level with index `level` of a mip chain, four bytes per texel, which `source` supplies when it is needed.
     pub(super) fn on_demand((width, height): (u32, u32), source: Arc<dyn LevelSource>, level: usize) -> Self {
         let byte_count = 4 * width as usize * height as usize;
         Self { width, height, texels: Texels::OnDemand(OnDemand { source, level, byte_count, bytes: OnceLock::new() }) }
@@ -100,7 +103,7 @@ mod tests {
     use super::*;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
-    /// Returns `length` bytes and counts the reads.
+    /// Returns `length` bytes, each the level's index, and counts the reads.
     #[derive(Debug)]
     struct CountingSource {
         length: usize,
@@ -118,6 +121,7 @@ mod tests {
     fn a_level_is_read_once_and_has_the_length_of_its_size() {
         for length in [0, 31, 32, 100] {
             let source = Arc::new(CountingSource { length, reads: AtomicUsize::new(0) });
+            // 4 x 2 texels of four bytes: 32 bytes.
             let level = Level::on_demand((4, 2), source.clone(), 3);
             assert_eq!((level.byte_count(), level.bytes_in_memory()), (32, 0));
             assert_eq!(source.reads.load(Ordering::SeqCst), 0, "the size is known without reading");

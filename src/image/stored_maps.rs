@@ -20,7 +20,8 @@ use twox_hash::XxHash3_128;
 
 /// Limit on the bytes of all entries together. The embedded maps take less than half of it.
 pub(crate) const DISK_BUDGET_BYTES: u64 = 256 << 20;
-/// Limit on the bytes of one entry. A larger map (in colour, from 17 megapixels on) is not stored, but decoded in each run.
+/// Limit on the bytes of one entry. A larger map is not stored, but decoded in each run: in colour from 17 megapixels on, as a pixel takes 3 bytes, 4 with its
+/// mip levels.
 const MAX_ENTRY_BYTES: u64 = 64 << 20;
 /// The extension of entries.
 const EXTENSION: &str = "levels";
@@ -79,6 +80,7 @@ fn key_of(map: &EncodedMap) -> Key {
     let mut hash = XxHash3_128::new();
     hash.write(&*CODE_DIGEST);
     hash.write(&[format, poles]);
+    // Of a map of clouds: the texel values between which opacity rises.
     for bound in map.decoding.opacity.iter().flat_map(|texels| texels.range()) {
         hash.write(&bound.to_bits().to_le_bytes());
     }
@@ -154,7 +156,7 @@ impl StoredMaps {
     /// attempts would only cost time.
     fn write(&self, key: &Key, chain: &[Level]) {
         let unpacked_bytes: u64 = chain.iter().map(|level| level.byte_count() as u64).sum();
-        // A texel has four bytes, of which an entry stores one (a grey map), three or four.
+        // An entry stores at least a quarter of the unpacked bytes: one (a grey map), three or all four bytes of a texel.
         if unpacked_bytes / 4 > MAX_ENTRY_BYTES || self.write_failed.load(Ordering::Relaxed) {
             return;
         }
@@ -171,6 +173,7 @@ impl StoredMaps {
     fn make_room(&self, kept: &Path) {
         let mut entries = self.entries();
         let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
+        // `false` sorts before `true`.
         entries.sort_by(|a, b| (a.is_own, a.modified, &a.path).cmp(&(b.is_own, b.modified, &b.path)));
         for entry in entries.iter().filter(|entry| entry.path != kept) {
             if total <= self.budget_bytes {
@@ -190,13 +193,13 @@ impl StoredMaps {
     /// Everything in the folder with the extension of an entry, including pipes and links, but no folders.
     fn entries(&self) -> Vec<EntryFile> {
         let prefix = Self::version_prefix();
-        let entry = |path: PathBuf| {
+        let entry_file = |path: PathBuf| {
             let metadata = path.symlink_metadata().ok().filter(|m| !m.is_dir())?;
             let is_own = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(&prefix));
             let modified = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
             Some(EntryFile { path, is_own, bytes: metadata.len(), modified })
         };
-        self.paths().filter(|path| path.extension().is_some_and(|e| e == EXTENSION)).filter_map(entry).collect()
+        self.paths().filter(|path| path.extension().is_some_and(|e| e == EXTENSION)).filter_map(entry_file).collect()
     }
 
     /// Counts the entries.
@@ -339,7 +342,9 @@ mod tests {
             bytes[at] ^= 1;
             bytes
         };
+        // One bit changed: in the magic bytes, the key, width, height, then channels and checksum of level 0, and three times in the texels.
         let mut damaged: Vec<Vec<u8>> = [0, 9, 25, 29, 32, 40, 400, 5000, intact.len() - 1].map(with_bit).to_vec();
+        // Cut off in the key and in the last level; empty; one byte too long; the entry of another map.
         damaged.extend([intact[..20].to_vec(), intact[..intact.len() - 4].to_vec(), Vec::new(), [&intact[..], b"x"].concat()]);
         damaged.push(std::fs::read(other).expect("stored"));
         for bytes in &damaged {
@@ -367,7 +372,7 @@ mod tests {
         assert!(*read(cache.path(), map) == *vesta);
     }
 
-    /// A user's map with the name of a shipped one, another decoding, and other code have other keys.
+    /// Each of these changes the key: a user's map with the name of a shipped one, another decoding, and another state of the source code.
     #[test]
     fn another_file_or_decoding_has_its_own_entry() {
         let (cache, folder) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));

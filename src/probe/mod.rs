@@ -1,9 +1,9 @@
 //! Queries that the emitted shaders answer, run on the software renderer.
 //!
-//! In: one JSON object with a field `q`, the kind of query. Out: one JSON value, or one line that states what is wrong with the query. Each kind has a source
-//! file in this folder. The file lists the fields in a [`QueryKind`], from which messages, help and checks are generated. Its function `answer` parses the
-//! fields, chooses the shader module (a file shaders/entry/probe_*.wesl, specialised for the features of a key) and converts the module's rows of numbers into
-//! named results. Always: the shader computes the result; no formula of a shader is duplicated here.
+//! In: one JSON object with a field `q`, the kind of query. Out: one JSON value, or one line that states what is wrong with the query. A source file
+//! of this folder lists the fields of a kind in a [`QueryKind`], from which messages, help and checks are generated. Its function `answer` parses the fields,
+//! chooses the shader module (a file shaders/entry/probe_*.wesl, specialised for the features of a key) and converts the numbers that it computes into named
+//! results. Always: the shader computes the result; no formula of a shader is duplicated here.
 
 pub mod batch;
 mod error;
@@ -70,7 +70,7 @@ impl Prober<'_> {
     }
 }
 
-/// Parses a query's fields and answers it.
+/// Parses a query's fields (a JSON object without `q`) and answers the query.
 type AnswerFn = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
 
 /// One field of a query.
@@ -90,7 +90,7 @@ pub enum Requirement {
     /// Optional, with the default in words.
     Optional(&'static str),
     /// One of several alternatives. The query's own file checks that one is given.
-    OneOf,
+    Alternative,
 }
 
 /// One kind of query: its name, its fields, and the function that answers it.
@@ -114,11 +114,11 @@ const fn optional(name: &'static str, description: &'static str, default: &'stat
     QueryField { name, description, requirement: Requirement::Optional(default) }
 }
 const fn alternative(name: &'static str, description: &'static str) -> QueryField {
-    QueryField { name, description, requirement: Requirement::OneOf }
+    QueryField { name, description, requirement: Requirement::Alternative }
 }
 
 impl QueryKind {
-    /// Rejects unknown fields and names missing ones.
+    /// Rejects a query with an unknown field or without a required one; the error names the first such field.
     fn check(&self, given: &Map<String, Value>) -> Result<(), ProbeError> {
         let known: Vec<&str> = self.fields.iter().map(|f| f.name).collect();
         if let Some(unknown) = given.keys().find(|k| !known.contains(&k.as_str())) {
@@ -145,7 +145,7 @@ pub fn queries_text() -> String {
             let default_note = match f.requirement {
                 Requirement::Required => String::new(),
                 Requirement::Optional(default) => format!(" [default: {default}]"),
-                Requirement::OneOf => " [or another in its place]".into(),
+                Requirement::Alternative => " [or another in its place]".into(),
             };
             text.push_str(&format!("  {:<width$}  {}{default_note}\n", f.name, f.description));
         }
@@ -159,7 +159,7 @@ pub(crate) fn queries_json() -> Value {
     let field = |f: &QueryField| {
         let default = match f.requirement {
             Requirement::Optional(default) => Value::from(default),
-            Requirement::Required | Requirement::OneOf => Value::Null,
+            Requirement::Required | Requirement::Alternative => Value::Null,
         };
         json!({ "name": f.name, "says": f.description, "must": f.requirement == Requirement::Required, "default": default })
     };
@@ -174,18 +174,19 @@ pub(crate) fn queries_json() -> Value {
 
 /// Deserialises the fields of one kind of query.
 fn parse_fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
-    let short = with_short_texts(&value);
-    let read = T::deserialize(value).map_err(|e| match T::deserialize(&short) {
+    let shortened = with_short_texts(&value);
+    let read = T::deserialize(value).map_err(|e| match T::deserialize(&shortened) {
         // The message quotes the input, so it is created from the shortened query.
-        Err(e) => first_invalid_field::<T>(&short, &e.to_string())
+        Err(e) => first_invalid_field::<T>(&shortened, &e.to_string())
             .map_or_else(|| json_error_text(&e), |name| format!("field `{name}`: {}", json_error_text(&e))),
+        // Shortened, the query is valid: a text that was cut is what is wrong.
         Ok(_) => echo(&json_error_text(&e)),
     });
     Ok(read?)
 }
 
-/// The field at which parsing failed. Fields are parsed in order, so it is the first field that gives the same message when later fields
-/// are removed.
+/// Name of the field at which parsing failed with this message; `None` for an unknown field, which the message names. Fields are parsed in order, so parsing
+/// fails with the same message as soon as the object contains the fields up to this one.
 fn first_invalid_field<T: DeserializeOwned>(value: &Value, message: &str) -> Option<String> {
     let all = value.as_object()?;
     let mut fields_so_far = Map::new();
@@ -196,12 +197,12 @@ fn first_invalid_field<T: DeserializeOwned>(value: &Value, message: &str) -> Opt
     })
 }
 
-/// The unit vector of a field, which may have any length but zero.
+/// The unit vector along `v`, which may have any length but zero. `field`: the name of its field, for the message.
 fn unit_vector(field: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
     normalisable_direction(v).map(DVec3::normalize).ok_or_else(|| format!("field {field:?} has no direction").into())
 }
 
-/// The value, with every string in it cut to the length that a message may quote.
+/// The value, with every string and key in it cut to the length that a message may quote.
 fn with_short_texts(value: &Value) -> Value {
     const MAX_QUOTED_CHARS: usize = 100;
     match value {

@@ -1,6 +1,6 @@
 //! The report on one body of a frame: its apparent position and size, and the decisions about it.
 //!
-//! Plain values, which `SceneBuilder::build` fills in. `explain --json` prints them; the text of `explain` and the Information panel have most of them.
+//! Plain values, which `SceneBuilder::build` fills in. `explain --json` prints them; the text of `explain` and the Information panel show most of them.
 
 use crate::catalog::NaifId;
 use crate::message::Reason;
@@ -19,8 +19,8 @@ pub enum Appearance {
     DiscAndPoint,
     /// As a sprite with the body's flux.
     Point,
-    /// Outside the frame, behind the camera, with the camera at its centre, not placed by the ephemeris, or a point too faint to see; the decisions give the
-    /// reason.
+    /// Not drawn, for a reason that the decisions give: it is outside the frame or behind the camera, has the camera at its centre, could not be placed by the
+    /// ephemeris, or is a point too faint to see.
     NotShown,
 }
 
@@ -46,8 +46,8 @@ impl SubPoint {
     }
 }
 
-/// One body of the frame: its appearance to the viewer, and the decisions about it. A field added here appears in `explain --json` without further code.
-/// There, `sub_observer` and `decisions` have the names that they had in earlier versions.
+/// One body of the frame: its appearance to the viewer, and the decisions about it. A field added here without `skip` appears in `explain --json`.
+/// In it, `sub_observer` and `decisions` have the names that they had in earlier versions.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct BodyReport {
     /// Its NAIF code.
@@ -60,21 +60,21 @@ pub struct BodyReport {
     pub distance_km: f64,
     /// Angle under which the camera sees its largest diameter.
     pub angular_diameter_deg: f64,
-    /// Diameter of a circle with the area of the body's outline, pixels. For a body that is not entirely in front of the camera, and whose outline is therefore
-    /// no ellipse, an estimate from its radius and distance. 0 with the camera at the centre, and for a body that could not be placed.
+    /// Diameter of a circle with the area of the body's outline, pixels. The outline of a body that is partly behind the camera is no ellipse; then this is an
+    /// estimate from its radius and distance. 0 with the camera at the centre, and for a body that could not be placed.
     pub diameter_px: f64,
     /// Angle at the body between the Sun and the viewer; 0 for the Sun.
     pub phase_angle_deg: f64,
     /// Visual magnitude of the complete disc with its rings, in the sunlight that eclipses leave; `None` if no sunlight is left, or if
     /// the body has no direction ([`Self::has_direction`]).
     pub magnitude: Option<f64>,
-    /// Where the line to the camera meets the surface.
+    /// Where the line to the camera meets the surface. Undefined without such a line ([`Self::has_direction`]).
     #[serde(rename = "sub_viewer")]
     pub sub_observer: SubPoint,
     /// Where the line to the Sun meets the surface; `None` for the Sun itself.
     pub sub_solar: Option<SubPoint>,
-    /// Altitude of the Sun's centre at `sub_observer`: the angle above the plane that touches the ellipsoid there, without refraction, when the light that the
-    /// camera sees left the body. `None` for the Sun itself, for a body that could not be placed, and with the camera at the centre.
+    /// Altitude of the Sun's centre at `sub_observer` when the light that the camera sees left the body: the angle above the plane that touches the ellipsoid
+    /// there, without refraction. `None` for the Sun itself, for a body that could not be placed, and with the camera at the centre.
     pub sun_altitude_deg: Option<f64>,
     /// Its apparent position and orientation.
     #[serde(skip)]
@@ -93,7 +93,7 @@ pub struct BodyReport {
 /// A part of a body's appearance that is invented, not measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InventedData {
-    /// File of a map or shape model, or `detail`.
+    /// File of a map or shape model, or the word `detail` for procedural detail.
     pub source: String,
     /// How it was made.
     pub how_made: Reason,
@@ -106,7 +106,7 @@ impl BodyReport {
         self.distance_km > 0.0
     }
 
-    /// Takes the values that another viewer sees; what is drawn, where, and why, stays.
+    /// Replaces the values by those of another viewer, `seen`: for a stereo pair, the viewer between the eyes. What is drawn, where, and why, stays.
     pub(crate) fn take_values(&mut self, seen: Self) {
         let drawn = std::mem::replace(self, seen);
         (self.appearance, self.placement, self.decisions) = (drawn.appearance, drawn.placement, drawn.decisions);

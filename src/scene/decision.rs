@@ -1,6 +1,6 @@
 //! Decisions: whether an effect is drawn, with the value and the threshold that decided it.
 //!
-//! In: for each effect, what its own module computed: whether its threshold is exceeded, and the reason. Out: [`Decision`]s in a [`DecisionLog`]. Always: the
+//! In: whether an effect exceeds its threshold, and the reason, both computed by the effect's module. Out: [`Decision`]s in a [`DecisionLog`]. Always: the
 //! user's choice overrides the threshold, but cannot draw a map that is missing or unreadable.
 
 use crate::catalog::Map;
@@ -12,8 +12,8 @@ use crate::scene::stated_errors::StatedError;
 /// The decision on one effect of one body in one frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Decision {
-    /// The name of an [`Effect`], of a layer (`request::layers`), or of something that depends on several of them, such as `visible`. In JSON it is called
-    /// `feature`.
+    /// The name of an [`Effect`], of a layer (`request::layers`), or of another decision, such as `visible` (the globe or rings are in the frame). In JSON
+    /// it is called `feature`.
     #[serde(rename = "feature")]
     pub effect: &'static str,
     /// Whether it is drawn.
@@ -47,15 +47,15 @@ impl<'a> DecisionLog<'a> {
         Self { overrides, resources, decisions: Vec::new() }
     }
 
-    /// Records a decision and returns whether the effect is drawn.
-    pub(crate) fn record(&mut self, effect: &'static str, on: bool, reason: Reason) -> bool {
-        self.decisions.push(Decision { effect, on, reason, stated_error: None });
+    /// Records the decision with this name ([`Decision::effect`]) and returns `on`.
+    pub(crate) fn record(&mut self, name: &'static str, on: bool, reason: Reason) -> bool {
+        self.decisions.push(Decision { effect: name, on, reason, stated_error: None });
         on
     }
 
-    /// Adds the model's stated error to the latest decision that draws `effect`.
-    pub(crate) fn set_stated_error(&mut self, effect: &'static str, stated_error: Option<StatedError>) {
-        if let Some(last) = self.decisions.iter_mut().rfind(|d| d.effect == effect && d.on) {
+    /// Adds the model's stated error to the latest decision with this name that is on. `stated_error`: `None` if the effect has only one model.
+    pub(crate) fn set_stated_error(&mut self, name: &'static str, stated_error: Option<StatedError>) {
+        if let Some(last) = self.decisions.iter_mut().rfind(|d| d.effect == name && d.on) {
             last.stated_error = stated_error;
         }
     }
@@ -73,8 +73,8 @@ impl<'a> DecisionLog<'a> {
         self.overrides.override_of(effect) == Some(false)
     }
 
-    /// Like [`Self::record_effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read. `by_threshold` is
-    /// called only if the map is usable.
+    /// Like [`Self::record_effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read. `by_threshold`:
+    /// whether the threshold is exceeded, and the reason; called only if the map is usable.
     pub(crate) fn record_effect_with_map(
         &mut self,
         effect: Effect,
@@ -92,7 +92,8 @@ impl<'a> DecisionLog<'a> {
     }
 }
 
-/// Appends a note to the reason if a map or shape was invented. `invented`: the catalog's text that says how; `note`: makes the note from this text.
+/// Appends a note to the reason if a map or shape was invented, not measured. `invented`: the catalog's text that says how it was invented, `None` if it was
+/// measured; `note`: makes the note from this text.
 pub(crate) fn with_invented_note(reason: Reason, invented: Option<&str>, note: impl FnOnce(Argument) -> Reason) -> Reason {
     match invented {
         Some(how) => reason.and(note(invented_text(how))),
@@ -102,5 +103,6 @@ pub(crate) fn with_invented_note(reason: Reason, invented: Option<&str>, note: i
 
 /// The catalog's description of how a map or shape was invented, as an argument of a message.
 pub(crate) fn invented_text(how: &str) -> Argument {
+    // The ids of its translations begin with `invented`.
     Argument::CatalogText("invented", how.to_owned())
 }

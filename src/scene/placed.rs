@@ -28,7 +28,7 @@ pub(crate) struct PlacedBody<'a> {
     pub catalog: &'a Catalog,
     /// Position at `emitted_at` relative to the solar-system barycentre, ICRF.
     pub position_km: DVec3,
-    /// The Sun's position relative to the body, ICRF, at the time when the sunlight that reaches the body at `emitted_at` left the Sun; zero for the Sun.
+    /// Vector from the body to the Sun, ICRF, with light time: to where the Sun was when it emitted the light that arrives at `emitted_at`. Zero for the Sun.
     pub body_to_sun_km: DVec3,
     /// The time at which the light that the viewer sees left the body.
     pub emitted_at: Instant,
@@ -44,8 +44,8 @@ pub(crate) struct PlacedBody<'a> {
     pub outline: Outline,
     /// Irradiance at the viewer from globe and rings without eclipses and planet-shine, in units of the Sun's at 1 au.
     pub irradiance: Irradiance,
-    /// The light of the body's point, linear RGB: `irradiance` without what the user has switched off, which may be the rings with their shadow and light on
-    /// the globe, ring-shine, or the light of the air and of the glint.
+    /// The irradiance that the body shows where it is drawn as a point, linear RGB: `irradiance` without what the user has switched off. That may be the rings
+    /// with their shadow and light on the globe, only ring-shine, or the light of air and glint.
     pub shown_irradiance: DVec3,
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.
@@ -53,7 +53,7 @@ pub(crate) struct PlacedBody<'a> {
     /// The fraction of the body's light that nearer bodies leave visible, per channel (`visibility::hidden`). Computed once and used for the exposure, the
     /// glare, the corona and the draws.
     pub visible_fraction: OnceCell<DVec3>,
-    /// The limb profile of the Moon if it is in front of the Sun and the user supplied lunar heights.
+    /// The limb profile of the Moon if it is in front of the Sun and the user supplied lunar heights, else `None`. `visibility::lunar_limb` sets it.
     pub limb_profile: Option<Arc<LimbProfile>>,
 }
 
@@ -63,8 +63,8 @@ impl PlacedBody<'_> {
         (self.body.radii_km.max_element() / self.distance_km).min(1.0).asin()
     }
 
-    /// Factor on the photometric model that makes the disc as bright as the published phase law ([`disc_light::phase_correction`]); for an emissive body, the
-    /// radiance of the Sun's disc.
+    /// What the radiance by the photometric model is multiplied by: the factor that makes the disc as bright as the published phase law
+    /// ([`disc_light::phase_correction`]) or, for an emissive body, whose model gives 1, the radiance of the Sun's disc.
     pub(crate) fn phase_brightness(&self) -> f64 {
         match self.body.photometry {
             Photometry::Emissive { .. } => photometry::sun_disc_radiance(),
@@ -88,6 +88,7 @@ pub(crate) fn place<'a>(
     caches: &Caches,
 ) -> Result<PlacedBody<'a>, SceneError> {
     let camera = &viewer.camera;
+    // A body that carries the camera has the position given by `viewer`, without light time.
     let body_under_camera = viewer.stands_on.filter(|under| under.id == body.id);
     let body_around_camera = viewer.at_centre_of.filter(|around| around.id == body.id);
     let camera_is_at_centre = body_around_camera.is_some();
@@ -95,11 +96,12 @@ pub(crate) fn place<'a>(
         Some(body_with_camera) => (body_with_camera.centre_km, request.time),
         None => ephemeris.light_time_position(body.id, camera.position_km, request.time)?,
     };
-    // Zero, although the eyes of a stereo pair are beside the centre: for them, too, the body has no direction.
+    // Zero also for the eyes of a stereo pair, which are beside the centre: the body has no direction for them either.
     let astrometric_km = if camera_is_at_centre { DVec3::ZERO } else { position_km - camera.position_km };
     let distance_km = astrometric_km.length();
     let body_from_icrf = ephemeris.body_from_icrf(body.id, emitted_at)?;
     let mut placement = Placement { centre_km: astrometric_km, body_from_icrf, radii_km: body.radii_km };
+    // A body on which the camera stands moves with it, so it has no aberration.
     if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 && body_under_camera.is_none() {
         let direction = astrometric_km / distance_km;
         let apparent = aberrated(direction, viewer.velocity_km_s);
@@ -118,9 +120,10 @@ pub(crate) fn place<'a>(
     }
     let phase_angle_rad =
         if body.id == NaifId::SUN || camera_is_at_centre { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, body_to_sun_km) };
-    let to_camera = placement.camera_in_unit_sphere() * body.radii_km;
-    // Positions of the Sun and of the viewer relative to the body's centre, body axes.
-    let (sun_km, viewer_km) = (body_from_icrf * body_to_sun_km, to_camera.normalize() * distance_km);
+    // Vectors from the body's centre to the camera, the Sun and the viewer, body axes.
+    let to_camera_km = placement.camera_in_unit_sphere() * body.radii_km;
+    let (sun_km, viewer_km) = (body_from_icrf * body_to_sun_km, to_camera_km.normalize() * distance_km);
+    // Whether the user has not switched the effect off.
     let shows = |effect: Effect| request.effects.override_of_body(body, effect) != Some(false);
     let (irradiance, shown_irradiance) = if camera_is_at_centre {
         (Irradiance::default(), DVec3::ZERO)

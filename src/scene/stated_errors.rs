@@ -14,7 +14,7 @@ use std::fmt;
 pub struct StatedError {
     /// The model's name.
     pub name: &'static str,
-    /// Error that 95 % of samples do not exceed, if it is known separately from the largest error.
+    /// Error that 95 % of samples do not exceed; `None` if only the largest error is stated.
     #[serde(rename = "mostly", skip_serializing_if = "Option::is_none")]
     pub error_95_percent: Option<f64>,
     /// Largest error, as a fraction of the `quantity`.
@@ -58,10 +58,10 @@ const SUNLIGHT: Quantity = Quantity("quantity-sunlight");
 /// A pixel, for errors in the position of a shadow's edges.
 const EDGES: Quantity = Quantity("quantity-edges");
 
-/// The light of a ray, relative to which the errors of the atmosphere's models are stated. tests/atmosphere/model_bounds.rs measures the errors per channel
-/// against adaptive quadrature, on new random rays in each run, for every atmosphere of the catalog. Each stated bound is at least a fifth above the largest
-/// error found on 51,000 rays of 73 runs. These errors were 0.97 (`vertex`), 0.67 (`pixel-8`), 0.075 (`pixel-16`, `table`) and 0.0075 (`pixel-32`). With
-/// `pixel-8`, only one of the 73 runs had a ray with an error above 0.5, in the twilight of Uranus.
+/// A ray's light scattered once, relative to which the errors of the atmosphere's models are stated. tests/atmosphere/model_bounds.rs measures the errors per
+/// channel against adaptive quadrature, on new random rays in each run, for every atmosphere of the catalog. Each stated bound is at least a fifth above the
+/// largest error found on 51,000 rays of 73 runs. The largest errors were 0.97 (`vertex`), 0.67 (`pixel-8`), 0.075 (`pixel-16`, `table`) and 0.0075
+/// (`pixel-32`). With `pixel-8`, only one of the 73 runs had a ray with an error above 0.5, in the twilight of Uranus.
 const SINGLE_SCATTERING: Quantity = Quantity("quantity-ray");
 /// If the light of a ray is less than this fraction of the zenith's light (brightest channel, Sun at 45 degrees), its error is stated relative to this
 /// fraction of the zenith's light.
@@ -86,8 +86,8 @@ pub fn of_atmosphere(model: AtmosphereModel) -> Option<StatedError> {
 }
 
 /// The error of an eclipse model; `None` without an eclipse. `limb-darkened` is compared with integrals computed to forty digits, the simpler models with
-/// `limb-darkened` (tests/eclipse/reference_tables.rs). The axes of the occluder's outline are in a ratio of at least 0.7; behind flatter ones the error of
-/// `limb-darkened` is up to ten times as large (tests/eclipse/umbra.rs).
+/// `limb-darkened` (tests/eclipse/reference_tables.rs). The bounds hold for occluders whose outline has a ratio of axes of at least 0.7; behind flatter ones
+/// the error of `limb-darkened` is up to ten times as large (tests/eclipse/umbra.rs).
 pub fn of_eclipse(model: EclipseModel) -> Option<StatedError> {
     let stated = |name, max_error, quantity| Some(StatedError { name, error_95_percent: None, max_error, quantity });
     match model {
@@ -129,6 +129,7 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<StatedError> {
 /// centre to the farther edge. This distance is limited by the ring's outer radius and by the longer shadow's tip. If both shadows extend beyond the ring's
 /// outer edge, the difference of their half widths at that edge is a second limit. Measured by tests/rings/reference_tables.rs for oblate globes.
 pub fn sphere_shadow_offset(polar_radius: f64, sin_elevation: f64, outer_radius: f64) -> f64 {
+    // Half the height of an ellipsoid's outline, seen from this elevation.
     let q = (polar_radius * polar_radius * (1.0 - sin_elevation * sin_elevation) + sin_elevation * sin_elevation).sqrt();
     let half_width = |tip: f64| (1.0 - outer_radius * outer_radius / (tip * tip)).sqrt();
     let (sphere_tip, globe_tip) = (1.0 / sin_elevation.abs().max(1e-9), q / sin_elevation.abs().max(1e-9));
@@ -151,10 +152,10 @@ mod tests {
     /// A prolate globe's shadow is longer than that of a sphere, and wider at the same distance from the centre.
     #[test]
     fn a_prolate_globe_has_an_offset_too() {
-        // At radius 1.9 the half widths are 0.312 (sphere, tip at 2) and 0.567 (globe, tip at 2.307).
+        // Here q = sqrt(1.2^2 * 0.75 + 0.25) = 1.153. At radius 1.9 the half widths are 0.312 (sphere, tip at 2) and 0.567 (globe, tip at 2.307).
         let offset_at_edge = sphere_shadow_offset(1.2, 0.5, 1.9);
         assert!((offset_at_edge - 0.255).abs() < 1e-3, "{offset_at_edge}");
-        // A wide ring contains both tips. They are 0.307 apart; the limit is 0.354.
+        // A wide ring contains both tips. They are 0.307 apart; the limit is (q - 1) * 2.307 = 0.354.
         let offset_at_tip = sphere_shadow_offset(1.2, 0.5, 10.0);
         assert!((0.3065..0.4).contains(&offset_at_tip), "{offset_at_tip}");
         assert_eq!(sphere_shadow_offset(1.0, 0.5, 10.0), 0.0);

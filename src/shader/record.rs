@@ -3,7 +3,7 @@
 //! In: module ids. Out: a text with one line per fragment and per module, sorted by name, and the changes between two such records, each with its reason: a
 //! changed fragment, the emitter (`shader::emit`), or naga. Every module is emitted, parsed, validated and lowered to a tape (`shader::module`); simple
 //! shaders, probes and the covering sets are also translated. The record contains only digests, because the modules of all keys together would fill gigabytes.
-//! Not here: the record's path.
+//! Not here: the file that holds the record.
 
 use super::fragments::{FRAGMENTS, Fragments};
 use super::generator::{hex, naga_version};
@@ -42,12 +42,14 @@ struct Digests {
     translations: Option<String>,
 }
 
-/// Digests by fragment path and by module name.
+/// The digests of all fragments and modules in one state of the program.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DigestRecord {
-    /// naga's version.
+    /// Version of naga with which the modules were translated.
     naga: String,
+    /// Digest of each fragment, by its path below shaders/.
     fragments: BTreeMap<String, String>,
+    /// By the module's name.
     modules: BTreeMap<String, Digests>,
 }
 
@@ -122,14 +124,14 @@ impl DigestRecord {
         Ok(record)
     }
 
-    /// This record, limited to these modules.
+    /// This record with only the entries of these modules, where it has them, and all fragments.
     #[must_use]
     pub fn only(&self, modules: &[RecordedModule]) -> Self {
         let found = |m: &RecordedModule| self.modules.get_key_value(&m.id.to_string()).map(|(name, d)| (name.clone(), d.clone()));
         Self { modules: modules.iter().filter_map(found).collect(), ..self.clone() }
     }
 
-    /// What changed from this record to that of the modules just built, with reasons.
+    /// The modules that differ between this record, the older one, and `built`, each with the reason.
     pub fn changes(&self, built: &BuiltRecord) -> Vec<Change> {
         let (fragments_of, now) = (&built.fragments_of, &built.record);
         let mut changes = Vec::new();
@@ -178,6 +180,7 @@ pub struct RecordedModule {
 /// The modules to record: simple shaders, probes, the covering sets and the reachable keys (those of the catalog's bodies).
 pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<RecordedModule> {
     let recorded = |id: ModuleId, is_translated: bool| RecordedModule { id, is_translated };
+    // Every combination of the values of two and of three dimensions.
     let covered: BTreeSet<_> = covering_keys(2).into_iter().chain(covering_keys(3)).collect();
     let not_covered: Vec<_> = reachable.difference(&covered).map(|k| recorded(ModuleId::Keyed(*k), false)).collect();
     let simple_and_probes = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples());
@@ -188,6 +191,7 @@ pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<RecordedModule> 
 #[derive(Clone, Debug)]
 pub struct BuiltRecord {
     pub record: DigestRecord,
+    /// By the module's name; paths below shaders/.
     fragments_of: BTreeMap<String, Vec<String>>,
 }
 
@@ -231,12 +235,12 @@ impl BuiltRecord {
     }
 }
 
-/// Lists the changes by reason, each with all its modules.
+/// Lists the changes, grouped by [`Change::what`], each with all its modules.
 pub fn changes_text(changes: &[Change]) -> String {
-    let mut by_reason: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    changes.iter().for_each(|c| by_reason.entry(&c.what).or_default().push(&c.module));
+    let mut modules_by_what: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    changes.iter().for_each(|c| modules_by_what.entry(&c.what).or_default().push(&c.module));
     let mut text = String::new();
-    for (what, names) in by_reason {
+    for (what, names) in modules_by_what {
         let _ = writeln!(text, "{} x {what}", names.len());
         names.iter().for_each(|n| text.push_str(&format!("  {n}\n")));
     }
@@ -252,6 +256,7 @@ mod tests {
         digit.to_string().repeat(DIGITS)
     }
 
+    /// A record of the fragment `a.wesl` and the module `k`. Each `char` is the digit that is repeated in a digest.
     fn record(naga: &str, fragment: char, wgsl: char, translations: char) -> DigestRecord {
         let [fragment, wgsl, translations] = [fragment, wgsl, translations].map(digest);
         DigestRecord::parse(&format!("naga {naga}\nfragment a.wesl {fragment}\nk {wgsl} {translations}\n")).expect("reads")
@@ -277,7 +282,7 @@ mod tests {
     fn digests_depend_on_each_text_and_on_where_texts_are_split() {
         assert!(is_digest(&digest_of(&["a"])));
         assert_ne!(digest_of(&["ab", "c"]), digest_of(&["a", "bc"]));
-        // SHA-256 of eight zero bytes, which is the length of one empty part.
+        // SHA-256 of eight zero bytes: the length 0 of the one part, as a u64.
         assert_eq!(digest_of(&[""]), "af5570f5a1810b7a");
     }
 

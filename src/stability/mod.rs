@@ -51,6 +51,7 @@ impl SweepResult {
     fn add(&mut self, result: f64, describe: impl FnOnce() -> (Value, String)) {
         self.cases += 1;
         let result = if result.is_nan() { f64::INFINITY } else { result };
+        // The first case is kept even if its result is 0.
         if result > self.worst || self.cases == 1 {
             self.worst = result;
             (self.worst_case, self.cause) = describe();
@@ -73,7 +74,7 @@ pub struct Sweep {
     pub gpu_bound: f64,
     /// Upper bound in a full run where the GPU draws the images. [`run`] never applies less than `full_bound`.
     pub full_gpu_bound: f64,
-    /// Reason for the bounds. Results that it states may be below the bounds.
+    /// Reason for the bounds. Measured results in this text may be smaller than the bounds.
     pub reason: &'static str,
     run: fn(&SweepSetup<'_>) -> Result<SweepResult, SessionError>,
 }
@@ -106,18 +107,19 @@ pub(crate) type ApparentDirection = fn(&Session, NaifId, Instant) -> Result<DVec
 /// Fault injection: tests use it to show that a sweep finds an error.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct InjectedFaults {
-    /// Changes each plan before it is drawn, except in the sweep `scale` and for the frames with every effect of `needs-display` and `needs-linear`.
+    /// Changes each plan before it is drawn. Exceptions: the sweep `scale`, and in `needs-display` and `needs-linear` the frames with every effect.
     pub change_plan: Option<fn(&mut Plan)>,
     /// Replaces the scene's directions of bodies in the sweep `light-time`.
     pub apparent_direction: Option<ApparentDirection>,
-    /// Replaces the purpose for which the scene chooses effects in the sweeps `needs-display` and `needs-linear`; the frames with every effect keep theirs.
+    /// Replaces the purpose for which the scene chooses effects in the sweeps `needs-display` and `needs-linear`; the frames with every effect
+    /// keep the sweep's purpose.
     pub purpose: Option<Purpose>,
 }
 
 /// What a sweep runs with: renderers, effort, seed and injected faults.
 pub struct SweepSetup<'a> {
     renderers: PrecisionRenderers<'a>,
-    /// A renderer in f64 that snaps vertices to the grid of GPUs; `None` unless the GPU draws the images.
+    /// A renderer in f64 that snaps vertices to the subpixel grid of GPUs; `None` unless the GPU draws the images.
     gpu_grid_renderer: Option<SoftwareRenderer>,
     effort: Effort,
     seed: u64,
@@ -218,7 +220,7 @@ fn retain_draws(plan: &mut Plan, condition: impl Fn(&str) -> bool) {
     }
 }
 
-/// Half a level of 255, which is invisible: the bound of f32 against f64.
+/// Half a level, in 255ths: an invisible difference, and the usual bound between f32 and f64.
 const HALF_LEVEL: f64 = 0.5;
 
 /// A sweep with the same bound for both efforts and all renderers.

@@ -32,7 +32,7 @@ fn min_light_ratio(session: &Session, from: NaifId, time: &str) -> f64 {
 fn a_full_moon_has_no_black_dots_on_its_limb() {
     let session = &*crate::support::session::SESSION;
     // Seen from the Sun's direction every visible slope faces the Sun. At the limb the Sun is on the horizon of the smooth ground, where
-    // `above_horizon` (shaders/lib/reflected.wesl) leaves half of the light.
+    // `horizon_factor` (shaders/lib/reflected.wesl) leaves half of the light.
     for time in ["2024-04-23T23:00:00Z", "2024-06-22T01:00:00Z"] {
         let min = min_light_ratio(session, NaifId::SUN, time);
         println!("{time}: {min:.3}");

@@ -167,7 +167,7 @@ fn the_list_of_queries_matches_their_fields() {
                     assert!(error.contains(&format!("`{}` is missing", field.name)), "{error}");
                 }
                 Requirement::Optional(_) => drop(answer(&without).unwrap_or_else(|e| panic!("{} without {}: {e}", kind.name, field.name))),
-                Requirement::OneOf => {}
+                Requirement::Alternative => {}
             }
         }
     }

@@ -1,8 +1,8 @@
 //! Points and outlines of a KML file (OGC 2.3): each Point, LineString and LinearRing of its Placemarks, with the Placemark's TimeStamp or the start
 //! of its TimeSpan.
 //!
-//! In: the document. Out: points and lines, or the number of the line of text and the field that are wrong. Longitude comes first, east-positive; heights are
-//! ignored. Not read: styles, tracks, ground overlays, links to other files, and KMZ archives.
+//! In: the document; in its positions, longitude comes first, east-positive. Out: points and lines, with the latitude first, or what is wrong in which line of
+//! text. Heights are ignored. Not read: styles, tracks, ground overlays, links to other files, and KMZ archives.
 
 use super::layer::{Content, checked_position};
 use super::xml::{Element, ElementHandler, walk};
@@ -13,9 +13,10 @@ use crate::wording::echo_within;
 #[derive(Default)]
 struct Document {
     is_kml: bool,
-    /// Time, points and lines of the current Placemark; positions are [latitude, longitude], degrees. The time may follow the coordinates, so points and lines
-    /// are added to `content` at the Placemark's end.
+    /// Time of the current Placemark; `None` if it has none or none has been read yet. It may follow the coordinates, so points and lines are added to
+    /// `content` at the Placemark's end.
     time: Option<Instant>,
+    /// Points and lines of the current Placemark; positions are [latitude, longitude], degrees.
     points: Vec<[f64; 2]>,
     lines: Vec<Vec<[f64; 2]>>,
     /// The Placemarks that have ended.
@@ -82,7 +83,7 @@ impl ElementHandler for Document {
     }
 }
 
-/// The points and lines of a document. The error is the number of a line of the text, and what is wrong there.
+/// The points and lines of a document. The error is the number of a line of the text, from 1, and what is wrong there.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
     let mut document = Document::default();
     walk(text, &mut document)?;

@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
 
 /// Gauss' constant: square root of the Sun's GM in au^1.5 per day (IAU 1976). It once defined the au. IAU 2012 Resolution B2 fixes the au in kilometres
-/// instead, with a relative difference of less than 1e-9.
+/// instead; the two lengths differ by less than 1e-9 of the au.
 pub const GAUSS_CONSTANT: f64 = 0.017_202_098_95;
 
 /// A conic about the Sun, given by its perihelion and the time of a perihelion passage. A parabola has these, too, but neither a semi-major axis nor a mean
@@ -49,9 +49,9 @@ pub enum BrightnessLaw {
 /// A minor planet or a comet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SmallBody {
-    /// Number or provisional designation; empty where the table has none.
+    /// Number or provisional designation, such as `2`; empty where the table has none.
     pub designation: String,
-    /// Proper name, or the full name if the table has only that; empty for a body with a designation alone.
+    /// Proper name (`Pallas`), or the full name (`1P/Halley`) if the table has only that; empty for a body with a designation alone.
     pub name: String,
     /// Its orbit about the Sun.
     pub orbit: HeliocentricOrbit,
@@ -125,8 +125,8 @@ impl SmallBodies {
     }
 
     /// An invented main belt of `count` bodies, for measurements of speed. It is the same at each call. Semi-major axes, eccentricities and inclinations are
-    /// those of embedded bodies between the 4:1 and 2:1 resonances with Jupiter (2.06 to 3.28 au), with small random offsets in axis and eccentricity. Node,
-    /// perihelion and time of passage are uniformly distributed.
+    /// those of embedded bodies between the 4:1 and 2:1 resonances with Jupiter (2.06 to 3.28 au), with random offsets of at most 0.02 au in axis
+    /// and 0.02 in eccentricity. Node, perihelion and time of passage are uniformly distributed.
     pub fn synthetic_belt(count: usize) -> Self {
         let semi_major_axis_au = |orbit: &HeliocentricOrbit| orbit.perihelion_au / (1.0 - orbit.eccentricity);
         let embedded = Self::embedded();
@@ -152,7 +152,8 @@ impl SmallBodies {
                 motion_at_perihelion: normal.cross(to_perihelion),
                 passage_days: TAU / GAUSS_CONSTANT * a.powf(1.5) * uniform(),
             };
-            // The number of bodies down to magnitude h grows as 10^(h / 2) (Ivezic et al. 2001, Astron. J. 122, 2749). The faintest have h = 17.
+            // The number of bodies down to magnitude h grows as 10^(h / 2) (Ivezic et al. 2001, Astron. J. 122, 2749). The faintest have h = 17, so
+            // the fraction u of all bodies is brighter than h = 17 + 2 log10(u).
             let h = 17.0 + 2.0 * uniform().max(1e-6).log10();
             SmallBody {
                 designation: String::new(),
@@ -188,7 +189,7 @@ mod tests {
             let is_right_angle = orbit.to_perihelion.dot(orbit.motion_at_perihelion).abs() < 1e-12;
             assert!(is_right_angle && (orbit.to_perihelion.length() - 1.0).abs() < 1e-12, "{}", body.full_name());
         }
-        // Ceres: a (1 - e) of its osculating elements, and its perihelion of 7 December 2022 (JPL Horizons gives the day).
+        // Ceres: a (1 - e) = 2.7666 au x (1 - 0.0786) of its osculating elements; perihelion on 7 December 2022 (JPL Horizons), about day 8375 from J2000.
         let ceres = all.minor_planets.iter().find(|b| b.name == "Ceres").expect("Ceres").orbit;
         assert!((ceres.perihelion_au - 2.5491).abs() < 1e-3 && (ceres.passage_days - 8375.0).abs() < 3.0, "{ceres:?}");
     }

@@ -72,11 +72,11 @@ impl Plan {
     }
 }
 
-/// Radiance of display white below which the HDR target needs f32. At this white, half a display level above black, 1 / (2 x 255 x 12.92) = 1.5e-4 of white,
-/// is about the smallest positive half float, 2^-24. 12.92 is the slope of the sRGB curve at black.
+/// Radiance of display white below which the HDR target needs f32. Half a display level above black is 1 / (2 x 255 x 12.92) = 1.5e-4 of white, where 12.92 is
+/// the slope of the sRGB curve at black. At this white it is 6e-8, about the smallest positive half float, 2^-24.
 const DIM_WHITE: f64 = 4e-4;
-/// Radiance of display white above which the HDR target needs f32: lines, names and outlines have the radiance that the image shows in their colours, up to
-/// that of white, and half floats end at 65,504. Automatic exposure stays below: for the Sun's disc white is 54,000.
+/// Radiance of display white above which the HDR target needs f32: a line, name or outline in the HDR image has the radiance that is displayed as its colour,
+/// at most that of white, and half floats end at 65,504. Automatic exposure chooses smaller whites: 54,000 for the Sun's disc.
 const BRIGHT_WHITE: f64 = 65_000.0;
 
 /// Plans one frame.
@@ -96,7 +96,7 @@ fn step_name(draw: &Draw) -> &'static str {
 ///    refraction; after its body, one that adds the refracted light.
 /// 3. Lines, points and the glare.
 /// 4. Bloom and the tone map.
-/// 5. Over the display image, the outline and the labels.
+/// 5. Over the display image, the outline of the selected body and the labels.
 pub fn steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<PassStep>, PlanError> {
     let no_faces = None;
     steps_with_faces(scene, provider, sampling, no_faces)
@@ -137,9 +137,9 @@ pub(super) fn hdr_steps(
     };
     let format = hdr.format;
     let over_hdr = |name, draws| PassStep { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
-    let [.., opacity] = clear;
+    let [.., background_opacity] = clear;
     let background = PassStep { name: "background", reads: vec![], writes: Write::New(hdr), draws: vec![] };
-    let sky = over_hdr("sky", sky::background(scene, provider, opacity)?);
+    let sky = over_hdr("sky", sky::background(scene, provider, background_opacity)?);
     let sky_lines = over_hdr("sky lines", simple_draws::lines_without_depth("sky lines", &scene.sky_lines, scene, provider)?);
     let sky_images = over_hdr("sky images", sky::images(scene, provider)?);
     let mut steps = coarse_air::steps(&scene.draws, [width, height], format, provider)?;
@@ -155,11 +155,12 @@ pub(super) fn hdr_steps(
             let is_first_run = !scene.draws[..run_start].iter().any(belongs_to(body));
             let is_last_run = !scene.draws[run_end..].iter().any(belongs_to(body));
             run_start = run_end;
+            // `occlusion` hides the Sun's disc, if one was drawn without refraction; `refraction` adds the refracted light.
             let limb = scene.refracted_limbs.iter().find(|l| l.body == body);
             let (occlusion, refraction) = limb.map(|l| simple_draws::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(occlusion.flatten().filter(|_| is_first_run).map(|draw| over_hdr("unrefracted Sun", vec![draw])));
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
-                // Draw `k`, with the positions of its parts of the coarse image of the air in its uniforms.
+                // Draw `k`, with the first rows of its parts (subimages) of the coarse image of the air in its uniforms.
                 let with_subimage_rows = |k| coarse_air::with_subimage_rows(&scene.draws, k, [width, height]);
                 let indices = draw_index..draw_index + layers.len();
                 let draws = indices.map(|k| body_draw(&with_subimage_rows(k), width, height, provider, sampling));
@@ -218,8 +219,8 @@ fn cull_of(features: &DrawFeatures) -> Cull {
     if features.flags.two_sided { Cull::None } else { Cull::Back }
 }
 
-/// The vertex attributes of shaders/lib/mesh.wesl by location: position, normal, map coordinates, angle of the Sun's centre above the shape's own horizon (in
-/// angular radii of the Sun), colour.
+/// The vertex attributes of shaders/lib/mesh.wesl by location: position, normal, map coordinates, altitude of the Sun's centre above the horizon that the shape
+/// forms at the vertex (in angular radii of the Sun), colour.
 fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     let missing = |what: &str| PlanError::Module(format!("{}: {key} draws a mesh, but the mesh's {what} are missing", draw.name));
     let mesh = draw.uniforms.mesh.as_ref().ok_or_else(|| missing("triangles"))?;
@@ -271,12 +272,13 @@ fn body_draw(
         samplers,
         vertices,
         instances: Instances { count: 1, attributes: Vec::new() },
-        // In the cost view, the costs of overlapping draws are added. Radiance is composited by coverage.
+        // In the cost view, the costs of overlapping draws are added. In other views a draw covers what is behind it.
         blend: if draw.features.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
         shading_rate: ShadingRate::PerPixel,
         cull,
         depth: depth_of(draw.part),
         scissor: scissor(draw.uniforms.rect_in_clip, width, height),
+        // The marks are those of the pixels where the ground's draw also shows the clouds.
         extent: Extent::of(draw, [width, height], coarse_air::marks_for_clouds(draw)),
     })
 }

@@ -9,7 +9,7 @@ use super::provider::ResourceProvider;
 use crate::image::{Level, MapDecoding, OpacityTexels, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::draw::{Draw, LimbTable, MapFiles, MapRole, RingTable, Shape};
-use crate::scene::ring_shine::{self, RingShine};
+use crate::scene::ring_shine::{self as shine_table, RingShine};
 use crate::shader::Layout;
 use std::sync::Arc;
 
@@ -23,8 +23,9 @@ const MAPS: [(&str, MapRole); 7] = [
     ("overlay_map", MapRole::Overlay(0)),
     ("overlay_map_2", MapRole::Overlay(1)),
 ];
-/// The samplers of the textures in [`MAPS`]: one for all maps, and one for each overlay, by overlay index.
+/// The sampler of all textures in [`MAPS`] but overlays.
 const MAP_SAMPLER: &str = "map_sampler";
+/// The samplers of the overlays, by overlay index.
 const OVERLAY_SAMPLERS: [&str; 2] = ["overlay_sampler", "overlay_sampler_2"];
 /// The texture variable of the ring profile.
 pub const RING_PROFILE: &str = "ring_profile";
@@ -46,7 +47,7 @@ pub fn map_format(role: MapRole) -> TexelFormat {
     }
 }
 
-/// How a draw's map is decoded. The maps of a mesh need not be equirectangular, so no pole filter is applied to them.
+/// How a draw's map is decoded. The maps of a mesh need not be equirectangular, so their rows near the poles are not filtered.
 pub fn map_decoding(role: MapRole, files: &MapFiles, shape: Shape) -> MapDecoding {
     let poles = match (shape, role) {
         (Shape::Mesh, _) => PoleFilter::None,
@@ -54,12 +55,13 @@ pub fn map_decoding(role: MapRole, files: &MapFiles, shape: Shape) -> MapDecodin
         _ => PoleFilter::Values,
     };
     // The cloud map's values for a clear sky and for a closed cloud deck. They are stored as the bits of f32 because `MapFiles` implements `Eq`.
-    let opacity = files.cloud_texel_bits.filter(|_| role == MapRole::Clouds);
-    let opacity = opacity.map(|bits| bits.map(f32::from_bits)).map(|[clear, closed]| OpacityTexels::new(clear, closed));
+    let texel_bits = files.cloud_texel_bits.filter(|_| role == MapRole::Clouds);
+    let opacity = texel_bits.map(|bits| bits.map(f32::from_bits)).map(|[clear, closed]| OpacityTexels::new(clear, closed));
     MapDecoding { format: map_format(role), poles, opacity }
 }
 
-/// The texture bindings of the draw. The module may read fewer maps than the draw has: a depth view reads none.
+/// The texture bindings of the draw. The module may read fewer maps than the draw has: a depth view reads none. A texture for which the
+/// draw has no image gets no binding.
 pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourceProvider) -> Result<Vec<TextureBinding>, PlanError> {
     let ring = &draw.uniforms.ring;
     let image_of = |name: &str| -> Result<Option<SharedTexture>, PlanError> {
@@ -97,7 +99,7 @@ pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
     layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: state_of(&s.name)? })).collect()
 }
 
-/// The bytes of a table of floats, in the byte order of textures.
+/// The bytes of a table of floats, little-endian as in textures.
 fn little_endian_bytes(texels: &[f32]) -> Vec<u8> {
     if cfg!(target_endian = "little") {
         return bytemuck::cast_slice(texels).to_vec();
@@ -105,19 +107,20 @@ fn little_endian_bytes(texels: &[f32]) -> Vec<u8> {
     texels.iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
-/// The ring's profile as a texture of one level, read with `textureLoad`.
+/// The ring's profile as a texture of one level, read with `textureLoad`; layout: [`RingTable`].
 pub fn ring_profile(table: &RingTable) -> SharedTexture {
     let level = Level::new(table.width, table.height, little_endian_bytes(&table.texels));
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
-/// Ring-shine as a texture of one level, read with `textureLoad`: rows for points on the Sun's side of the ring plane, then rows for the other side.
+/// Ring-shine as a texture of one level, read with `textureLoad`. Columns: hour angles from the Sun. Rows: heights above the ring plane on
+/// the Sun's side, then on the other side.
 pub fn ring_shine(table: &RingShine) -> SharedTexture {
-    let level = Level::new(ring_shine::COLUMNS as u32, 2 * ring_shine::ROWS as u32, little_endian_bytes(&table.texels));
+    let level = Level::new(shine_table::COLUMNS as u32, 2 * shine_table::ROWS as u32, little_endian_bytes(&table.texels));
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 
-/// The Moon's limb profile as a texture of one level, read with `textureLoad`.
+/// The Moon's limb profile as a texture of one level, read with `textureLoad`: one texel per position angle, row by row.
 pub fn limb_table(table: &LimbTable) -> SharedTexture {
     let level = Level::new(LIMB_COLUMNS as u32, LIMB_ROWS as u32, little_endian_bytes(&table.texels));
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })

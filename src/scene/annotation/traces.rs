@@ -19,14 +19,15 @@ use glam::{DVec2, DVec3};
 
 /// Samples of the ephemeris per period, for the shorter of the periods of the body and the centre.
 const SAMPLES_PER_PERIOD: f64 = 48.0;
-/// Minimum and maximum number of samples of a path. The maximum also limits a path to 25 of the shorter periods: days or weeks relative to a fast moon.
+/// Minimum and maximum number of samples of a path. The maximum also limits a path to 1200 / 48 = 25 of the shorter periods, which for a
+/// centre that is a fast moon are days or weeks.
 const MIN_SAMPLES: usize = 16;
 const MAX_SAMPLES: usize = 1200;
-/// Length of the Moon's trace about the Sun, in the Moon's own periods: a year.
+/// A year in periods of the Moon about the Earth: the length of the Moon's trace about the Sun.
 const MOON_PERIODS_PER_YEAR: f64 = 13.4;
 /// Line segments between two samples.
 const SEGMENTS_PER_SAMPLE: usize = 4;
-/// Length of a path in units of the longer period: that of the body about its parent or, unless the body orbits the centre, that of the centre.
+/// Length of a path in units of the longer period: of the body's period about its parent and the centre's, which is disregarded if the body orbits the centre.
 const LENGTH_PERIODS: f64 = 1.0;
 /// Maximum length of a path.
 const MAX_DAYS: f64 = 12.0 * DAYS_PER_JULIAN_YEAR;
@@ -65,7 +66,9 @@ fn path(states: &[State], step_s: f64) -> Vec<PathPoint> {
 fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) -> Vec<LineSegment> {
     let in_camera_axes = |point: &PathPoint| PathPoint { position_km: camera.in_axes(body_km + point.position_km), ..*point };
     let points: Vec<PathPoint> = path.iter().map(in_camera_axes).collect();
+    // x to the right, y up.
     let px_from_middle = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size_px();
+    // Direction of segment k in the image; `None` if it does not exist, reaches the near plane or has no length.
     let direction = |k: usize| {
         let (a, b) = (points.get(k)?.position_km, points.get(k + 1)?.position_km);
         if a.z > NEAR_DEPTH_KM && b.z > NEAR_DEPTH_KM { (px_from_middle(b) - px_from_middle(a)).try_normalize() } else { None }
@@ -123,7 +126,7 @@ pub(crate) fn trace(
     let centre_period_s = if is_child_of_centre {
         None
     } else {
-        // The Sun has no period.
+        // The Sun has no period; for the Moon a year takes its place.
         period_s(centre_body).or_else(|| own_period_s.map(|s| MOON_PERIODS_PER_YEAR * s).filter(|_| is_moon_around_sun))
     };
     let periods_s = [own_period_s, centre_period_s];
@@ -184,12 +187,13 @@ mod tests {
     }
 
     /// Paths of Jupiter relative to Io and of Mars relative to Phobos agree with the ephemeris between samples to 1e-3 of the moon's distance. Over the
-    /// planet's own period, with as many samples, they are off by more than that distance.
+    /// planet's own period, with as many samples, they are off by more than the moon's distance.
     #[test]
     fn a_path_relative_to_a_fast_moon_agrees_with_the_ephemeris() {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
         let now = Instant::parse("2024-04-08T18:00:00Z").expect("a time");
+        // Jupiter and Io, Mars and Phobos, with their periods.
         for (planet, moon, planet_days, moon_days) in [(599, 501, 4332.6, 1.769_14), (499, 401, 686.98, 0.318_91)] {
             let at = |s: f64| ephemeris.state(NaifId(planet), NaifId(moon), now.plus_seconds(s), BEST_SOURCE).expect("a state").state;
             // Largest error relative to the moon's distance.

@@ -24,31 +24,36 @@ fn is_significant(inputs: &DecisionInputs<'_, '_>, body: &Body, air: &Atmosphere
     air::is_significant(body, air, camera_is_inside, inputs.diameter_px, inputs.threshold())
 }
 
-/// Whether some pixel may show the atmosphere: the camera is in it, or the atmosphere or the globe is in the frame.
+/// Whether some pixel may show the atmosphere: the camera is in it, or the atmosphere or the globe is in the frame. `shell`: the ellipsoid at
+/// the top of the air.
 fn may_be_seen(inputs: &DecisionInputs<'_, '_>, shell: &Placement) -> bool {
     let camera = inputs.frame.camera;
     shell.camera_is_inside() || Outline::of(camera, shell).rect(camera).is_some() || inputs.rect.is_some()
 }
 
-/// The model of the air that is chosen if all tables are available, and why.
+/// The model of the air that is chosen if all tables of multiple scattering are available, and why. At draft quality the table
+/// is used only near the body or for thick air.
 fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Placement) -> (AtmosphereModel, Reason) {
     let request = inputs.frame.context.request;
     air::model(request.effects.air_model(), request.quality, air::why_table_in_drafts(inputs.placed, air, shell))
 }
 
-/// The light of another body is left out of the air if, as a part of the sky's mean light, it is below this fraction of the smallest visible change. By day the
-/// sky is about equally bright everywhere; in twilight it is up to some twenty times darker opposite the Sun than on average.
+/// The light of another body is drawn in the air if it is more than this times the smallest visible change, relative to the sky's mean light by the Sun. The
+/// factor is for the darkest part of the sky: in twilight, opposite the Sun, it is up to some twenty times darker than the mean; by day the sky is about
+/// equally bright everywhere.
 const MIN_SECOND_LIGHT_RATIO: f64 = 0.05;
 
-/// Whether a light that falls on the body, besides the Sun's, is visible in the body's air, with the reason. From inside the air it is not visible by day.
+/// Whether planet-shine is visible in the air of the body on which it falls, with the reason: always from outside the air, from inside it not by day. `light`:
+/// the strongest of the secondary lights.
 fn second_light(inputs: &DecisionInputs<'_, '_>, light: &IncidentLight) -> (bool, Reason) {
     let source = inputs.frame.reflectors.iter().find(|r| r.body.id == light.from).map_or("?", |r| r.body.name.as_str());
-    let Some(around) = inputs.frame.air.filter(|a| a.body.id == inputs.body().id) else {
+    let Some(air_around_camera) = inputs.frame.air.filter(|a| a.body.id == inputs.body().id) else {
         return (true, reason!("air-shine-outside", body = source));
     };
     let to_sun_km = inputs.placed.body_to_sun_km;
-    let sunlit = around.exposure_radiance(to_sun_km, lights::sunlight(to_sun_km).irradiance.y);
-    let part = around.exposure_radiance(light.direction, light.irradiance.y) / sunlit.max(f64::MIN_POSITIVE);
+    // The radiances for which the sky would be exposed if lit by the Sun or by the other body alone.
+    let sunlit = air_around_camera.exposure_radiance(to_sun_km, lights::sunlight(to_sun_km).irradiance.y);
+    let part = air_around_camera.exposure_radiance(light.direction, light.irradiance.y) / sunlit.max(f64::MIN_POSITIVE);
     let min_part = MIN_SECOND_LIGHT_RATIO * inputs.threshold().min_change();
     let reason = reason!("air-shine", body = source, part = format_args!("{part:.1e}"), threshold = format_args!("{min_part:.1e}"));
     (part > min_part, reason)
@@ -60,8 +65,8 @@ pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return false };
     let is_drawn =
         inputs.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(inputs, body, air, shell.camera_is_inside()).0);
-    // As in `scene::features::decide`: a body that is only a point gets no decision on its atmosphere, but one whose globe and rings are both outside the frame
-    // does.
+    // As in `scene::features::decide`: there is a decision on the air of a body that is drawn as a disc or whose globe and rings are outside the frame, not on
+    // that of a body in the frame that is only a point.
     let is_decided_on = inputs.disc_fraction > 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none();
     is_drawn && is_decided_on && may_be_seen(inputs, &shell) && chosen_model(inputs, air, &shell).0 == AtmosphereModel::Table
 }
@@ -80,12 +85,14 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let has_table = context.resources.scattering_tables.contains_key(&body.id);
     if model == AtmosphereModel::Table && !has_table && may_be_seen(inputs, &shell) {
         model = AtmosphereModel::Pixel16;
+        // Along rays that only rise or only fall, by day, and along all others.
         let (few, many) = air::sample_counts(model);
         reason = reason!("air-samples-no-table", few = few, many = many);
     }
     log.record("air-samples", true, reason);
     let chosen = &mut decisions.chosen;
     chosen.air_model = model;
+    // No shader has both ring-shine and secondary lights.
     if !chosen.ring_shine
         && inputs.pixel_view().shows_radiance()
         && let Some(light) = decisions.secondary_lights.first()
@@ -93,16 +100,19 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         let (on, reason) = second_light(inputs, light);
         if log.record("planet-shine-in-air", on, reason) {
             chosen.second_light_in_air = true;
+            // Relative to the Sun's.
             decisions.second_light_irradiance =
                 camera::narrow(light.irradiance / lights::sunlight(inputs.placed.body_to_sun_km).irradiance);
         }
     }
     log.set_stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));
     if chosen.eclipse.occluders > 0 {
+        // Only the table has the multiple scattering that brings light into the shadow.
         let spreads_into_shadow = model == AtmosphereModel::Table;
         let reason = if spreads_into_shadow { reason!("air-spread") } else { reason!("air-no-spread") };
         log.record("light-into-shadow", spreads_into_shadow, reason);
     }
+    // `FeatureSelection::globe_features` draws the ellipsoid in place of a sphere under any atmosphere.
     if !chosen.ellipsoid && Capabilities::of(body).is_flattened {
         log.record(Effect::Ellipsoid.name(), true, reason!("required-by-air"));
     }
@@ -113,6 +123,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let map_includes_air = !colours_exclude_air(body) && inputs.pixel_view() != PixelView::OpticalDepth;
     let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
     let colour_includes_air = map_includes_air && !camera_is_inside;
+    // Whether the rim, where it is opaque, has the disc's colour.
     let continues_disc = colour_includes_air && rim::continues_disc(body, air);
     let rim = Rim::of(body, air, inputs.diameter_px, inputs.placed.phase_angle_rad, continues_disc);
     let rim_is_left_out = !camera_is_inside && rim.is_negligible();
@@ -126,7 +137,9 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         log.record("air-rim", !rim_is_left_out, reason);
     }
     chosen.thin_rim = !camera_is_inside && rim.is_averaged();
+    // Before `air_model` is cleared, which is for the globe's draw only.
     let features = chosen.sky_features(body, inputs.pixel_view());
+    // No shader has air, an eclipse and the rings' shadow: the air gives way if the colours include it.
     if colour_includes_air && (continues_disc || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0) {
         log.record("air-over-ground", false, reason!("air-in-colours"));
         chosen.air_model = AtmosphereModel::None;
@@ -137,7 +150,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     }
     decisions.map_weight = camera::narrow_scalar(map_weight);
     if rim::continues_disc(body, air) {
-        // For a camera above such air, no air is drawn over the disc, and the night sky does not light the disc's night side.
+        // For a camera above air that continues the disc's colour, no air is drawn over the disc, and the night sky does not light the disc's night side.
         decisions.night_fraction_on_ground = camera::narrow_scalar(air::night_sky_above(air, height_km));
     }
     // The modes of `air_blend_mode`: everywhere, where brighter than the map, outside the disc.
@@ -149,13 +162,16 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let camera = inputs.frame.camera;
     let rect = if camera_is_inside { Some(ClipRect::VIEWPORT) } else { Outline::of(camera, &shell).rect(camera) };
     let (Some(rect), Some(mut features), false) = (rect, features, rim_is_left_out) else { return decisions };
-    // A small disc is drawn as a disc and as a point or with glare, which share its light. There is no such sprite if the globe is not in the frame (only the
-    // atmosphere beyond the limb is), or if the camera is in the air.
+    // A small disc shares its light with a sprite, that of its point or glare. There is no sprite if the globe is not in the frame (only the atmosphere beyond
+    // the limb is), or if the camera is in the air.
     let fraction = if inputs.disc_fraction > 0.0 && !camera_is_inside { inputs.drawn_fraction() } else { 1.0 };
+    // The first of the `lights` is the Sun.
     let secondary_lights = decisions.secondary_lights.get(..usize::from(features.lights) - 1).unwrap_or_default();
     let mut uniforms = globe::uniforms_of_fraction(inputs, &inputs.placed.placement, rect, MapSet::default(), secondary_lights, fraction);
+    // Where rays that only rise or only fall leave the air.
     air::set_ends(&mut uniforms, air::FarEnd::Top);
     air::set_night_sky(&mut uniforms.air, air, air::night_sky_above(air, height_km));
+    // On a rim less than a pixel high, the rings' shadow is evaluated once per ray. (`chosen.thin_rim` is about averaging the rim's light over each pixel.)
     if !camera_is_inside && rim.height_px < rim::MIN_SAMPLED_SHADOW_PX && features.ring_shadow != RingShadow::None {
         features.ring_shadow = RingShadow::PointSun;
         uniforms.air.rim_is_thin = 1.0;

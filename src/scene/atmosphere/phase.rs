@@ -1,9 +1,8 @@
 //! Phase functions of the air, per steradian and linear sRGB channel: the mean over all directions is 1 / (4 pi).
 //!
 //! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 for forward scattering. Out: the phase function's value, and the
-//! mean cosine. Always: the value is that of the shader's function (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares them, also
-//! with the tests' own functions.
-//! docs/phase-function.md says how to change a phase function.
+//! mean cosine. Always: the value is that of the shader's function (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares both with
+//! each other and with functions of its own. docs/phase-function.md says how to change a phase function.
 
 use crate::catalog::{AerosolFunction, AerosolPhase, PhaseFunction};
 use glam::DVec3;
@@ -26,7 +25,7 @@ pub(crate) fn mean_cosine(phase: PhaseFunction) -> DVec3 {
     let (mut sum, mut sum_of_cosines) = (DVec3::ZERO, DVec3::ZERO);
     for k in 0..STEPS {
         // The scattering angle is (t - sin t) / 2, and 1 - cos t is proportional to its derivative: the angles are closely spaced at both ends, where the
-        // functions have their peaks.
+        // functions have their peaks. Constant factors cancel in the quotient of the sums.
         let t = TAU * (f64::from(k) + 0.5) / f64::from(STEPS);
         let (sin, cos) = (0.5 * (t - t.sin())).sin_cos();
         let scattered = per_steradian(phase, cos) * (sin * (1.0 - t.cos()));
@@ -46,8 +45,8 @@ fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
     (1.0 - asymmetry * asymmetry) / (4.0 * PI * asymmetry_base(cos_scattering, asymmetry).powf(1.5))
 }
 
-/// 1 + g^2 - 2 g c, with g the asymmetry and c the cosine: the base of the powers in Henyey-Greenstein's and other functions. In the forward direction it is
-/// (1 - g)^2. As in the shader, it is kept above 0 for g near 1.
+/// 1 + g^2 - 2 g c, with g the asymmetry and c the cosine: the base of the power in Henyey-Greenstein's function. In the forward direction it is (1 - g)^2,
+/// which is 0 for g = 1; as in the shader, it is at least 1e-6, so that nothing divides by 0.
 fn asymmetry_base(cos_scattering: f64, asymmetry: f64) -> f64 {
     (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6)
 }
@@ -57,13 +56,13 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, Species};
 
-    /// Whether each channel differs by less than a tolerance; NaN does not. (`max_element` may lose a NaN.)
+    /// Whether each channel differs by less than a tolerance; false if one is NaN. (`max_element` may lose a NaN.)
     fn are_near(found: DVec3, expected: DVec3, tolerance: f64) -> bool {
         (found - expected).abs().cmplt(DVec3::splat(tolerance)).all()
     }
 
-    /// Of every function, so that a new one needs no test of its own. Midpoint rule over the cosine; for the narrowest lobe its error is below 1e-4. A value of
-    /// 0 / 0, such as that of a formula that divides by the asymmetry, must fail; some samples have an asymmetry of 0.
+    /// Tests every function, so that a new one needs no test of its own. The means are computed by the midpoint rule over the cosine; for the narrowest peak of
+    /// the samples its error is below 1e-4. Some samples have an asymmetry of 0: a formula that divides by the asymmetry gives NaN there, and the test fails.
     #[test]
     fn the_functions_are_normalised_and_have_their_mean_cosine() {
         const STEPS: usize = 100_000;
@@ -90,9 +89,9 @@ mod tests {
         }
     }
 
-    /// Prints what each function would change for the aerosols of the catalog. With an aerosol's asymmetry: the function's light relative to that of
-    /// Henyey-Greenstein's, and its mean cosine. Also the asymmetry with which the function would have the same mean cosine as Henyey-Greenstein's has with the
-    /// aerosol's asymmetry; NaN if there is none. For Henyey-Greenstein's function itself this must be the aerosol's asymmetry.
+    /// Prints, for each function and each aerosol of the catalog: the function's value with the aerosol's asymmetry, relative to Henyey-Greenstein's value, in
+    /// three directions; its mean cosine; and the asymmetry that would give it the same mean cosine as Henyey-Greenstein's function has, NaN if none would. For
+    /// Henyey-Greenstein's function itself, this must be the aerosol's own asymmetry.
     #[test]
     fn each_function_compared_with_henyey_greenstein() {
         const COSINES: [(f64, &str); 3] = [(1.0, "forwards"), (0.0, "sideways"), (-1.0, "backwards")];
@@ -107,10 +106,10 @@ mod tests {
             for (name, asymmetry) in &aerosols {
                 let phases = [function, AerosolFunction::HenyeyGreenstein].map(|function| of(function, *asymmetry));
                 let ratios = COSINES.map(|(cos, direction)| {
-                    let [light, expected] = phases.map(|phase| per_steradian(phase, cos));
-                    format!("{direction} {:.2}", light / expected)
+                    let [value, value_of_hg] = phases.map(|phase| per_steradian(phase, cos));
+                    format!("{direction} {:.2}", value / value_of_hg)
                 });
-                let for_mean_cosine = DVec3::from_array(*asymmetry).map(|wanted| {
+                let asymmetry_of_same_mean = DVec3::from_array(*asymmetry).map(|wanted| {
                     // By bisection; the mean cosine grows with the asymmetry.
                     let (mut below, mut above) = (-0.999, 0.999);
                     for _ in 0..50 {
@@ -122,9 +121,9 @@ mod tests {
                     if (found - wanted).abs() < 1e-6 { below } else { f64::NAN }
                 });
                 println!("{function:?}, {name}, g {asymmetry:?} kept: {}; mean cosine {:.3}", ratios.join(", "), mean_cosine(phases[0]));
-                println!("    for the mean cosine of Henyey-Greenstein's function with that g: g {for_mean_cosine:.3}");
-                let is_theirs = are_near(for_mean_cosine, DVec3::from_array(*asymmetry), 1e-6);
-                assert!(is_theirs || function != AerosolFunction::HenyeyGreenstein, "{name}: {for_mean_cosine}");
+                println!("    for the mean cosine of Henyey-Greenstein's function with that g: g {asymmetry_of_same_mean:.3}");
+                let is_unchanged = are_near(asymmetry_of_same_mean, DVec3::from_array(*asymmetry), 1e-6);
+                assert!(is_unchanged || function != AerosolFunction::HenyeyGreenstein, "{name}: {asymmetry_of_same_mean}");
             }
         }
     }

@@ -37,8 +37,9 @@ pub(crate) struct DecidedBody {
     pub decisions: Vec<Decision>,
     /// The draws of the body, the globe first.
     pub draws: Vec<Draw>,
+    /// `None` if no point is drawn ([`point_of`]).
     pub point: Option<Point>,
-    /// The glare of the disc.
+    /// The glare of the disc; `None` without glare ([`light::disc_glare::of`]).
     pub disc_glare: Option<Point>,
 }
 
@@ -60,7 +61,7 @@ const ALL_DECISIONS: [DecideEffect; 11] = [
 /// The decisions about a body of which at most the atmosphere is in the image.
 const AIR_ONLY_DECISIONS: [DecideEffect; 3] = [light::planet_shine::decide, eclipse::decision::decide, atmosphere::decision::decide];
 
-/// The decisions about effects that read maps.
+/// The decisions about effects that read maps, for [`required_maps`].
 const MAP_DECISIONS: [DecideEffect; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
 
 /// Leaves out rare combinations of effects that would multiply the number of shader keys.
@@ -77,6 +78,7 @@ fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decision
     }
     if chosen.ring_shine && !decisions.secondary_lights.is_empty() {
         // No shader has both ring-shine and planet-shine: the light that causes the smaller irradiance of the ground is left out.
+        // `brightest` is relative to sunlight.
         let rings_irradiance =
             decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.body_to_sun_km).irradiance.x;
         let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
@@ -173,7 +175,7 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     // Points are drawn after the air, so its transmittance is applied here.
     let light_factor = inputs.transmittance() * (1.0 - disc_fraction);
     let flux = point::flux(frame.camera, placed) * light_factor;
-    // Eclipses are evaluated only for a point that would be visible without them.
+    // Eclipses are evaluated only for a point that would be visible without them, if all its flux fell into one pixel.
     let may_be_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by_radiance(flux.max_element());
     let flux =
         if may_be_visible { flux * eclipse::sun_occluders::visible_sunlight(frame.context, placed, inputs.diameter_px) } else { flux };
@@ -196,7 +198,7 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     Some(point::sprite(placed.body.id, clip, flux, covered_px))
 }
 
-/// The flux of a body's point by planet-shine. It is evaluated only for a point that would be visible if the Sun lit all of its disc: no other body sheds more
+/// The flux of a body's point by planet-shine; 0 for a point that would be invisible even if the Sun lit all of its disc, because no other body sheds more
 /// light.
 fn planet_shine_on_point(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> DVec3 {
     let (frame, placed) = (inputs.frame, inputs.placed);
@@ -208,7 +210,7 @@ fn planet_shine_on_point(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<
     if !frame.threshold.is_exceeded_by_radiance(placed.body.geometric_albedo.max(0.01) * sunlight * disc_px) {
         return DVec3::ZERO;
     }
-    // For a body that is drawn as a disc, too, the decisions about the disc include this one.
+    // For a body that is drawn as a disc, too, this log is dropped, because the decisions about the disc include this one.
     let irradiance = if inputs.disc_fraction > 0.0 {
         light::planet_shine::irradiance_of_point(inputs, &mut inputs.log())
     } else {
@@ -291,11 +293,11 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         decided.eclipse.multi_scatter = multi_scatter_in_shadow::tables(inputs.body(), &decided.eclipse);
     }
     for draw in &mut draws {
-        // The features may have more lights than actually shine on the body; the additional ones are black.
-        let black =
+        // The features may round the number of lights up (`choice`), so that there are fewer shader keys; the additional lights are black.
+        let black_light =
             Light { direction_in_body: draw.uniforms.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {
-            draw.uniforms.lights.push(black);
+            draw.uniforms.lights.push(black_light);
         }
         draw.uniforms.eclipse.clone_from(&decided.eclipse);
         if draw.part == BodyPart::Sky && draw.features.ring_shadow != RingShadow::None {

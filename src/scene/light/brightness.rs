@@ -1,9 +1,9 @@
 //! The irradiance at the viewer from an entire body (globe and rings), at any phase angle.
 //!
 //! In: the body, and the positions of the viewer and of the Sun or another light. Out: [`Irradiance`]. Left out: eclipses. Errors: 0.2 magnitudes for globes,
-//! 0.15 for Saturn with rings (tests/scene/magnitudes.rs). Ring-shine fades in between two phase angles (`SHINE_FADE_IN_RAD`), so that its tables are not
-//! computed for views from the Earth. At greater phase angles magnitudes need the tables, even if the user has switched off the rings or their light: a
-//! magnitude is that of the real body.
+//! 0.15 for Saturn with rings (tests/scene/magnitudes.rs). Ring-shine fades in between two phase angles (`SHINE_FADE_IN_RAD`), so views from the Earth
+//! do not need its tables. At greater phase angles every magnitude needs them, even if the user has switched off the rings or their light, because a magnitude
+//! is that of the real body.
 
 use crate::catalog::{Body, Ring};
 use crate::scene::light::{disc_light, ellipsoid, photometry};
@@ -15,14 +15,14 @@ use crate::scene::rings::ring_shine::RingShineGeometry;
 use crate::units::{KM_PER_AU, SUN_RADIUS_KM, luminance};
 use glam::DVec3;
 
-/// Ring-shine is left out if the upper limit of the irradiance that it gives the globe, per unit of sunlight, is below this. That limit is 1.4 for Saturn,
-/// 0.0005 for Uranus.
+/// Ring-shine is left out if the upper limit of its irradiance on the globe, per unit of sunlight, is below this. The limit is 1.4 for Saturn, 0.0005 for
+/// Uranus.
 const MIN_RING_SHINE: f64 = 0.01;
 
 /// Irradiance at the viewer, in units of the Sun's at 1 au.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Irradiance {
-    /// Luminance of the light of the ground, which has the body's colour.
+    /// Light of the ground, as a luminance; its colour is that of the body.
     of_ground: f64,
     /// Light of the air (for the Earth, of the air and of the glint on the sea), linear RGB ([`disc_light::ground_and_air_irradiance`]).
     of_air: DVec3,
@@ -33,14 +33,14 @@ pub(crate) struct Irradiance {
 }
 
 impl Irradiance {
-    /// The irradiance as an image shows it; `shows` tells whether the image may draw an effect. If the air is switched off, its light is left out. The Earth's
-    /// is one table for air and glint, mostly of the glint, and stays until both are off.
+    /// The irradiance as an image shows it: without the light of the air if the air is switched off. `shows` tells whether the image may draw an effect. For
+    /// the Earth, `of_air` is one table for air and glint, mostly of the glint, and stays until both are off.
     pub(crate) fn with_shown_air(self, body: &Body, shows: impl Fn(Effect) -> bool) -> Self {
         let is_shown = shows(Effect::Atmosphere) || body.maps.specular.is_some() && shows(Effect::Specular);
         if is_shown { self } else { Self { of_air: DVec3::ZERO, ..self } }
     }
 
-    /// The same without ring-shine.
+    /// This irradiance without ring-shine.
     pub(crate) fn without_ring_shine(self) -> Self {
         Self { of_ring_shine: DVec3::ZERO, ..self }
     }
@@ -56,13 +56,15 @@ impl Irradiance {
     }
 }
 
-/// Irradiance from the globe, without its rings and their shadow; that of an elongated body depends on the sides that face the Sun and the viewer
+/// Irradiance from the globe, without its rings and their shadow. For an elongated body it depends on the sides that face the Sun and the viewer
 /// ([`ellipsoid`]). Parameters as for [`irradiance`].
 pub(crate) fn globe_irradiance(body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> Irradiance {
-    let radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer_km.normalize());
-    let (alpha, sun_distance_km, viewer_distance_km) = (phase_angle_rad, sun_distance_km(sun_km), viewer_km.length());
+    let outline_radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer_km.normalize());
+    let (sun_distance_km, viewer_distance_km) = (sun_distance_km(sun_km), viewer_km.length());
+    // `of_uniform_ground`: as if the albedo were the same everywhere; `light_curve` is the factor of bright and dark sides.
     let (mut of_uniform_ground, of_air) =
-        disc_light::ground_and_air_irradiance(body, alpha, sun_distance_km, viewer_distance_km, radius_sq_km2);
+        disc_light::ground_and_air_irradiance(body, phase_angle_rad, sun_distance_km, viewer_distance_km, outline_radius_sq_km2);
+    // Only of elongated bodies that reflect and have no published phase law. The formula is that of `disc_light::sunlit_solid_angle`.
     if let Some(phase_times_radius_sq) = ellipsoid::phase_times_radius_sq_km2(body, sun_km.normalize_or_zero(), viewer_km.normalize()) {
         of_uniform_ground = body.geometric_albedo * phase_times_radius_sq * (KM_PER_AU / (sun_distance_km * viewer_distance_km)).powi(2);
     }
@@ -79,7 +81,8 @@ fn sun_distance_km(sun_km: DVec3) -> f64 {
     sun_km.length().max(1.0)
 }
 
-/// Mean radiance, under a sunlight of irradiance 1, that ring-shine gives a disc of the equatorial radius, linear RGB.
+/// Mean radiance, under a sunlight of irradiance 1, that ring-shine gives a disc of the equatorial radius, linear RGB. `sun_km`: as for
+/// [`irradiance`]; `viewer`: unit vector, body axes.
 fn ring_shine_radiance(caches: &Caches, body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer: DVec3) -> DVec3 {
     let weight = smooth_rise(SHINE_FADE_IN_RAD, phase_angle_rad);
     if weight <= 0.0 {
@@ -90,7 +93,7 @@ fn ring_shine_radiance(caches: &Caches, body: &Body, phase_angle_rad: f64, sun_k
     let geometry = RingShineGeometry::of(body, &rings, sun, sun_km.length(), SUN_RADIUS_KM);
     let shine = if geometry.upper_limit() < MIN_RING_SHINE { None } else { geometry.shine(&caches.ring_shines) };
     let Some(shine) = shine else { return DVec3::ZERO };
-    // The ground is drawn as a Lambert surface under ring-shine, without the phase law's factor.
+    // Under ring-shine the ground is drawn as a Lambert surface, without the factor that makes a sunlit disc as bright as its published phase law.
     let ground_radiance = photometry::albedo_normalisation(body) * body.geometric_albedo * body.colour.as_dvec3();
     ground_radiance * ring_light::seen_ring_shine(&caches.ring_tables, body, &shine, sun, viewer) * weight
 }
@@ -98,12 +101,14 @@ fn ring_shine_radiance(caches: &Caches, body: &Body, phase_angle_rad: f64, sun_k
 /// Irradiance from globe and rings. `phase_angle_rad`: Sun-body-viewer. `sun_km` and `viewer_km`: positions relative to the body's centre, body axes.
 pub(crate) fn irradiance(caches: &Caches, body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> Irradiance {
     let of_globe = globe_irradiance(body, phase_angle_rad, sun_km, viewer_km);
+    // The Sun's position relative to itself is zero.
     if body.rings.is_empty() || sun_km == DVec3::ZERO {
         return of_globe;
     }
     let (viewer_distance_km, viewer, sun_distance_km) = (viewer_km.length(), viewer_km.normalize(), sun_distance_km(sun_km));
     let rings = RingLight::of(&caches.ring_tables, body, sun_km.normalize(), viewer);
-    // Factor from the mean radiance of a disc of the equatorial radius, under a sunlight of irradiance 1, to the irradiance at the viewer.
+    // As `disc_light::sunlit_solid_angle`, for a disc of the equatorial radius, to which `ring_albedo` and ring-shine are relative: the factor from its mean
+    // radiance under a sunlight of irradiance 1 to the irradiance at the viewer.
     let sunlit_solid_angle = (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2);
     Irradiance {
         of_ground: of_globe.of_ground * rings.globe_light_fraction,

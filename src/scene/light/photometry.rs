@@ -1,5 +1,7 @@
 //! Photometry: reflectance and geometric albedo of each photometric model; phase functions of models and bodies; rotational light curves; magnitudes.
 //!
+//! In: a photometric model or a body of the catalog, angles and directions. Out: these quantities.
+//!
 //! Units: a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi), and irradiance 1 is the Sun's at 1 au. A body of geometric albedo p
 //! at full phase then has the mean radiance p times its irradiance. `alpha` is the phase angle in radians, 0..=pi.
 
@@ -14,8 +16,9 @@ pub(crate) const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
 
 /// Geometric albedo of a photometric model per channel, for an albedo map of value 1; for an emissive body the mean of its limb darkening over the disc.
 ///
-/// At zero phase mu0 = mu, and the disc average has the weight 2 mu dmu. The averages: Lambert 2/3; Lommel-Seeliger (normalised as 2 mu0/(mu + mu0)) 1;
-/// McEwen's lunar-Lambert the weighted mean of these two; Oren-Nayar 2a/3 + b/2, with its coefficients a and b.
+/// mu0 and mu are the cosines of incidence and emission. At zero phase mu0 = mu, and the disc average has the weight 2 mu dmu. The averages: Lambert 2/3;
+/// Lommel-Seeliger (normalised as 2 mu0/(mu + mu0)) 1; McEwen's lunar-Lambert the weighted mean of these two; Oren-Nayar 2a/3 + b/2, with its coefficients a
+/// and b.
 pub fn model_geometric_albedo(model: &Photometry) -> [f64; 3] {
     match *model {
         Photometry::Emissive { u1, u2 } => [0, 1, 2].map(|k| 1.0 - u1[k] / 3.0 - u2[k] / 6.0),
@@ -35,8 +38,8 @@ fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
     (1.0 - 0.5 * sigma_sq / (sigma_sq + 0.33), 0.45 * sigma_sq / (sigma_sq + 0.09))
 }
 
-/// Radiance of a facet under unit irradiance, for an albedo map of value 1, as in shaders/lib/photometry. The radiance is 0 if the Sun or the viewer is below
-/// the facet's horizon, and always 1 for an emissive body.
+/// Radiance of a facet under unit irradiance, for an albedo map of value 1, as in the files of shaders/lib/photometry/. The radiance is 0 if the Sun or the
+/// viewer is below the facet's horizon, and always 1 for an emissive body.
 pub fn reflectance(model: &Photometry, cos_incidence: f64, cos_emission: f64, cos_phase: f64) -> f64 {
     let (mu0, mu) = (cos_incidence, cos_emission);
     if mu0 <= 0.0 || mu <= 0.0 {
@@ -73,15 +76,15 @@ fn lommel_seeliger_phase(alpha: f64) -> f64 {
     1.0 + (alpha / 2.0).sin() * (alpha / 2.0).tan() * (alpha / 4.0).tan().ln()
 }
 
-/// Phase function of an Oren-Nayar sphere, 1 at zero phase, integrated by the midpoint rule over photometric longitude and latitude (96 x 48 points; four times
-/// as many change it by less than 1e-3).
+/// Phase function of an Oren-Nayar sphere, 1 at zero phase, integrated by the midpoint rule over photometric longitude (along the great circle through the
+/// Sun's and the viewer's direction) and latitude: 96 x 48 points; four times as many change it by less than 1e-3.
 fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
     let (a, b) = oren_nayar_a_b(roughness_deg);
     let model = Photometry::OrenNayar { roughness_deg };
     let (nlon, nlat) = (96, 48);
     // The lit and visible part has photometric longitudes from alpha - 90 to 90 degrees. The viewer is at longitude 0, the Sun at alpha.
     let (from, to) = (alpha - PI / 2.0, PI / 2.0);
-    // Both hemispheres reflect the same.
+    // Those of the southern hemisphere: the northern one reflects the same.
     let cos_latitudes: Vec<f64> = (0..nlat / 2).map(|j| (PI * ((f64::from(j) + 0.5) / f64::from(nlat) - 0.5)).cos()).collect();
     let mut sum = 0.0;
     for i in 0..nlon {
@@ -93,6 +96,7 @@ fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
         }
     }
     let integral = sum * (to - from) / f64::from(nlon) * PI / f64::from(nlat);
+    // Relative to zero phase: the mean over the disc divided by the geometric albedo.
     integral / PI / (2.0 * a / 3.0 + b / 2.0)
 }
 
@@ -108,11 +112,13 @@ pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
         }
         Photometry::OrenNayar { roughness_deg } => oren_nayar_phase(roughness_deg, alpha),
     };
+    // Rounding makes some of these slightly negative near 180 degrees.
     value.max(0.0)
 }
 
-/// Phase function of the body: the published law if there is one, else the model's phase function. Beyond its limit the published law is continued in
-/// proportion to the model's phase function. The law is the light of ground and air together; `disc_light` divides it between the two.
+/// Phase function of the body: the published law if there is one, else the model's phase function. Beyond the largest phase angle to which it was fitted,
+/// the published law is continued in proportion to the model's phase function. The law is the light of ground and air together; `disc_light` divides it
+/// between the two.
 pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
     let limit_rad = law.limit_deg.to_radians();
@@ -123,8 +129,8 @@ pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     }
 }
 
-/// Factor by which the map or colour is multiplied: the inverse of the model's geometric albedo. A map whose mean is the catalog's geometric albedo then
-/// gives the disc that albedo.
+/// Factor on the albedo map, or on the colour of a body without a map: the inverse of the model's geometric albedo. With it, a map whose mean is the catalog's
+/// geometric albedo gives a disc of this geometric albedo.
 pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
     1.0 / DVec3::from_array(model_geometric_albedo(&body.photometry))
 }
@@ -132,10 +138,11 @@ pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
 /// Numbers of photometric longitudes and latitudes of [`light_curve`].
 const LIGHT_CURVE_GRID: [u32; 2] = [24, 12];
 
-/// The rotational light curve: brightness of the disc relative to a disc of the published albedo that is the same everywhere. 1 without an albedo map; for a
-/// map without harmonics its `relative_mean`. Otherwise the mean of the relative albedo over the lit and visible part of a sphere, weighted by the reflectance.
-/// The relative albedo is `relative_mean` times the sum of 1 and the map's harmonics, and at least 0. `sun` and `viewer`: unit vectors from the body, body
-/// axes. Errors: those of the harmonics, which leave out all finer detail of the map (tests/image/light_curves.rs).
+/// The rotational light curve: brightness of the disc relative to that of a disc that has the published albedo everywhere. 1 for an emissive body or without an
+/// albedo map. `relative_mean` of a map is its mean albedo relative to the published one; it is the result for a map without harmonics. Otherwise the relative
+/// albedo of a point is `relative_mean` times the sum of 1 and the map's harmonics (at least 0), and the result is the mean of that over the lit and visible
+/// part of a sphere, weighted by the reflectance. `sun` and `viewer`: unit vectors from the body, body axes. Errors: those of the harmonics, which leave out
+/// all finer detail of the map (tests/image/light_curves.rs).
 pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
     let reflects = !matches!(body.photometry, Photometry::Emissive { .. });
     let Some(map) = body.maps.albedo.as_ref().filter(|_| reflects) else { return 1.0 };
@@ -145,12 +152,13 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
     let towards_sun = sun.reject_from(viewer).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
     let pole = viewer.cross(towards_sun);
     let [columns, rows] = LIGHT_CURVE_GRID;
-    let lit_width = PI - alpha;
+    // The lit and visible longitudes, from alpha - 90 to 90 degrees.
+    let lit_longitudes_rad = PI - alpha;
     let (mut light, mut light_of_uniform_albedo) = (0.0, 0.0);
     for row in 0..rows {
         let (sin_latitude, cos_latitude) = (PI * ((f64::from(row) + 0.5) / f64::from(rows) - 0.5)).sin_cos();
         for column in 0..columns {
-            let longitude = PI / 2.0 - lit_width * (f64::from(column) + 0.5) / f64::from(columns);
+            let longitude = PI / 2.0 - lit_longitudes_rad * (f64::from(column) + 0.5) / f64::from(columns);
             let (mu0, mu) = (cos_latitude * (longitude - alpha).cos(), cos_latitude * longitude.cos());
             let weight = reflectance(&body.photometry, mu0, mu, alpha.cos()) * mu * cos_latitude;
             let normal = (viewer * longitude.cos() + towards_sun * longitude.sin()) * cos_latitude + pole * sin_latitude;
@@ -163,17 +171,17 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
     if light_of_uniform_albedo > 0.0 { map.relative_mean * light / light_of_uniform_albedo } else { 1.0 }
 }
 
-/// The published law of a body that was measured from one side (the Moon) contains a factor for the bright and dark parts of that side. This is the factor: the
-/// [`light_curve`] seen from the measured side, mean of a crescent and its mirror image, relative to full phase. 1 for other bodies. Beyond the law's limit,
-/// the value at the limit.
+/// The part of a published phase law that is due to bright and dark areas, for a body that was measured from one side only (the Moon): the [`light_curve`] seen
+/// from that side at phase angle `alpha`, relative to full phase; the mean of the waxing and the waning phase. 1 for other bodies. Beyond the law's largest
+/// phase angle, the value there.
 pub fn measured_side_curve(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
     let Some(side) = law.measured_side else { return 1.0 };
-    // The Sun is near the plane of the equator.
+    // The Sun is near the plane of the equator, so the phases are those of a Sun in this plane, east and west of the measured side.
     let across = DVec3::Z.cross(side).normalize_or_zero();
     let (sin, cos) = alpha.min(law.limit_deg.to_radians()).sin_cos();
-    let crescents: f64 = [sin, -sin].map(|sin| light_curve(body, side * cos + across * sin, side)).iter().sum();
-    0.5 * crescents / light_curve(body, side, side).max(1e-12)
+    let both_phases: f64 = [sin, -sin].map(|sin| light_curve(body, side * cos + across * sin, side)).iter().sum();
+    0.5 * both_phases / light_curve(body, side, side).max(1e-12)
 }
 
 /// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.
@@ -210,7 +218,7 @@ mod tests {
         Photometry::OrenNayar { roughness_deg: 0.0 },
     ];
 
-    /// Disc integral by brute force over the image plane.
+    /// Mean radiance of the disc under unit irradiance, by the midpoint rule over the image plane.
     fn disc_mean(model: &Photometry, alpha: f64) -> f64 {
         let to_sun = DVec3::new(alpha.sin(), 0.0, alpha.cos());
         let n = 700;
@@ -259,13 +267,14 @@ mod tests {
     #[test]
     fn the_suns_irradiance_at_one_au_is_one() {
         let radius = DVec3::splat(SUN_RADIUS_KM);
-        let solid_angle = projected_radius_sq_km2(radius, DVec3::Y) / KM_PER_AU.powi(2);
-        assert!((sun_disc_radiance() * solid_angle - 1.0).abs() < 1e-12);
+        let solid_angle_over_pi = projected_radius_sq_km2(radius, DVec3::Y) / KM_PER_AU.powi(2);
+        assert!((sun_disc_radiance() * solid_angle_over_pi - 1.0).abs() < 1e-12);
         assert!((magnitude(1.0) - SUN_V_MAGNITUDE_AT_1_AU).abs() < 1e-12);
     }
 
     #[test]
     fn the_projected_area_along_an_axis_is_the_product_of_the_other_two() {
+        // Divided by pi, the ellipse seen along one semi-axis has the product of the other two as its area.
         let r = DVec3::new(3.0, 2.0, 1.0);
         assert!((projected_radius_sq_km2(r, DVec3::X) - 2.0).abs() < 1e-12);
         assert!((projected_radius_sq_km2(r, DVec3::Y) - 3.0).abs() < 1e-12);

@@ -2,8 +2,8 @@
 //! this module computes the positions of the lattices.
 //!
 //! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a point on the ground has the same craters, hills or billows from any camera, in
-//! f32 too, down to a metre above the ground and in fields of view of an arcsecond. For this, lattice positions are reduced in f64; in narrow fields the
-//! shader's positions are relative to a point of the visible ground. As the camera moves, each lattice fades in from weight 0, and out again.
+//! f32 too, down to a metre above the ground and in fields of view of an arcsecond. For this, lattice positions are reduced modulo PERIOD in f64; in narrow
+//! fields the shader's positions are relative to a point of the visible ground. As the camera moves, each lattice fades in from weight 0, and out again.
 
 use crate::catalog::Map;
 use crate::message::{Reason, reason};
@@ -25,30 +25,32 @@ pub(crate) fn description(detail: Detail) -> Reason {
 
 /// Assumed number of columns of a map whose catalog entry does not state it: that of the coarsest embedded map.
 const DEFAULT_MAP_COLUMNS: u32 = 512;
-/// Pixels per texel, directly below the camera, above which detail appears: where `detail_weight` of shaders/lib/detail.wesl begins.
+/// Width of a map's texel in pixels, directly below the camera, above which detail appears: there `detail_weight` of shaders/lib/detail.wesl begins to rise.
 const MIN_TEXEL_PX: f64 = 6.0;
-/// Ground that a pixel may span, degrees, for detail to appear on a body without a map: a fourth of the coarsest cell.
+/// Ground that a pixel may span, degrees, for detail to appear on a body without a map: a fourth of the coarsest cell, 0.05 rad / 4.
 const UNMAPPED_DEG_PER_PX: f64 = 0.72;
 /// Cell size of the coarsest lattice, radii of the body.
 const COARSEST_CELL: f64 = 0.05;
-/// Ratio of a lattice's cell size to that of the next coarser lattice, for craters, and for the noise of hills and billows, which costs more.
+/// Ratio of a lattice's cell size to that of the next coarser lattice, for craters, and for the noise of hills and billows. The noise costs more, so its ratio
+/// gives fewer lattices.
 const CRATER_RATIO: f64 = 0.6;
 const NOISE_RATIO: f64 = 0.4;
 /// Number of cells after which a lattice repeats: PERIOD of shaders/lib/detail.wesl.
 const PERIOD: f64 = 289.0;
-/// Smallest visible size of a cell, in pixels: less than the limit of shaders/lib/detail.wesl.
+/// Size of the smallest cells that the lattices must include, in pixels: less than the 4 above which shaders/lib/detail.wesl shows cells.
 const MIN_CELL_PX: f64 = 3.5;
 /// A cell size that is never visible, radii.
 const INVISIBLE_CELL: f64 = 1e6;
 
-/// Degrees of ground that a pixel spans directly below the camera, and the limit below which detail is visible.
+/// Two numbers in degrees of ground per pixel: what a pixel spans directly below the camera, and the limit below which detail is visible.
 pub(crate) fn ground_deg_per_px(camera: &Camera, placement: &Placement, map: Option<&Map>) -> (f64, f64) {
     let span_deg = ((placement.camera_in_unit_sphere().length() - 1.0).max(0.0) * camera.pixel_tangent()).to_degrees();
     let limit_for_map_deg = |map: &Map| 360.0 / f64::from(map.columns.unwrap_or(DEFAULT_MAP_COLUMNS)) / MIN_TEXEL_PX;
     (span_deg, map.map_or(UNMAPPED_DEG_PER_PX, limit_for_map_deg))
 }
 
-/// Tangent of the angle that a pixel spans, below which positions are relative to a point of the visible ground: f32 rounds a ray to 6e-8 of its length.
+/// Tangent of the angle that a pixel spans, below which positions are relative to a point of the visible ground: f32 rounds a ray to 6e-8 of its length, which
+/// is 6e-4 of such a pixel.
 const NARROW_PIXEL_TANGENT: f64 = 1e-4;
 /// Number of rays along each side of the draw's rectangle that are tested to find this point.
 const REFERENCE_RAYS: u32 = 9;
@@ -93,6 +95,7 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
     let reference = GroundReference::of(camera, placement, rays.rect_in_clip);
     // Positions are relative to the reference point, or without one to the camera or the body's centre.
     let origin = reference.as_ref().map_or(if rays.anchor_is_camera { camera_position } else { DVec3::ZERO }, |r| r.point);
+    // The minimum keeps the logarithm below finite.
     let pixel_width_radii = (camera_position.length() - 1.0).max(1e-9) * camera.pixel_tangent();
     // The index, not rounded, of the lattice whose cells are just visible directly below the camera. Index 0 is the coarsest lattice.
     let finest = ((MIN_CELL_PX * pixel_width_radii / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
@@ -109,9 +112,10 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
         let position = origin / cell + offset;
         (position - (position / PERIOD).floor() * PERIOD, cell)
     };
-    // Side of a cell at which lattices have faded out: the rows do not hold coarser lattices.
+    // Side of a cell, radii, from which on lattices have faded out, because the rows hold no coarser ones.
     let largest = COARSEST_CELL * ratio.powf(finest - (MAX_DETAIL_LATTICES as f64 - 1.0));
     let camera_row = narrow(camera_position - origin).extend(narrow_scalar(camera.pixel_tangent()));
+    // The layout is that of `DetailUniforms::reference`.
     let reference_rows = reference.map_or([Vec4::ZERO; 3], |r| {
         let [depth, u, v] = [r.depth, r.rect_position.x, r.rect_position.y].map(narrow_scalar);
         [narrow(r.point).extend(depth), narrow(r.ray).extend(u), Vec4::new(v, 0.0, 0.0, 0.0)]

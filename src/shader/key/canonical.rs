@@ -22,6 +22,7 @@ pub struct CanonicalRule {
 fn is_emissive(f: &DrawFeatures) -> bool {
     f.surface == Surface::Emissive
 }
+/// Whether the image shows radiance, or what that costs to compute.
 fn shows_radiance(f: &DrawFeatures) -> bool {
     f.view.shows_radiance()
 }
@@ -33,11 +34,11 @@ fn has_no_ground(f: &DrawFeatures) -> bool {
 fn is_lit(f: &DrawFeatures) -> bool {
     shows_radiance(f) && !is_emissive(f) && f.lights > 0
 }
-/// Whether the image depends on how much sunlight arrives.
+/// Whether the image depends on how much sunlight arrives: a lit image, or the pixel view of sunlight.
 fn shows_sunlight(f: &DrawFeatures) -> bool {
     is_lit(f) || (f.view == PixelView::Sunlight && f.lights > 0 && !is_emissive(f))
 }
-/// Whether the pixel's value depends on the surface normal.
+/// Whether the pixel's value depends on the surface normal. An emissive surface darkens towards its limb.
 fn shows_normal(f: &DrawFeatures) -> bool {
     (is_lit(f) || (shows_radiance(f) && is_emissive(f)) || f.view == PixelView::Normal || (f.view == PixelView::Sunlight && f.lights > 0))
         && f.surface != Surface::Sky
@@ -50,13 +51,13 @@ fn fills_coarse_image(f: &DrawFeatures) -> bool {
 const fn omitted_in_coarse_image(dimension: &'static str) -> CanonicalRule {
     CanonicalRule { dimension, value: "", applies: fills_coarse_image, because: DRAWN_ALONE }
 }
-/// The reason of the rules for the coarse image.
+/// The reason of rules for a draw that fills the coarse image.
 const DRAWN_ALONE: &str = "the air, or the sunlight past occluders, is drawn alone";
 /// Whether the draw fills the coarse image with the sunlight that passes the occluders.
 fn draws_sunlight_alone(f: &DrawFeatures) -> bool {
     f.air_pass == AirPass::SunlightDrawn
 }
-/// Whether the pixel's value depends on the albedo of the ground. Clouds have a map of their own, rings a table of their own.
+/// Whether the pixel's value depends on the albedo of the ground: not that of clouds and rings, which have a map and a table of their own.
 fn shows_albedo(f: &DrawFeatures) -> bool {
     match f.surface {
         Surface::Sky | Surface::Cloud | Surface::Ring => false,
@@ -64,8 +65,8 @@ fn shows_albedo(f: &DrawFeatures) -> bool {
     }
 }
 
-/// The rules. As long as any rule changes the features, the first such rule is applied. This ends, because a rule lowers the index of its dimension's value or
-/// sets the surface to Lambert, and no rule undoes that.
+/// The rules. As long as any rule changes the features, the first such rule is applied. This ends: each rule lowers the index of its dimension's value or sets
+/// the surface to Lambert, which no rule replaces. The value `sunN` stands for N lights, of which the first is the Sun.
 pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "surface",
@@ -155,6 +156,7 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "detail",
         value: "",
+        // Billows on a surface other than clouds, or other detail on clouds.
         applies: |f| (f.surface == Surface::Cloud) != (f.detail == Detail::Billows),
         because: "billows are of clouds, craters and hills of the ground",
     },
@@ -247,6 +249,7 @@ pub static RULES: &[CanonicalRule] = &[
     },
     CanonicalRule {
         dimension: "air-pass",
+        // The text of `AirPass::Read`.
         value: "coarse",
         applies: |f| f.air_pass == AirPass::ReadWithClouds && f.surface != Surface::Cloud && !f.maps.cloud_shadow,
         because: "the ground's draw shows the clouds by the map of their shadow",
@@ -331,7 +334,7 @@ fn dimension_named(name: &str) -> Option<&'static Dimension> {
     DIMENSIONS.iter().find(|d| d.name == name)
 }
 
-/// Each rule with its dimension and the index of its value in that dimension: the names in [`RULES`], looked up once.
+/// Each rule with its dimension and the index of its value in that dimension, resolved once from the names in [`RULES`]. A test finds unknown names.
 fn resolved_rules() -> &'static [(&'static CanonicalRule, &'static Dimension, usize)] {
     static RESOLVED: OnceLock<Vec<(&'static CanonicalRule, &'static Dimension, usize)>> = OnceLock::new();
     RESOLVED.get_or_init(|| {
@@ -343,7 +346,7 @@ fn resolved_rules() -> &'static [(&'static CanonicalRule, &'static Dimension, us
     })
 }
 
-/// The first rule that changes these features, with its dimension and the index of its value.
+/// The first rule that changes these features, with its dimension and the index of its value; `None` if the features are canonical.
 pub(super) fn first_reduction(features: &DrawFeatures) -> Option<(&'static CanonicalRule, &'static Dimension, usize)> {
     resolved_rules().iter().copied().find(|(rule, dimension, value)| (dimension.get)(features) != *value && (rule.applies)(features))
 }
@@ -363,6 +366,7 @@ pub fn reductions(features: &DrawFeatures) -> Vec<&'static CanonicalRule> {
 /// Applies the rules until the features are canonical. `applied` receives each rule that was applied.
 fn reduce(features: &DrawFeatures, mut applied: impl FnMut(&'static CanonicalRule)) -> DrawFeatures {
     let mut reduced = *features;
+    // No key has more lights.
     reduced.lights = reduced.lights.min(MAX_LIGHTS);
     while let Some((rule, dimension, value)) = first_reduction(&reduced) {
         (dimension.set)(&mut reduced, value);
@@ -386,7 +390,7 @@ mod tests {
         }
     }
 
-    /// This layer may not use these constants of `scene` and `catalog`, and repeats them.
+    /// The module `key` may not use these constants of `scene` and `catalog`, and repeats them.
     #[test]
     fn the_greatest_counts_are_those_of_scene_and_catalog() {
         use super::super::dimension::MAX_OVERLAYS;
@@ -399,6 +403,7 @@ mod tests {
             let c = canonical(&f);
             assert_eq!(canonical(&c), c, "{f:?}");
             assert_eq!(c.view, f.view, "the pixel view never changes");
+            // Rules set the surface to Lambert whatever its index.
             for d in DIMENSIONS.iter().filter(|d| d.name != "surface") {
                 assert!((d.get)(&c) <= (d.get)(&f), "{} grew: {f:?}", d.name);
             }
@@ -424,7 +429,7 @@ mod tests {
             ..DrawFeatures::MINIMAL
         };
         assert_eq!(canonical(&f), f);
-        // A mesh has additional flags, and no atmosphere.
+        // A mesh has additional flags, but no atmosphere, limb profile or thin limb.
         let flags = MeshFlags { two_sided: true, alpha_texture: true, vertex_colour: true };
         let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), limb_heights: false, thin_limb: false, flags, ..f };
         assert_eq!(canonical(&mesh), mesh);

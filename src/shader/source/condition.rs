@@ -28,6 +28,7 @@ static NAMES: LazyLock<HashMap<String, Condition>> = LazyLock::new(|| {
     features.chain(predicates).collect()
 });
 
+/// The parsed conditions of [`PREDICATES`], in the same order.
 static PREDICATE_CONDITIONS: LazyLock<Vec<Condition>> = LazyLock::new(|| {
     // An invalid condition in the table becomes a condition that never holds; the unit tests detect it.
     PREDICATES.iter().map(|p| Condition::parse(p.condition).unwrap_or(Condition::Constant(false))).collect()
@@ -49,12 +50,14 @@ impl FeatureSet {
         Self(names.iter().map(mask).fold(0, |all, mask| all | mask))
     }
 
+    /// `index`: into [`FEATURE_NAMES`].
     fn has(self, index: usize) -> bool {
         self.0 & (1 << index) != 0
     }
 }
 
-/// Every name that a condition may use (features as WESL identifiers, and predicates), with its value for these features. A WESL compiler needs this list.
+/// Every name that a condition may use (features as WESL identifiers, and predicates), with its value for these features: the flags for another
+/// WESL compiler.
 pub fn values_of_names(features: FeatureSet) -> impl Iterator<Item = (&'static str, bool)> {
     NAMES.iter().map(move |(name, condition)| (name.as_str(), condition.holds(features)))
 }
@@ -152,9 +155,9 @@ fn constant_name(value: bool) -> &'static str {
 /// The names that explain why a condition holds or fails.
 #[derive(Default)]
 struct ReasonNames {
-    /// Features that are on.
+    /// Features that are on, and the constant `true`.
     on: Vec<&'static str>,
-    /// Features that are off.
+    /// Features that are off, and the constant `false`.
     off: Vec<&'static str>,
 }
 
@@ -216,6 +219,7 @@ mod tests {
         ] {
             assert_eq!(Condition::parse(text).expect(text).holds(on), holds, "{text}");
         }
+        // The last one: WGSL does not allow `||` beside `&&` without parentheses.
         for invalid in
             ["", "lights_9", "lights_1 + 2", "lights_1 &&", "f(lights_1)", "lights_1 == lights_2", "lights_1 || lights_2 && lights_3"]
         {
@@ -233,6 +237,7 @@ mod tests {
 
     #[test]
     fn a_condition_that_holds_names_its_reason() {
+        // `has_air`: any model of the air. `has_ring_shadow`: `ring_shadow_point_sun || ring_shadow_penumbra`.
         let on = ["lights.1", "air.pixel-8"];
         for (text, expected) in [
             ("has_air", "air.pixel-8"),

@@ -1,8 +1,8 @@
 //! Rows of a VOTable as BINARY and BINARY2 (IVOA, VOTable 1.5, sections 6.3 and 6.4): big-endian values in base64, without padding between them.
 //!
 //! In: the attributes of the FIELDs, and the text of the STREAM. Out: each row as the texts that TABLEDATA would contain; a null is an empty text.
-//! Always: a length stated in a row is compared with the remaining bytes before it is used. Booleans, bits and complex numbers, which no point needs, give
-//! an empty text. Not here: streams in other files and compressed streams, which the caller rejects.
+//! Always: a length stated in a row is compared with the remaining bytes before it is used. Booleans, bits and complex numbers, which no field of a
+//! data layer needs, give an empty text. Not here: streams in other files and compressed streams, which the caller rejects.
 
 use crate::wording::echo_within;
 use base64::Engine;
@@ -65,12 +65,13 @@ impl DataType {
 enum Length {
     /// The same number of values in each cell.
     Fixed(usize),
-    /// Each cell begins with a count of items. The variant holds the number of values per item.
+    /// Each cell begins with its count of items (big-endian i32). The variant holds the number of values per item: 2 for the `arraysize` `2x*`.
     Counted(usize),
 }
 
 impl Length {
-    /// Parses an `arraysize`: numbers joined by `x`. The last one may be `*`, or a maximum (ignored here) followed by `*`. `None` for any other text.
+    /// Parses an `arraysize`: numbers joined by `x`. The last one may be `*`, or a maximum (ignored here) followed by `*`. Empty: one value. `None` for any
+    /// other text.
     fn of(arraysize: &str) -> Option<Self> {
         if arraysize.is_empty() {
             return Some(Self::Fixed(1));
@@ -98,13 +99,13 @@ pub(super) struct BinaryColumn {
 impl BinaryColumn {
     /// A column with the attributes `datatype` and `arraysize` of a FIELD, and the `null` of its VALUES.
     pub(super) fn new(data_type: &str, arraysize: &str, null: Option<&str>) -> Result<Self, String> {
-        let known =
+        let parsed_type =
             DataType::named(data_type).ok_or_else(|| format!("the datatype `{}` is not a VOTable type", echo_within(data_type, 20)))?;
         let length = Length::of(arraysize).ok_or_else(|| format!("the arraysize `{}` is not valid", echo_within(arraysize, 20)))?;
-        Ok(Self { data_type: known, length, null: null.map(str::to_owned) })
+        Ok(Self { data_type: parsed_type, length, null: null.map(str::to_owned) })
     }
 
-    /// A cell's text in the form of TABLEDATA.
+    /// The text that TABLEDATA would contain for a cell of these bytes; empty if the value is null or of a type that is not read.
     fn text(&self, bytes: &[u8]) -> String {
         // The first number of an array; that is enough, because no field of a point is an array.
         fn first<const N: usize>(bytes: &[u8]) -> Option<[u8; N]> {
@@ -162,7 +163,7 @@ impl<'a> BinaryRows<'a> {
         Some(taken)
     }
 
-    /// The next row; `None` after the last row. The error states where the stream is cut off.
+    /// The next row; `None` after the last row. The error for a row that is cut off states where the row begins.
     pub(super) fn next_row(&mut self) -> Result<Option<Vec<String>>, String> {
         if self.offset == self.bytes.len() {
             return Ok(None);
@@ -203,6 +204,7 @@ mod tests {
 
     fn rows(columns: &[BinaryColumn], bytes: &[u8], has_null_flags: bool) -> Result<Vec<Vec<String>>, String> {
         let text = BASE64_STANDARD.encode(bytes);
+        // Blanks and line breaks within the base64 are allowed.
         let wrapped: String = text.as_bytes().chunks(7).map(|part| format!("{}\n ", String::from_utf8_lossy(part))).collect();
         let mut rows = BinaryRows::new(columns, &wrapped, has_null_flags)?;
         let mut all = Vec::new();
@@ -243,6 +245,7 @@ mod tests {
         }
         let expected = ["10.25", "1.1", "-7", "abc", "xy", "\u{e9}\u{20ac}", "", "5", "", "200"];
         assert_eq!(rows(&columns, &bytes, BINARY).expect("rows"), [expected, expected]);
+        // The last byte of the second of two equal rows is missing.
         let cut = rows(&columns, &bytes[..bytes.len() - 1], BINARY).expect_err("cut");
         assert!(cut.starts_with(&format!("the row at byte {}", bytes.len() / 2)), "{cut}");
     }
@@ -256,11 +259,13 @@ mod tests {
 
     #[test]
     fn lengths_beyond_the_stream_are_rejected() {
+        // The number of values of the last, 1e9 x 1e9 x 1000, has no room in 64 bits.
         for (arraysize, claimed) in [("*", i32::MAX), ("*", -1), ("1000000000x1000000000x*", 1000)] {
             let columns = [column("double", arraysize)];
             let bytes = [&claimed.to_be_bytes()[..], &[0; 64]].concat();
             assert!(rows(&columns, &bytes, BINARY).expect_err("a claim").contains("cut off"), "{arraysize} {claimed}");
         }
+        // A cell of no values has no bytes, so no row would reach the end of the stream.
         assert!(rows(&[column("char", "0")], b"x", BINARY).expect_err("nothing").contains("no bytes"));
         assert!(BinaryRows::new(&[column("int", "")], "A*==", BINARY).err().expect("no base64").contains("not base64"));
         assert!(

@@ -1,8 +1,8 @@
 //! Loop optimisations that leave every result bit-identical: loop-invariant code motion, and merging of jumps.
 //!
 //! In: the SSA instructions after dead-code elimination and multiply-add fusion. Out: the same instructions, with loop-invariant instructions moved before
-//! their loop, and with one jump instead of two at exits from loops. Only instructions that every complete iteration runs are moved. An instruction that may be
-//! skipped is not moved: running it once before the loop may cost more than running it only where it is needed.
+//! their loop, and with one jump instead of two at exits from loops. An instruction is moved only if every iteration that does not leave the loop runs it. One
+//! that may be skipped stays: running it once before the loop may cost more than running it only where it is needed.
 
 use super::ssa::{JumpLabel, SsaInstr, SsaValue, reads, remove_instrs, writes};
 use crate::render::software::tape::Op;
@@ -26,14 +26,15 @@ pub(crate) fn hoist(code: &mut [SsaInstr]) {
     }
 }
 
-/// Hoists instructions out of the loop whose `LoopStart` is at `start` and whose `LoopEnd` is at `end`. They are placed directly before `LoopStart`, so `end`
-/// does not change.
+/// Hoists instructions out of the loop whose `LoopStart` is at `start` and whose `LoopEnd` is at `end`. They are placed directly before `LoopStart`, so
+/// `LoopEnd` stays at `end`.
 fn hoist_from_loop(code: &mut [SsaInstr], start: usize, end: usize) {
-    // Values that are written in the loop, except those of hoisted instructions.
+    // Values that are written in the loop, except those of hoisted instructions. Variables stay among them: here only `Assign`, which is not hoisted, writes
+    // variables, because `write_variables_directly` runs later.
     let mut changing: HashSet<SsaValue> = code[start..end].iter().flat_map(writes).collect();
     let labels_inside: HashSet<JumpLabel> =
         code[start..end].iter().filter_map(|instr| if let SsaInstr::Label(l) = instr { Some(*l) } else { None }).collect();
-    // Labels of the skips over the current instruction. A jump out of the loop is not a skip: every iteration that continues runs the instructions after it.
+    // Labels of the skips over the current instruction. A jump out of the loop is not a skip: only the last iteration takes it.
     let mut skips: Vec<JumpLabel> = Vec::new();
     let mut inner_depth = 0;
     let mut hoisted = HashSet::default();
@@ -45,6 +46,7 @@ fn hoist_from_loop(code: &mut [SsaInstr], start: usize, end: usize) {
             SsaInstr::Label(label) => skips.retain(|l| l != label),
             SsaInstr::LoopStart => inner_depth += 1,
             SsaInstr::LoopEnd => inner_depth -= 1,
+            // Those of inner loops that could be hoisted are before their loop already, at depth 0.
             SsaInstr::Op { dst, .. } | SsaInstr::LoadUniform { dst, .. }
                 if inner_depth == 0 && skips.is_empty() && reads(instr).iter().all(|v| !changing.contains(v)) =>
             {
@@ -64,8 +66,10 @@ fn hoist_from_loop(code: &mut [SsaInstr], start: usize, end: usize) {
     }
 }
 
-/// Replaces a conditional jump over a jump by one jump with the opposite condition, and a jump on `!x` by the opposite jump on `x`.
+/// Replaces a conditional jump on `!x` by one on `x` with `when` inverted. Then replaces a conditional jump over a jump by one conditional jump to the latter's
+/// target, also with `when` inverted.
 pub(crate) fn merge_jumps(code: &mut Vec<SsaInstr>) {
+    // Only shared values, because the condition of a jump is one.
     let operand_of_not: HashMap<SsaValue, SsaValue> = code
         .iter()
         .filter_map(|instr| match instr {
@@ -73,7 +77,7 @@ pub(crate) fn merge_jumps(code: &mut Vec<SsaInstr>) {
             _ => None,
         })
         .collect();
-    // A value that an `Assign` writes may change between the negation and the jump.
+    // An operand that an `Assign` writes may change between the negation and the jump. (The result of a negation is never a variable here.)
     let assigned: HashSet<SsaValue> =
         code.iter().filter_map(|instr| if let SsaInstr::Assign { dst, .. } = instr { Some(*dst) } else { None }).collect();
     for instr in code.iter_mut() {
@@ -87,10 +91,10 @@ pub(crate) fn merge_jumps(code: &mut Vec<SsaInstr>) {
         [SsaInstr::JumpIf { label, .. }, SsaInstr::Jump { .. }, SsaInstr::Label(next)] => label == next,
         _ => false,
     };
-    let conditional_jumps: Vec<usize> =
+    let jumps_over_jumps: Vec<usize> =
         code.windows(3).enumerate().filter(|(_, instrs)| is_jump_over_jump(instrs)).map(|(index, _)| index).collect();
     let mut removed = HashSet::default();
-    for index in conditional_jumps {
+    for index in jumps_over_jumps {
         if let (SsaInstr::JumpIf { cond, when, .. }, SsaInstr::Jump { label }) = (&code[index], &code[index + 1]) {
             code[index] = SsaInstr::JumpIf { cond: *cond, when: !*when, label: *label };
             removed.insert(index + 1);

@@ -1,10 +1,14 @@
 //! Elementary functions of f64. Coefficients: S. Moshier, Cephes (exp, atan, sinh, tanh); Sun Microsystems, fdlibm (log, sin, cos, asin, and the
 //! split of log2(e) and of log2 x into a high and a low part).
+//!
+//! In: any f64; angles in radians. Out: infinities and NaN as in C, without error flags, except where a function says otherwise. Always: without branches, so
+//! that loops over lanes can be vectorised; special arguments are replaced at the end. `FMA`: whether to use fused multiply-add. Not here: the measured errors
+//! (`math/mod.rs`).
 
 use super::horner;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
 
-/// 1.5 * 2^52. Added to a number, it rounds that number to an integer, which is then in the low bits of the sum.
+/// 1.5 * 2^52. Added to a number, it rounds a number below 2^51 to an integer, which is then in the low bits of the sum.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 /// 2^54. A subnormal number times it is normal.
 const TWO_POW_54: f64 = 18_014_398_509_481_984.0;
@@ -23,7 +27,7 @@ fn fma<const FMA: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FMA { a.mul_add(b, c) } else { a * b + c }
 }
 
-/// 2^n for -1022 <= n <= 1023.
+/// 2^n for -1022 <= n <= 1023; for any other n some number, without a panic.
 #[inline(always)]
 fn exp2_int(n: i64) -> f64 {
     f64::from_bits((n.wrapping_add(1023) as u64) << 52)
@@ -38,14 +42,14 @@ pub(crate) fn ldexp(x: f64, n: i32) -> f64 {
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
 }
 
-/// y * 2^n in two steps, for -1078 <= n <= 1026, where 2^n itself may be out of range.
+/// y * 2^n in two steps, since 2^n itself may be out of range. For -1078 <= n <= 1026, to which the callers limit n.
 #[inline(always)]
 fn scale_in_two_steps(y: f64, n: i64) -> f64 {
     let half = n >> 1;
     y * exp2_int(half) * exp2_int(n.wrapping_sub(half))
 }
 
-/// e^r for |r| <= 0.4, as 1 + 2 p / (q - p), where p is an odd polynomial in r and q an even one.
+/// e^r for |r| <= 0.4 (a little more than ln 2 / 2), as 1 + 2 p / (q - p), where p is an odd polynomial in r and q an even one.
 #[inline(always)]
 fn exp_of_reduced<const FMA: bool>(r: f64) -> f64 {
     let z = r * r;
@@ -66,7 +70,7 @@ pub(crate) fn exp<const FMA: bool>(x: f64) -> f64 {
     // Beyond these bounds the result overflows to infinity or underflows to 0.
     let clamped = bounded(x, -747.0, 711.0);
     let (k, n) = round_to_int(clamped * LOG2_E);
-    // ln 2 is subtracted k times in two parts. The greater has so few bits that its product with k is exact.
+    // k ln 2 is subtracted, with ln 2 in two parts. The greater part has so few bits that its product with k is exact.
     let r = fma::<FMA>(k, -1.428_606_820_309_417_2e-6, fma::<FMA>(k, -6.931_457_519_531_25e-1, clamped));
     scale_in_two_steps(exp_of_reduced::<FMA>(r), n)
 }
@@ -79,8 +83,8 @@ pub(crate) fn exp2<const FMA: bool>(x: f64) -> f64 {
     scale_in_two_steps(exp_of_reduced::<FMA>((clamped - k) * LN_2), n)
 }
 
-/// Splits the argument of a logarithm into (1 + f) 2^exponent with f in [-0.293, 0.414]. Returns f, the exponent, f^2/2, and s (f^2/2 + R(s^2)) with
-/// s = f/(2+f), so that log(1 + f) = f - (f^2/2 - s (f^2/2 + R)).
+/// Splits the argument of a logarithm into (1 + f) 2^exponent with f in [-0.293, 0.414]. Returns f, the exponent, f^2/2, and tail = s (f^2/2 + R), where
+/// s = f/(2+f) and R is a polynomial in s^2, so that log(1 + f) = f - (f^2/2 - tail).
 #[inline(always)]
 fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
     // Scaling makes a subnormal x normal. It also affects x <= 0, for which the callers replace the result.
@@ -135,6 +139,7 @@ pub(crate) fn log<const FMA: bool>(x: f64) -> f64 {
 #[inline(always)]
 fn log2_double_double<const FMA: bool>(x: f64) -> (f64, f64) {
     let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
+    // log(1 + f) = high + low.
     let high = high_bits(f - half_square);
     let low = ((f - high) - half_square) + tail;
     // Multiplies by log2(e), which is given in two parts.
@@ -157,8 +162,9 @@ pub(crate) fn log2<const FMA: bool>(x: f64) -> f64 {
 }
 
 /// Subtracts quarter turns (pi/2) from an angle in radians. Returns the remainder in [-pi/4, pi/4] and the number of quarter turns; only the low bits of this
-/// number are valid. The remainder's relative error is below 3e-16 for |x| <= 1.6e6 (pi/2 is subtracted in three parts; the first two have 33 bits each). For
-/// greater |x| the remainder is wrong, but clamped to [-0.786, 0.786], just beyond pi/4. inf and NaN give NaN.
+/// number are valid. The remainder's relative error is below 3e-16 for |x| <= 1.6e6 (pi/2 is subtracted in three parts; the first two have 33 bits each,
+/// so their products with up to 2^20 quarter turns are exact). For greater |x| the remainder is wrong, but clamped to [-0.786, 0.786], just beyond pi/4, for
+/// which the polynomials of sine and cosine are made. inf and NaN give NaN.
 #[inline(always)]
 pub(crate) fn reduce_by_quarter_turns(x: f64) -> (f64, i64) {
     let (k, n) = round_to_int(x * std::f64::consts::FRAC_2_PI);
@@ -171,7 +177,7 @@ pub(crate) fn reduce_by_quarter_turns(x: f64) -> (f64, i64) {
 #[inline(always)]
 fn sin_and_cos<const FMA: bool>(r: f64) -> (f64, f64) {
     let z = r * r;
-    let s = horner::<f64, FMA, 6>(
+    let sin_polynomial = horner::<f64, FMA, 6>(
         z,
         [
             1.589_690_995_211_550_1e-10,
@@ -182,7 +188,7 @@ fn sin_and_cos<const FMA: bool>(r: f64) -> (f64, f64) {
             -1.666_666_666_666_663_2e-1,
         ],
     );
-    let c = horner::<f64, FMA, 6>(
+    let cos_polynomial = horner::<f64, FMA, 6>(
         z,
         [
             -1.135_964_755_778_819_5e-11,
@@ -193,9 +199,9 @@ fn sin_and_cos<const FMA: bool>(r: f64) -> (f64, f64) {
             4.166_666_666_666_66e-2,
         ],
     );
-    // The cosine is 1 - z/2 + z^2 c. The rounding error of w = 1 - z/2 is added back.
+    // The sine is r + r z sin_polynomial, the cosine 1 - z/2 + z^2 cos_polynomial. The rounding error of w = 1 - z/2 is added back.
     let w = 1.0 - 0.5 * z;
-    (fma::<FMA>(s * z, r, r).copysign(r), w + (((1.0 - w) - 0.5 * z) + z * z * c))
+    (fma::<FMA>(sin_polynomial * z, r, r).copysign(r), w + (((1.0 - w) - 0.5 * z) + z * z * cos_polynomial))
 }
 
 /// sin, or cos if `COS`.
@@ -205,6 +211,7 @@ pub(crate) fn sin_or_cos<const FMA: bool, const COS: bool>(x: f64) -> f64 {
     let quadrant = if COS { n.wrapping_add(1) } else { n };
     let (s, c) = sin_and_cos::<FMA>(r);
     let y = if quadrant & 1 != 0 { c } else { s };
+    // Negated in the quadrants 2 and 3: bit 63 is the sign.
     f64::from_bits(y.to_bits() ^ (((quadrant & 2) as u64) << 62))
 }
 
@@ -236,8 +243,8 @@ fn asin_up_to_half<const FMA: bool>(z: f64, s: f64) -> f64 {
     fma::<FMA>(p / q, s, s)
 }
 
-/// For a = |x| > 0.5: true, and the arcsine of sqrt((1 - a) / 2), which is half the arccosine of a. Otherwise: false, and the arcsine of `small`, which is
-/// a or x.
+/// Returns whether a > 0.5, where a = |x|, and an arcsine: if a > 0.5 that of sqrt((1 - a) / 2), which is half the arccosine of a, otherwise that of `small`,
+/// for which the callers give a or x.
 #[inline(always)]
 fn asin_reduced<const FMA: bool>(a: f64, small: f64) -> (bool, f64) {
     let is_large = a > 0.5;
@@ -271,10 +278,10 @@ pub(crate) fn atan2<const FMA: bool>(y: f64, x: f64) -> f64 {
     // If small / large is greater than tan(pi/8), the angle is computed relative to the diagonal.
     let is_near_diagonal = small > 0.414_213_562_373_095 * large;
     let (num, den) = if is_near_diagonal { (small - large, small + large) } else { (small, large) };
-    let q = num / den;
-    // Equal numbers include two zeros and two infinities, whose quotient is NaN.
-    let q = if are_equal { 0.0 } else { q };
-    let z = q * q;
+    let quotient = num / den;
+    // 0 for equal numbers, which include two zeros and two infinities: their quotient is NaN.
+    let quotient = if are_equal { 0.0 } else { quotient };
+    let z = quotient * quotient;
     let p = horner::<f64, FMA, 5>(
         z,
         [
@@ -296,7 +303,7 @@ pub(crate) fn atan2<const FMA: bool>(y: f64, x: f64) -> f64 {
             1.945_506_571_482_614e2,
         ],
     );
-    let t = fma::<FMA>(z * p / d, q, q);
+    let t = fma::<FMA>(z * p / d, quotient, quotient);
     let t = if is_near_diagonal | (are_equal & (large > 0.0)) { FRAC_PI_4 + t } else { t };
     let t = if is_swapped { FRAC_PI_2 - t } else { t };
     let t = if x.is_sign_negative() { PI - t } else { t };
@@ -349,6 +356,7 @@ fn log1p<const FMA: bool>(u: f64) -> f64 {
 pub(crate) fn asinh<const FMA: bool>(x: f64) -> f64 {
     let a = x.abs();
     let is_huge = a > ASYMPTOTIC_FROM;
+    // fdlibm's formula, here and in acosh and atanh, but for a wider range of arguments than there.
     let moderate = log1p::<FMA>(a + a * a / (1.0 + (1.0 + a * a).sqrt()));
     let asymptotic = log::<FMA>(a) + LN_2;
     (if is_huge { asymptotic } else { moderate }).copysign(x)
@@ -384,10 +392,10 @@ pub(crate) fn pow<const FMA: bool>(x: f64, y: f64) -> f64 {
     let (k, n) = round_to_int(bounded(sum, -1077.0, 1026.0));
     // |rest| exceeds 0.4 only where `sum` was clamped, so that the result overflows or underflows anyway, and for arguments whose result is replaced below.
     let rest = ((product_high - k) + product_low) * LN_2;
-    let r = scale_in_two_steps(exp_of_reduced::<FMA>(bounded(rest, -0.4, 0.4)), n);
+    let power = scale_in_two_steps(exp_of_reduced::<FMA>(bounded(rest, -0.4, 0.4)), n);
     // For y > 0, 0^y is 0 and infinity^y infinite; for y < 0 it is the reverse.
-    let r = if (x == 0.0) | (x == f64::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f64::INFINITY } } else { r };
-    let r = if x < 0.0 { f64::NAN } else { r };
-    let r = if (y == 0.0) | (x == 1.0) { 1.0 } else { r };
-    if x.is_nan() | y.is_nan() { f64::NAN } else { r }
+    let power = if (x == 0.0) | (x == f64::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f64::INFINITY } } else { power };
+    let power = if x < 0.0 { f64::NAN } else { power };
+    let power = if (y == 0.0) | (x == 1.0) { 1.0 } else { power };
+    if x.is_nan() | y.is_nan() { f64::NAN } else { power }
 }

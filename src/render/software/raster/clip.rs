@@ -5,10 +5,9 @@
 //! computed from the unclipped triangle, so new corners need no interpolated values.
 
 /// Triangles are clipped to this distance from the target's top-left corner along each axis. The largest target is 16384 pixels wide; edge functions of
-/// positions inside the band fit into i64.
+/// positions inside the band, in fixed-point steps (`STEPS_PER_PIXEL`), fit into i64.
 pub(crate) const GUARD_BAND_PX: f64 = 65536.0;
-/// Smallest w that is kept, divided by the triangle's greatest w. This ratio is positive, so that coordinates can be divided by w, and far above the
-/// rounding of f64.
+/// Smallest w that is kept, divided by the triangle's greatest w: positive, because coordinates are divided by w, and far above the rounding of f64.
 const MIN_W_RATIO: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
@@ -22,8 +21,8 @@ pub(crate) struct ClipVertex {
 
 impl ClipVertex {
     /// From clip space (y up) to pixels (y down).
-    pub(crate) fn from_clip(clip: [f64; 4], width: u32, height: u32) -> Self {
-        let [x, y, z, w] = clip;
+    pub(crate) fn from_clip(clip_position: [f64; 4], width: u32, height: u32) -> Self {
+        let [x, y, z, w] = clip_position;
         Self { x: 0.5 * (x + w) * f64::from(width), y: 0.5 * (w - y) * f64::from(height), z, w }
     }
 
@@ -63,8 +62,8 @@ impl Polygon {
 
 const CLIP_PLANES: usize = 7;
 
-/// Distances to the clip planes (smallest w, near, far, left, right, top, bottom), not negative inside. Their scales differ, which does not matter: only
-/// their signs, and ratios of distances to one plane, are used.
+/// Distances to the clip planes (smallest w, near, far, left, right, top, bottom), not negative inside. Depth is reversed: nearer than the near
+/// plane is z > w. Their scales differ, but only their signs and ratios of distances to one plane are used.
 fn distances(c: &ClipVertex, min_w: f64) -> [f64; CLIP_PLANES] {
     let guard = GUARD_BAND_PX * c.w;
     [c.w - min_w, c.w - c.z, c.z, c.x + guard, guard - c.x, c.y + guard, guard - c.y]
@@ -86,6 +85,7 @@ pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<VisiblePart> {
     }
     let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3 };
     polygon.corners[..3].copy_from_slice(triangle);
+    // What is left of the triangle lies within it, so a plane that does not cut the triangle does not cut the rest either.
     for plane in 0..CLIP_PLANES {
         if vertex_distances.iter().all(|d| d[plane] < 0.0) {
             return None;
@@ -156,13 +156,13 @@ mod tests {
 
     #[test]
     fn a_triangle_nearer_than_the_near_plane_is_dropped() {
-        // Reversed depth: nearer than the near plane is z > w.
         let t = [corner(0.0, 0.0, 2.0, 1.0), corner(9.0, 0.0, 2.0, 1.0), corner(0.0, 9.0, 3.0, 1.0)];
         assert!(clip(&t).is_none());
     }
 
     #[test]
     fn crossing_the_near_plane_leaves_a_quadrilateral_at_depth_one() {
+        // Depths 0.25, 0.25 and 4.
         let t = [corner(0.0, 0.0, 1.0, 4.0), corner(40.0, 0.0, 1.0, 4.0), corner(0.0, 4.0, 1.0, 0.25)];
         let p = clipped(&t);
         assert_eq!(p.corners().len(), 4);
@@ -174,7 +174,7 @@ mod tests {
     fn no_corner_leaves_the_guard_band_and_w_stays_positive() {
         let t = [corner(-1.0e9, 5.0, 0.0, 1.0), corner(1.0e9, -1.0e8, 0.0, 1.0), corner(3.0, 1.0e12, 0.0, 0.5)];
         let p = clipped(&t);
-        // Clipping an edge to a vertex 1e12 pixels away rounds by a fraction of a pixel.
+        // Clipping an edge to a vertex 2e12 pixels away rounds by a fraction of a pixel.
         for c in p.corners() {
             assert!(c.w > 0.0);
             assert!((c.x / c.w).abs() <= GUARD_BAND_PX + 1.0, "{c:?}");

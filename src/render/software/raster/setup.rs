@@ -3,7 +3,7 @@
 //! In: the clip-space positions and varyings of a triangle's vertices. Out: its visible raster triangles and the planes that they share, appended to a
 //! `RasterGeometry`.
 //!
-//! Positions are snapped to a [`VertexGrid`]; edge functions are exact in i64 up to the guard band.
+//! Positions are snapped to a [`VertexGrid`]; within the guard band, edge functions are exact in i64.
 //! Planes are derived in f64 from the homogeneous triangle (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
 //! 1997), so clipped parts share the planes of the unclipped triangle.
 
@@ -46,7 +46,8 @@ pub(crate) struct RasterState {
     pub vertex_grid: VertexGrid,
 }
 
-/// Edge function: `a x + b y + c >= 0` inside the triangle, with x and y in fixed point; c includes the top-left rule.
+/// Edge function: `a x + b y + c >= 0` inside the triangle, with x and y in fixed-point steps. By the top-left rule, c is 1 less for edges that are neither top
+/// nor left, so that points on them are outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct EdgeFunction {
     pub a: i64,
@@ -64,7 +65,7 @@ pub(crate) struct RasterTriangle {
     pub source_triangle: u32,
 }
 
-/// A linear function of the position in pixels: value(x, y) = `at_origin` + `dx` (x - origin x) + `dy` (y - origin y).
+/// A linear function of the position in pixels, relative to [`SourceTriangle::origin`]: value(x, y) = `at_origin` + `dx` x + `dy` y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Plane {
     pub at_origin: f64,
@@ -89,14 +90,15 @@ pub(crate) struct SourceTriangle {
     pub origin: [f64; 2],
     /// Reversed depth.
     pub depth: Plane,
+    /// 1 / w, constant if `is_affine`.
     pub inverse_w: Plane,
     /// Whether all three w are equal, so that varyings are linear in screen space.
     pub is_affine: bool,
     pub is_front_facing: bool,
-    /// Index in [`RasterGeometry::planes`] of its first plane. Each component of an interpolated varying has a plane: of value / w, or of the value itself if
-    /// `is_affine`.
+    /// Index in [`RasterGeometry::planes`] of this triangle's first plane. Each component of an interpolated varying has a plane: of value / w, or of the value
+    /// itself if `is_affine`.
     pub first_plane: usize,
-    /// Index in [`RasterGeometry::flat_values`] of its first value. Each component of a flat varying has a value.
+    /// Index in [`RasterGeometry::flat_values`] of this triangle's first value. Each component of a flat varying has a value.
     pub first_flat_value: usize,
 }
 
@@ -118,51 +120,50 @@ pub(crate) struct RasterGeometry {
 const MAX_PARTS: usize = 8;
 
 impl RasterGeometry {
-    /// Reserves memory for `count` more source triangles, and for all parts of one of them. `interpolated`, `flat`: number of their varyings of either kind,
-    /// each component counted.
+    /// Reserves memory for `count` more source triangles, and for clipping one of them into [`MAX_PARTS`] parts. `interpolated_count`, `flat_count`: components
+    /// of the interpolated and of the flat varyings, per triangle.
     ///
     /// # Errors
     /// Too little memory.
-    pub(crate) fn reserve(&mut self, count: usize, interpolated: usize, flat: usize) -> Result<(), RenderError> {
+    pub(crate) fn reserve(&mut self, count: usize, interpolated_count: usize, flat_count: usize) -> Result<(), RenderError> {
         try_grow(&mut self.triangles, count + MAX_PARTS - 1, "the triangles")?;
         try_grow(&mut self.source_triangles, count, "the triangles' depth planes")?;
-        try_grow(&mut self.planes, count * interpolated, "the triangles' varyings")?;
-        try_grow(&mut self.flat_values, count * flat, "the triangles' varyings")
+        try_grow(&mut self.planes, count * interpolated_count, "the triangles' varyings")?;
+        try_grow(&mut self.flat_values, count * flat_count, "the triangles' varyings")
     }
 
-    /// Concatenates the triangles of all parts.
+    /// Concatenates the triangles of several geometries.
     ///
     /// # Errors
     /// Too little memory.
-    pub(crate) fn joined<'a>(parts: impl Iterator<Item = &'a Self> + Clone) -> Result<Self, RenderError> {
+    pub(crate) fn joined<'a>(geometries: impl Iterator<Item = &'a Self> + Clone) -> Result<Self, RenderError> {
         let mut all = Self::default();
-        let sum = |count: fn(&Self) -> usize| parts.clone().map(count).sum();
-        try_grow(&mut all.triangles, sum(|p| p.triangles.len()), "the triangles")?;
-        try_grow(&mut all.source_triangles, sum(|p| p.source_triangles.len()), "the triangles' depth planes")?;
-        try_grow(&mut all.planes, sum(|p| p.planes.len()), "the triangles' varyings")?;
-        try_grow(&mut all.flat_values, sum(|p| p.flat_values.len()), "the triangles' varyings")?;
-        for part in parts {
+        let sum = |count: fn(&Self) -> usize| geometries.clone().map(count).sum();
+        try_grow(&mut all.triangles, sum(|g| g.triangles.len()), "the triangles")?;
+        try_grow(&mut all.source_triangles, sum(|g| g.source_triangles.len()), "the triangles' depth planes")?;
+        try_grow(&mut all.planes, sum(|g| g.planes.len()), "the triangles' varyings")?;
+        try_grow(&mut all.flat_values, sum(|g| g.flat_values.len()), "the triangles' varyings")?;
+        for g in geometries {
             let (source_triangle_base, plane_base, value_base) =
                 (all.source_triangles.len() as u32, all.planes.len(), all.flat_values.len());
             all.triangles.extend(
-                part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + source_triangle_base, ..t.clone() }),
+                g.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + source_triangle_base, ..t.clone() }),
             );
-            all.source_triangles.extend(part.source_triangles.iter().map(|s| SourceTriangle {
+            all.source_triangles.extend(g.source_triangles.iter().map(|s| SourceTriangle {
                 first_plane: s.first_plane + plane_base,
                 first_flat_value: s.first_flat_value + value_base,
                 ..s.clone()
             }));
-            all.planes.extend_from_slice(&part.planes);
-            all.flat_values.extend_from_slice(&part.flat_values);
-            all.clipped_count += part.clipped_count;
+            all.planes.extend_from_slice(&g.planes);
+            all.flat_values.extend_from_slice(&g.flat_values);
+            all.clipped_count += g.clipped_count;
         }
         Ok(all)
     }
 }
 
-/// Prefetch distances, in triangles: of raster triangles; of source triangles; of planes and flat values. A raster triangle refers to its source triangle,
-/// which refers to planes and flat values. A triangle's data are therefore fetched in this order, in three stages: twelve, eight and four triangles before its
-/// use. The spacing of four triangles is a choice: docs/measurements.md has times with these distances only.
+/// How many triangles before its use a triangle's data are fetched, in three stages: the raster triangle, its source triangle, and the planes and flat values
+/// of that; each stage needs the data of the one before. The spacing of four triangles is a choice: docs/measurements.md has times with these distances only.
 #[cfg(target_arch = "x86_64")]
 const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
 
@@ -182,7 +183,7 @@ impl RasterGeometry {
                     unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(line)) }
                 }
             }
-            let upcoming_at = |k: usize| upcoming.get(PREFETCH_DISTANCES[k]).map(|t| *t as usize);
+            let upcoming_at = |stage: usize| upcoming.get(PREFETCH_DISTANCES[stage]).map(|t| *t as usize);
             if let Some(triangle) = upcoming_at(0) {
                 fetch(&self.triangles, triangle);
             }
@@ -246,7 +247,7 @@ fn raster_triangle(
     if doubled_area == 0 || (doubled_area > 0) != is_clockwise {
         return None;
     }
-    // Edge functions are for clockwise triangles.
+    // With y down, a clockwise triangle has a positive area. Edge functions are for clockwise triangles.
     let (b, c) = if doubled_area < 0 { (c, b) } else { (b, c) };
     let min_pixel = |axis: usize| a[axis].min(b[axis]).min(c[axis]).div_euclid(STEPS_PER_PIXEL);
     let max_pixel = |axis: usize| a[axis].max(b[axis]).max(c[axis]).div_euclid(STEPS_PER_PIXEL) + 1;
@@ -260,7 +261,7 @@ fn raster_triangle(
     Some(RasterTriangle { edges, bounds_px: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], source_triangle })
 }
 
-/// Clips, culls and snaps one triangle, derives its planes and appends it to `geometry`. `varyings`: for each scalar, one value per vertex.
+/// Clips, culls and snaps one triangle, derives its planes and appends it to `geometry`. `varyings`: for each component of a varying, one value per vertex.
 pub(crate) fn set_up(
     clip_positions: [[f64; 4]; 3],
     varyings: impl Iterator<Item = (Interpolation, [f64; 3])>,
@@ -285,7 +286,7 @@ pub(crate) fn set_up(
     // Homogeneous positions relative to the planes' origin, one vertex per row.
     let matrix = corners.map(|c| [c.x - origin[0] * c.w, c.y - origin[1] * c.w, c.w]);
     let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    // The rows of the cofactor matrix are planes, the numerators of the barycentric coordinates.
+    // Row k, divided by the determinant, is the plane of barycentric coordinate k divided by w.
     let cofactors = [cross(matrix[1], matrix[2]), cross(matrix[2], matrix[0]), cross(matrix[0], matrix[1])];
     let determinant = matrix[0][0] * cofactors[0][0] + matrix[0][1] * cofactors[0][1] + matrix[0][2] * cofactors[0][2];
     if determinant == 0.0 || !determinant.is_finite() {
@@ -327,6 +328,7 @@ pub(crate) fn set_up(
             // A plane of constant value avoids the division, so that the value stays exact.
             Interpolation::Perspective if is_affine && v[0] == v[1] && v[1] == v[2] => planes.push(Plane::constant(v[0])),
             Interpolation::Perspective if is_affine => {
+                // Value / w times the common w.
                 let p = plane_of(v);
                 planes.push(Plane { at_origin: p.at_origin * w, dx: p.dx * w, dy: p.dy * w });
             }
@@ -351,9 +353,10 @@ mod tests {
     const RASTER_STATE: RasterState =
         RasterState { width: 64, height: 64, scissor: [0, 0, 64, 64], culls_back_faces: false, vertex_grid: VertexGrid::Fine };
 
-    fn set_up_one(clip: [[f64; 4]; 3], values: [f64; 3], raster_state: &RasterState) -> Option<(SourceTriangle, Plane)> {
+    /// The only source triangle, and the plane of a varying with these values at the vertices; `None` if nothing is visible.
+    fn set_up_one(clip_positions: [[f64; 4]; 3], values: [f64; 3], raster_state: &RasterState) -> Option<(SourceTriangle, Plane)> {
         let mut g = RasterGeometry::default();
-        set_up(clip, [(Interpolation::Perspective, values)].into_iter(), raster_state, &mut g);
+        set_up(clip_positions, [(Interpolation::Perspective, values)].into_iter(), raster_state, &mut g);
         Some((g.source_triangles.pop()?, g.planes.pop()?))
     }
 
@@ -364,7 +367,7 @@ mod tests {
         for (c, v) in clip.iter().zip([1.0, -2.0, 5.0]) {
             let corner = ClipVertex::from_clip(*c, 64, 64);
             let (x, y) = (corner.x / corner.w - s.origin[0], corner.y / corner.w - s.origin[1]);
-            // Snapping moves a vertex by up to 1/8192 pixel.
+            // Snapping moves a vertex by up to 1/8192 pixel, which changes these values by less than the tolerances.
             assert!((varying.at(x, y) / s.inverse_w.at(x, y) - v).abs() < 1e-2, "{v}");
             assert!((s.depth.at(x, y) - c[2] / c[3]).abs() < 1e-4);
         }
@@ -392,9 +395,9 @@ mod tests {
 
     #[test]
     fn counter_clockwise_triangles_are_front_faces_even_if_clipped() {
-        let near = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.5, 0.5, 1.0]];
-        let cut = [[-0.5, -0.5, 0.1, 1.0], [0.5, -0.5, 0.1, 1.0], [0.0, 0.9, 0.1, -1.0]];
-        for clip in [near, cut] {
+        let unclipped = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.5, 0.5, 1.0]];
+        let clipped = [[-0.5, -0.5, 0.1, 1.0], [0.5, -0.5, 0.1, 1.0], [0.0, 0.9, 0.1, -1.0]];
+        for clip in [unclipped, clipped] {
             assert!(set_up_one(clip, [0.0; 3], &RASTER_STATE).expect("visible").0.is_front_facing);
             let back = [clip[0], clip[2], clip[1]];
             assert!(!set_up_one(back, [0.0; 3], &RASTER_STATE).expect("visible").0.is_front_facing);

@@ -5,7 +5,7 @@
 //! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`filter_avx2`: f32 with AVX2), `texel_load` reads
 //! single texels, and `texels_between` interpolates between the four texels around a position. [`Textures`] binds textures to the texture uses of one
 //! program and samples them with the kernels of one instruction set (a kernel class). docs/map-filter.md lists the edits for another filter of maps.
-//! Weights have the type of the lanes, f32 or f64; texels are decoded to f32, exact to f32 rounding.
+//! Interpolation weights have the type of the lanes, f32 or f64; texels are decoded to f32, exact to f32 rounding.
 //!
 //! Texels are kept as the texture stores them, 4 bytes each in a map (16 in a table of floats), and are decoded when read: a map of 8192x4096 takes
 //! 179 MB with its mip levels, whereas half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs
@@ -49,12 +49,14 @@ pub struct Textures<'a> {
     class: KernelClass,
 }
 
+/// For samples of a texture that is bound without a sampler.
 const DEFAULT_SAMPLER: SamplerState =
     SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, is_trilinear: true };
 
-/// What a batch asks of a sampler: texture coordinates, and what determines the mip levels.
+/// What a batch asks of a sampler: texture coordinates, and what determines the mip levels. A [`FilterRequest`] has the levels themselves.
 #[derive(Clone, Copy)]
 struct Request<'a, R> {
+    /// Texture coordinates, one per lane: 0 to 1 across the texture.
     u: &'a [R],
     v: &'a [R],
     level_source: LevelSource<'a, R>,
@@ -68,7 +70,8 @@ enum LevelSource<'a, R> {
     Explicit(&'a [R]),
     /// The longer of each lane's two gradients.
     Isotropic(Gradients<'a, R>),
-    /// The footprint of the gradients, and the maximum number of taps, per lane or one for all lanes. Only reads by `filtered_map` use this source.
+    /// The footprint of the gradients, and the maximum number of taps, one per lane or one for all lanes. Only `filtered_map` of
+    /// shaders/lib/filtered_map.wesl reads like this.
     Anisotropic(Gradients<'a, R>, &'a [R]),
 }
 
@@ -179,7 +182,7 @@ functions_of_class!(avx2, decode => {
 }, #[target_feature(enable = "avx2,fma")]);
 #[cfg(target_arch = "x86_64")]
 functions_of_class!(avx512, decode => {
-    // SAFETY: as above.
+    // SAFETY: functions of this class are called only on machines with AVX-512, which have AVX2, too.
     unsafe { decode.avx2() }
 }, #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512vl,avx2,fma")]);
 #[cfg(target_arch = "aarch64")]
@@ -216,6 +219,7 @@ impl<'a> Textures<'a> {
         }
     }
 
+    /// [`TextureUnit::load_bilinear`] for a texture with this decoder.
     fn texels_between_decoded<R: Real, D: Decode>(
         &self,
         bound: &BoundTexture<'_>,
@@ -231,9 +235,11 @@ impl<'a> Textures<'a> {
         write_batch(out, |out| unsafe { run(decode, &bound.texels.levels, position, active, out) });
     }
 
+    /// [`Self::sample`] for a texture with this decoder. Without active lanes `out` stays as it is.
     fn sample_decoded<R: Real, D: Decode>(&self, bound: &BoundTexture<'_>, decode: D, request: Request<'_, R>, out: [&mut [R]; 4]) {
         let state = bound.sampler.unwrap_or(DEFAULT_SAMPLER);
         let count = request.u.len().min(BATCH);
+        // The lanes that the request has.
         let existing_lanes = if count == BATCH { LaneMask::MAX } else { (1 << count) - 1 };
         let request = Request { active: request.active & existing_lanes, ..request };
         if request.active == 0 {

@@ -51,7 +51,7 @@ pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f6
 }
 
 /// Mean cosine of incidence on relief, from the cosine on smooth ground: the mean of max(0, `cos_smooth` + slope) over slopes towards the light that are evenly
-/// distributed from -[`MAX_RELIEF_SLOPE`] to +[`MAX_RELIEF_SLOPE`]. The mean is reduced as by `above_horizon` of shaders/lib/reflected.wesl: not at all from a
+/// distributed from -[`MAX_RELIEF_SLOPE`] to +[`MAX_RELIEF_SLOPE`]. The mean is reduced as by `horizon_factor` of shaders/lib/reflected.wesl: not at all from a
 /// `cos_smooth` of 0.05 on, to nothing at -0.05.
 fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
     if cos_smooth.abs() >= MAX_RELIEF_SLOPE {
