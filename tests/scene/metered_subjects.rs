@@ -350,7 +350,7 @@ fn twilight_is_metered_as_it_is_drawn() {
         if id != NaifId::EARTH {
             let lowest_deg = altitudes_deg[3];
             let of_earth = ratios[3] * metered(id, lowest_deg) / metered(NaifId::EARTH, lowest_deg);
-            assert!(!is_near(of_earth), "the air of the Earth must fail");
+            assert!(!is_near(of_earth), "the air of the Earth must fail; after a change of this air: a lower last altitude");
         }
     }
     assert!(failures.is_empty(), "{}", failures.join("\n"));

@@ -396,6 +396,9 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
+    /// What to do if a limit fails that is no observed fact.
+    const REMEDY: &str = "after a change of this air the limit is a fifth beyond, also in the comment; if it is a jump, find the cause";
+
     fn brightness(catalog: &Catalog, id: NaifId) -> SkyBrightness {
         let body = catalog.body(id).expect("a body");
         SkyBrightness::of(body.atmosphere.as_ref().expect("air"), body.radii_km.x)
@@ -437,13 +440,14 @@ mod tests {
         }
         let zenith_cosine = 50_f64.to_radians().sin();
         let away = |height_part: f64| sky.dome(-8.0, height_part).luminance(zenith_cosine, PI) / sky.luminance(-8.0, height_part);
-        assert!((0.2..0.35).contains(&away(0.0)) && away(0.2) < 0.15, "{} and {}", away(0.0), away(0.2));
+        assert!((0.2..0.35).contains(&away(0.0)) && away(0.2) < 0.15, "{} and {}; {REMEDY}", away(0.0), away(0.2));
         let dome = sky.dome(-5.0, 0.2);
         let steps = (0..=100).map(|k| 0.01 * f64::from(k)).flat_map(|part| {
             let ln = |zenith_cosine: f64, azimuth_rad: f64| dome.luminance(zenith_cosine, azimuth_rad).ln();
             [ln(part + 0.01, 1.0) - ln(part, 1.0), ln(0.5, PI * (part + 0.01)) - ln(0.5, PI * part)]
         });
-        assert!(steps.map(f64::abs).fold(0.0, f64::max) < 0.15);
+        let largest = steps.map(f64::abs).fold(0.0, f64::max);
+        assert!(largest < 0.15, "{largest}; {REMEDY}");
     }
 
     /// A sky with half the light is that of a lower Sun on the Earth; with all of it that of the same Sun, up to the day's altitude.
@@ -466,27 +470,29 @@ mod tests {
             let ln = |deg: f64, height_part: f64| sky.luminance(deg, height_part).max(1e-200).ln();
             for k in -400..50 {
                 let (lower, upper) = (0.1 * f64::from(k), 0.1 * f64::from(k + 1));
-                assert!(ln(lower, 0.0) <= ln(upper, 0.0) + 0.01, "{} at {lower} degrees", body.name);
+                let rise = ln(lower, 0.0) - ln(upper, 0.0);
+                assert!(rise <= 0.01, "{} at {lower} degrees: {rise}; {REMEDY}", body.name);
                 let step = sky.altitude_on_earth_deg(upper) - sky.altitude_on_earth_deg(lower);
-                assert!((-0.1..0.8).contains(&step), "{} at {lower} degrees: {step} degrees on the Earth", body.name);
+                assert!((-0.1..0.8).contains(&step), "{} at {lower} degrees: {step} degrees on the Earth; {REMEDY}", body.name);
             }
             // Higher up, too: by 5 % at most in five degrees, which thin air may brighten.
             for height_part in [0.1, 0.35, 0.65, 0.8, 0.9, 0.99] {
                 for k in -40..=0 {
                     let (lower, upper) = (f64::from(k - 5), f64::from(k));
-                    assert!(ln(lower, height_part) <= ln(upper, height_part) + 0.05, "{} at {height_part}, {lower} degrees", body.name);
+                    let rise = ln(lower, height_part) - ln(upper, height_part);
+                    assert!(rise <= 0.05, "{} at {height_part}, {lower} degrees: {rise}; {REMEDY}", body.name);
                 }
             }
             for k in 0..100 {
                 let step = ln(-3.0, 0.01 * f64::from(k + 1)) - ln(-3.0, 0.01 * f64::from(k));
-                assert!(step.abs() < 0.5, "{} at {k} hundredths of the height: {step}", body.name);
+                assert!(step.abs() < 0.5, "{} at {k} hundredths of the height: {step}; {REMEDY}", body.name);
             }
         }
         for id in [499, 606, 999] {
             let found = brightness(&catalog, NaifId(id)).altitude_on_earth_deg(-10.0);
-            assert!((-8.0..5.0).contains(&found), "{id}: {found} degrees");
+            assert!((-8.0..5.0).contains(&found), "{id}: {found} degrees; {REMEDY}");
         }
         let low_air = brightness(&catalog, NaifId(599)).altitude_on_earth_deg(-6.0);
-        assert!(low_air < -8.0, "{low_air} degrees");
+        assert!(low_air < -8.0, "{low_air} degrees; {REMEDY}");
     }
 }
