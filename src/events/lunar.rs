@@ -101,7 +101,7 @@ struct ShadowAtMoon {
 
 impl LunarEclipseGeometry {
     /// The Moon's radius in lunar eclipses: the one that solar eclipses use for the penumbra.
-    fn moon_radius_km(&self) -> f64 {
+    fn eclipsed_moon_radius_km(&self) -> f64 {
         self.radii.penumbral_moon_radius_km
     }
 
@@ -135,7 +135,8 @@ impl LunarEclipseGeometry {
     fn magnitudes(&self, s: f64) -> (f64, f64) {
         let shadow = self.shadow_at_moon(s);
         let fraction_inside = |shadow_radius_km: f64| {
-            (shadow_radius_km + self.moon_radius_km() - shadow.offset_from_axis_km.length()) / (2.0 * self.moon_radius_km())
+            (shadow_radius_km + self.eclipsed_moon_radius_km() - shadow.offset_from_axis_km.length())
+                / (2.0 * self.eclipsed_moon_radius_km())
         };
         (fraction_inside(shadow.umbra_radius_km), fraction_inside(shadow.penumbra_radius_km))
     }

@@ -173,7 +173,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             let text = read_text(&path, MAX_BYTES).map_err(|e| error_text(&e));
             let read = text.and_then(|text| view_from_text(&text, session, interface.viewer.now()).map_err(|e| error_text(&e)));
             let read = read.map_err(|e| format!("{}: {e}", path.display()));
-            let read = named(&interface.share.view_file_name).and_then(|_| read);
+            let read = named(&interface.share.view_file_name).and(read);
             show_or_report(interface, read, actions);
         }
     });
