@@ -71,7 +71,7 @@ fn itrs_from_gcrs_via(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMa
 /// error of step²/8 times the second derivative. The fortnightly term (0.09 arcsec in X, a coordinate of the pole) contributes most of it: 1e-13 rad.
 const POLE_STEP_S: f64 = 240.0;
 
-/// Computes [`earth_itrs_from_gcrs`] with a cache of the matrices of [`intermediate_from_gcrs`]. The grid has one function only, hence the key `()`.
+/// Computes [`earth_itrs_from_gcrs`] with a cache of the matrices of `intermediate_from_gcrs`. The grid has one function only, hence the key `()`.
 #[derive(Debug)]
 pub struct EarthRotation(TimeGrid<(), [[f64; 3]; 3]>);
 

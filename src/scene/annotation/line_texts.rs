@@ -29,7 +29,7 @@ pub struct PlacedText {
     pub text: String,
     /// Left end of its centre line, pixels from the image's top left corner.
     pub left_end_px: DVec2,
-    /// sRGB, 0 to 1: [`UnplacedText::colour`] mixed with white.
+    /// sRGB, 0 to 1: `UnplacedText::colour` mixed with white.
     pub colour: [f32; 3],
 }
 

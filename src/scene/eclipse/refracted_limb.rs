@@ -6,7 +6,7 @@
 //! refracted limb shows the Sun: the part of the Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths
 //! are in the body's equatorial radii. On small discs the light fades, because a body drawn as a point shows no refracted limb.
 //! shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: other bodies that hide the Sun from the limb, and the Sun's albedo
-//! map. A *reduced* bending angle is the shift of the Sun's image that a bending angle causes ([`refraction::shift_per_bending`]).
+//! map. A *reduced* bending angle is the shift of the Sun's image that a bending angle causes (`refraction::shift_per_bending`).
 
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};
