@@ -140,13 +140,24 @@ fn recorded(name: &str) -> Result<DisplayImage, String> {
     DisplayImage::decode(name, &bytes, orrery::image::DEFAULT_MAX_MEGAPIXELS).map_err(|e| e.to_string())
 }
 
-/// In a recording: writes the image, unless the recorded one has the same pixels.
+/// In a recording: writes the image, unless the recorded one has the same pixels. The old image goes to the folder of temporary files.
 fn record_if_changed(name: &str, drawn: &DisplayImage) {
-    let is_asked_for = std::env::var_os("ORRERY_RECORD_GOLDEN").is_some_and(|v| v == "1");
-    if is_asked_for && recorded(name).ok().and_then(|golden| golden.difference(drawn).ok()).is_none_or(|difference| difference.max > 0) {
-        std::fs::create_dir_all(folder()).expect("the folder of recorded images");
-        save(drawn, &folder().join(format!("{name}.png")));
-        println!("{name}: recorded");
+    if std::env::var_os("ORRERY_RECORD_GOLDEN").is_none_or(|v| v != "1") {
+        return;
+    }
+    let old = recorded(name).ok().and_then(|golden| golden.difference(drawn).ok().map(|difference| (golden, difference)));
+    if old.as_ref().is_some_and(|(_, difference)| difference.max == 0) {
+        return;
+    }
+    std::fs::create_dir_all(folder()).expect("the folder of recorded images");
+    save(drawn, &folder().join(format!("{name}.png")));
+    match old {
+        Some((golden, difference)) => {
+            let old_path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.old.png"));
+            save(&golden, &old_path);
+            println!("{name}: recorded (mean {:.3}, greatest {}; before: {})", difference.mean, difference.max, old_path.display());
+        }
+        None => println!("{name}: recorded"),
     }
 }
 

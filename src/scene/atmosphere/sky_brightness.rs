@@ -115,8 +115,8 @@ struct Constituent<'a> {
     species: &'a Species,
     scattering: DVec3,
     extinction: DVec3,
-    /// 1 - g, where g is the mean cosine of the scattering angle. By the similarity relation, scattering with asymmetry g acts like isotropic scattering whose
-    /// coefficient is smaller by this factor: the *reduced* scattering.
+    /// 1 - m, where m is the mean cosine of the scattering angle (for some functions not the catalog's asymmetry). By the similarity relation, this scattering
+    /// acts like isotropic scattering whose coefficient is smaller by this factor: the *reduced* scattering.
     reduced_scattering_factor: DVec3,
 }
 
