@@ -159,6 +159,21 @@ fn the_date_field_keeps_its_text_while_it_has_the_focus() {
     assert_ne!(date_text(&window), entered, "undo takes back nothing");
 }
 
+/// A date that is half typed when another window gets the keyboard is still there afterwards.
+#[test]
+fn a_typed_date_outlives_a_look_into_another_window() {
+    let mut window = window_without_images(NaifId(499));
+    type_date(&mut window, "8.4.2024 18:17");
+    for has_keyboard in [false, true] {
+        window.input_mut().focused = has_keyboard;
+        window.event(Event::WindowFocused(has_keyboard));
+        window.run_steps(3);
+    }
+    window.key_press(Key::Enter);
+    window.run_steps(4);
+    assert_eq!((utc(&window).as_str(), window.state().reply_text()), ("2024-04-08T18:17:00Z", ""));
+}
+
 /// Hour, minute and second are below the days, with a colon between each two.
 #[test]
 fn the_time_of_day_is_separated_from_the_date() {

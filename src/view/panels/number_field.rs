@@ -207,13 +207,19 @@ fn with_edited_value<N: Numeric>(
     }
     forget_earlier_edits(&response);
     // The focus may also be on the rail of a slider, which has no text.
-    if response.has_focus() && ui.ctx().text_edit_focused() {
+    if is_edited(&response) && ui.ctx().text_edit_focused() {
         edited.is_stepped |= text_counts || shown != before;
         edited.value = shown.to_f64();
         edited.typed = text.changed.take().or(edited.typed);
         ui.ctx().data_mut(|data| data.insert_temp(id, edited));
     }
     response
+}
+
+/// Whether the field has the focus among the controls of the window, also while another window has the keyboard: `Response::has_focus()` is false then, but the
+/// text is still being edited.
+pub(super) fn is_edited(field: &Response) -> bool {
+    field.ctx.memory(|memory| memory.has_focus(field.id))
 }
 
 /// When a field gets the focus, lets its text forget what was typed and shown earlier: undo takes back only what the user does from now on.

@@ -139,7 +139,7 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(width));
     let response = response.on_hover_text(text!("time-field-hint")).accessible_name(text!("time-field"));
     number_field::forget_earlier_edits(&response);
-    if response.has_focus() {
+    if number_field::is_edited(&response) {
         let entered = || EditedDate { text: displayed_text.clone(), shown_before: displayed_text, is_typed: false };
         let edited = interface.time_bar.edited.get_or_insert_with(entered);
         edited.is_typed |= edited.text != text;

@@ -138,8 +138,10 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     let width = ui.available_width().max(60.0);
     let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click_and_drag());
     let axis = TimeAxis { middle_tdb_s: interface.viewer.view.tdb_s, span_s, width_points: f64::from(rect.width()) };
-    // Events are searched for only after the first image of the viewport.
-    if interface.shown().is_some() {
+    // Events are searched for only after the first image of the viewport. During a press that may become a click they stay, although a typed date, which counts at
+    // the press, may have moved the axis: the click is for the event that was shown there.
+    let may_become_click = interface.timeline.pressed_axis.is_some() && !response.dragged();
+    if interface.shown().is_some() && !may_become_click {
         interface.timeline.rare.update(&axis, worker);
         if span_s <= MAX_SPAN_MOONS_S {
             interface.timeline.frequent.update(&axis, worker);
