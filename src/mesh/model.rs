@@ -20,8 +20,8 @@ pub struct ShapeParameters {
     pub radii_km: DVec3,
     /// Kilometres per unit of the file.
     pub scale_km: f64,
-    /// Factors by which y and z of a point in the unit-sphere frame are multiplied (x is kept) to look the point up in the map. The direction of the result has
-    /// the map's longitude, and the latitude that is evenly spaced over the map's rows: planetocentric or planetographic.
+    /// Factors on y (the first) and z (the second) of a point in the unit-sphere frame; x is kept. Longitude and latitude of the resulting direction are those
+    /// of the map, whose latitude may be planetocentric or planetographic.
     pub map_stretch: DVec2,
     /// Whether both sides of each triangle are lit.
     pub two_sided: bool,
@@ -112,7 +112,7 @@ struct VertexKey {
     position_id: u32,
     normal: [u64; 3],
     uv: [u64; 2],
-    /// Positions that a file repeats for each face may have a colour for each face.
+    /// Repeated positions have one id ([`weld`]), but each may have its own colour.
     colour: [u64; 3],
 }
 
@@ -394,7 +394,8 @@ mod tests {
         assert_eq!(Mesh::of(&parse(&beside).expect("reads"), &ROUND).expect("a mesh").triangle_count(), 1);
     }
 
-    /// The diagonal of a square over the pole: each half is cut there, so that each triangle spans a quarter of the map, and none half of it.
+    /// The diagonal of a square over the pole: each half is cut there. So each of the four triangles spans a quarter of the map's width;
+    /// uncut, each of the two would span half of it.
     #[test]
     fn an_edge_over_a_pole_is_cut_there() {
         let text = "v 1 0.2 1\nv -0.2 1 1\nv -1 -0.2 1\nv 0.2 -1 1\nf 1 2 3\nf 1 3 4\n";
@@ -413,7 +414,7 @@ mod tests {
             // A quarter, with the rounding of f32.
             assert!((high - low - 0.25).abs() < 1e-6, "{u:?}");
         }
-        // Both halves have the same pole: it hides from neither of its triangles. The square faces the Sun at the zenith.
+        // Both halves share the pole's id, so none of the triangles around it counts as an obstacle for it. The square faces the Sun at the zenith.
         assert!(mesh.sun_altitudes(DVec3::Z, 0.01).iter().all(|altitude| *altitude > 1.0));
         // Controls: of a diagonal beside the pole, one half is cut into three triangles and the other is left; a corner at the pole needs no cut.
         assert_eq!(triangles_and_poles(&mesh_of(&text.replace("v 1 0.2 1", "v 1 0.3 1"))), (4, 3));

@@ -1,7 +1,8 @@
 //! Reads the user's map of the Moon's heights from disk.
 //!
-//! In: `FILE`, or `FILE,LOW,HIGH` with the heights in km that black and white pixels stand for. Out: the map, or an error in one line. A PDS label
-//! names its image file; an image file `.img` is read with the label of the same name. The format of any other file is detected from its first bytes.
+//! In: `FILE`, or `FILE,LOW,HIGH` with the heights that black and white pixels stand for, in km above a sphere with a radius of 1737.4 km. Out: the
+//! map, or an error in one line. A PDS label names its image file; an image file `.img` is read with the label of the same name. The format of any other
+//! file is detected from its first bytes.
 
 use super::SessionError;
 use crate::catalog::lunar_heights::{HeightMap, HeightMapError, HeightRange, MAX_FILE_BYTES, MAX_LABEL_BYTES};

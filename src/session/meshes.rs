@@ -1,8 +1,8 @@
 //! Reads shape models when a view first needs them, and computes the shadows that they cast on themselves.
 //!
-//! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and at each of their vertices the *Sun altitude*: the Sun's altitude
-//! above the local horizon, in units of its angular radius ([`crate::mesh::self_shadow`]). Computed Sun altitudes are reused until the Sun's direction in body
-//! axes has changed by `SUN_DIRECTION_TOLERANCE_RAD`. An error is a single line.
+//! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and at each of their vertices the *Sun altitude*: the angle of the
+//! Sun's centre above the skyline that the model's relief forms, in units of its angular radius ([`crate::mesh::self_shadow`]). Computed Sun
+//! altitudes are reused until the Sun's direction in body axes has changed by `SUN_DIRECTION_TOLERANCE_RAD`. An error is a single line.
 
 use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, is_there, read_text};
@@ -67,28 +67,29 @@ impl Meshes {
     }
 
     fn read(&self, body: &Body) -> Result<Arc<Mesh>, String> {
-        let mesh = body.mesh.as_ref().ok_or_else(|| format!("the catalog has no mesh of {}", body.name))?;
-        let Some((folder, path)) = self.folders.iter().map(|f| (f, f.join(&mesh.file))).find(|(_, path)| is_there(path)) else {
+        let entry = body.mesh.as_ref().ok_or_else(|| format!("the catalog has no mesh of {}", body.name))?;
+        let Some((folder, path)) = self.folders.iter().map(|f| (f, f.join(&entry.file))).find(|(_, path)| is_there(path)) else {
             let searched: Vec<_> = self.folders.iter().map(|f| f.display().to_string()).collect();
             return Err(format!(
                 "mesh {} is not in {}",
-                mesh.file,
+                entry.file,
                 if searched.is_empty() { "any named folder (--textures, --catalogs)".into() } else { searched.join(" nor in ") }
             ));
         };
         let name = path.display();
         let text = check_inside(folder, &path).and_then(|()| read_text(&path, MAX_BYTES)).map_err(|e| format!("{name}: {e}"))?;
+        // The error starts with the number of its line.
         let obj = obj::parse(&text).map_err(|e| format!("{name}:{e}"))?;
         let shape = ShapeParameters {
             radii_km: body.radii_km,
-            scale_km: mesh.scale_km,
+            scale_km: entry.scale_km,
             map_stretch: body.map_stretch(),
-            two_sided: mesh.two_sided,
+            two_sided: entry.two_sided,
         };
         Ok(Arc::new(Mesh::of(&obj, &shape).map_err(|e| format!("{name}: {e}"))?))
     }
 
-    /// The Sun altitude at each vertex; the horizon includes the model's own relief. `towards_sun`: unit vector in body axes. `sun_radius_rad`: the Sun's
+    /// The Sun altitude at each vertex; the model's own relief forms the horizon. `towards_sun`: unit vector in body axes. `sun_radius_rad`: the Sun's
     /// angular radius.
     pub fn sun_altitudes(&self, model: &Arc<Mesh>, towards_sun: DVec3, sun_radius_rad: f64) -> Arc<Vec<f32>> {
         let inputs = SunAltitudeInputs { model: Arc::clone(model), towards_sun, sun_radius_rad };

@@ -12,8 +12,8 @@ use std::sync::OnceLock;
 const MAGIC: &Magic = b"ORRSHN01";
 /// Length of the texels, bytes: four floats per column and row, for both sides of the rings.
 const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;
-/// Length of the header, bytes: two f64, which are the fields `max_height` (the height above the rings' plane from which no ring is visible) and `brightest`
-/// (the largest irradiance) of [`RingShine`].
+/// Length of the header, bytes: two f64, which are the fields `max_height` (the |z| of ground in the unit-sphere frame from which no ring is above the horizon)
+/// and `brightest` (the largest irradiance) of [`RingShine`].
 const HEADER_BYTES: usize = 16;
 
 /// The tables in a cache folder.
@@ -111,6 +111,7 @@ mod tests {
     /// The digest must cover every module of `scene` that the table's code uses; otherwise a table could change without a new name.
     #[test]
     fn the_digest_covers_all_code_of_a_table() {
+        // Modules of `SOURCES`, and two that it need not have: `camera::narrow_scalar` only rounds to f32, `draw::tables` computes no texel.
         let covered =
             ["camera::narrow_scalar", "constants", "numeric", "draw::tables", "rings::phase", "rings::ring_table", "rings::single_scatter"];
         for source in ring_shine::SOURCES {

@@ -3,7 +3,7 @@
 //! In: the TOML table, then the bytes of the file. Out: a [`DataLayer`] with its points, lines or image, or a message that names the first wrong line of the
 //! text and its field. Always: one wrong line rejects the entire file. The ending of the file's name determines the format:
 //! - CSV and VOTable: points. On a body by `lat_deg` (planetographic) and `lon_deg` (east), in the sky by `ra_deg` and `dec_deg` (ICRF); `time`, `size_px` and
-//!   `colour` are optional. Other names of these columns: columns.rs.
+//!   `colour` are optional. A point with a `time` appears then, and fades over the layer's `fade_days`. Other names of these columns: columns.rs.
 //! - GeoJSON and KML: points and outlines on a body.
 //! - FITS: an image on a body or in the sky.
 
@@ -90,7 +90,7 @@ pub(super) fn layer(mut table: TableReader) -> Option<(Option<WithLine<String>>,
     let colour_map =
         optional_word(&mut table, "colour_map", &[("grey", ColourMap::Grey), ("viridis", ColourMap::Viridis), ("heat", ColourMap::Heat)]);
     let opacity = table.optional("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
-    // For readers of the catalog file: only the type is checked.
+    // `source` is for people who read the catalog file; only its type is checked.
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     let mut layer = DataLayer::new(name?.value, file?.value);
@@ -160,8 +160,8 @@ impl DataLayer {
         Ok(self)
     }
 
-    /// The name under which the session stores the image as a texture. With the file's digest in it, no map file has this name, nor another content of the
-    /// layer.
+    /// The name under which the session stores the image as a texture. It contains the digest of the file, so it differs from the name of every map file and
+    /// changes with the layer's content.
     pub fn image_name(&self) -> String {
         format!("layer {} {}", self.name, self.digest)
     }

@@ -4,7 +4,7 @@
 //! to each half of the tile (64x32 pixels, which one batch of 128 points spans) that the triangle covers. Always: the error is at most about a 500th of
 //! the draw's own light (a quarter of an 8-bit display level at white, less in the dark), because the second differences between points are bounded. Where
 //! they exceed the bound, as near the Sun and where the light ends, nothing is drawn here, and the caller shades every pixel. Not here: which draws permit it
-//! (scene).
+//! (scene); the coarse image of the air (`air-pass`), which passes of its own compute.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -19,7 +19,8 @@ use super::tiles::TileTarget;
 
 /// Distance between neighbouring points, in pixels.
 const SPACING: usize = 4;
-/// The points of one batch, in the order of a block's pixels (a block is 16x8 pixels): their positions are the pixel centres of a block times `SPACING`.
+/// Columns and rows of the points of one batch. The points have the layout of a block's pixels (16x8), enlarged by `SPACING`: a pixel's centre (0.5) becomes
+/// the middle of 4 pixels (2.0).
 const COLUMNS: usize = 16;
 const ROWS: usize = 8;
 const _: () = assert!(COLUMNS * ROWS == LANES && LANES == BLOCK_PIXELS && COLUMNS * SPACING == TILE_SIDE_PX as usize);
@@ -41,8 +42,8 @@ const SMOOTH_DIFFERENCE: f32 = 1.0 / 256.0;
 
 /// One colour component at the points, row by row.
 type Grid = [[f32; COLUMNS]; ROWS];
-/// One component, interpolated along the rows of points: for each row of points, the lanes of one row of quads. Both pixel rows of a quad have the same
-/// values.
+/// One component, interpolated along the rows of points: for each row of points, the values at the 64 columns of pixels, in the lane order of a row of quads.
+/// So each value is stored twice, for the upper and the lower pixel of a quad.
 type InterpolatedRows = [[f32; ROW_LANES]; ROWS];
 
 /// The cell (the interval between two neighbouring points) in which a quad lies along an axis with `point_count` points, as the index of the cell's first
@@ -248,6 +249,7 @@ impl InterpolatedLight {
         }
         let [x, y] = &point_positions;
         lane_inputs::fill_block(draw, run, first_quad, [x, y], tile.corner);
+        // A discarded point ends the light, which therefore is not smooth.
         if run.run(LaneMask::MAX) != LaneMask::MAX {
             return false;
         }
@@ -295,6 +297,7 @@ pub(super) fn shade_coarsely<R: Real>(
         if !covers_rectangle(triangle, half_tile) {
             continue;
         }
+        // The coverage is not read: the triangle covers all of the half tile.
         let first_quad = Quad { index: (first_block * QUADS_PER_BATCH) as u16, coverage: 0, source_triangle: triangle.source_triangle };
         if light.draw(draw, run, first_quad, tile) {
             drawn |= ((1 << HALF_TILE_BLOCKS) - 1) << first_block;

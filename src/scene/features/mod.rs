@@ -212,9 +212,9 @@ fn planet_shine_on_point(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<
     }
     // For a body that is drawn as a disc, too, this log is dropped, because the decisions about the disc include this one.
     let irradiance = if inputs.disc_fraction > 0.0 {
-        light::planet_shine::irradiance_of_point(inputs, &mut inputs.log())
+        light::planet_shine::irradiance_at_viewer(inputs, &mut inputs.log())
     } else {
-        light::planet_shine::irradiance_of_point(inputs, log)
+        light::planet_shine::irradiance_at_viewer(inputs, log)
     };
     point::flux_of_irradiance(frame.camera, placed, irradiance)
 }

@@ -64,7 +64,7 @@ pub(crate) fn globe_irradiance(body: &Body, phase_angle_rad: f64, sun_km: DVec3,
     // `of_uniform_ground`: as if the albedo were the same everywhere; `light_curve` is the factor of bright and dark sides.
     let (mut of_uniform_ground, of_air) =
         disc_light::ground_and_air_irradiance(body, phase_angle_rad, sun_distance_km, viewer_distance_km, outline_radius_sq_km2);
-    // Only of elongated bodies that reflect and have no published phase law. The formula is that of `disc_light::sunlit_solid_angle`.
+    // Only of elongated bodies that reflect and have no published phase law. The formula is that of `disc_light::irradiance_per_mean_radiance`.
     if let Some(phase_times_radius_sq) = ellipsoid::phase_times_radius_sq_km2(body, sun_km.normalize_or_zero(), viewer_km.normalize()) {
         of_uniform_ground = body.geometric_albedo * phase_times_radius_sq * (KM_PER_AU / (sun_distance_km * viewer_distance_km)).powi(2);
     }
@@ -107,13 +107,13 @@ pub(crate) fn irradiance(caches: &Caches, body: &Body, phase_angle_rad: f64, sun
     }
     let (viewer_distance_km, viewer, sun_distance_km) = (viewer_km.length(), viewer_km.normalize(), sun_distance_km(sun_km));
     let rings = RingLight::of(&caches.ring_tables, body, sun_km.normalize(), viewer);
-    // As `disc_light::sunlit_solid_angle`, for a disc of the equatorial radius, to which `ring_albedo` and ring-shine are relative: the factor from its mean
-    // radiance under a sunlight of irradiance 1 to the irradiance at the viewer.
-    let sunlit_solid_angle = (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2);
+    // As `disc_light::irradiance_per_mean_radiance`, for a disc of the equatorial radius, to which `ring_albedo` and ring-shine are relative: the factor from
+    // its mean radiance under a sunlight of irradiance 1 to the irradiance at the viewer.
+    let irradiance_per_mean_radiance = (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2);
     Irradiance {
         of_ground: of_globe.of_ground * rings.globe_light_fraction,
         of_air: of_globe.of_air * rings.globe_light_fraction,
-        of_rings: rings.ring_albedo * sunlit_solid_angle,
-        of_ring_shine: ring_shine_radiance(caches, body, phase_angle_rad, sun_km, viewer) * sunlit_solid_angle,
+        of_rings: rings.ring_albedo * irradiance_per_mean_radiance,
+        of_ring_shine: ring_shine_radiance(caches, body, phase_angle_rad, sun_km, viewer) * irradiance_per_mean_radiance,
     }
 }

@@ -1,9 +1,10 @@
 //! The glare of a small disc that is brighter than white: the part of its light that eye or lens spread around it, as they do around a point.
 //!
 //! In: the inputs of the decisions about one body. Out: [`DiscGlare`]: the sprite of the glare, and the fraction of the disc's light that it takes from the
-//! draws of the disc. `scene::point` has the profile, and the diameters over which the glare disappears. Always: point, disc and glare together have the
-//! body's light. Not here: the Sun, whose disc has a glare of its own (`light::glare`). Left out: the glare of larger discs, for which there is bloom, and
-//! that of rings and air apart from their disc. The glare is centred on the lit part as if this were equally bright everywhere.
+//! draws of the disc. `scene::point` has the profile, and the range of diameters in which the glare fades to nothing. A small body is drawn partly as a point,
+//! partly as a disc; `disc_fraction` is the disc's share of the light. Always: point, disc and glare together have the body's light. Not here: the Sun, whose
+//! disc has a glare of its own (`light::glare`). Left out: the glare of larger discs, for which there is bloom, and that of rings and air apart from their
+//! disc. The glare is centred on the lit part as if this were equally bright everywhere.
 
 use crate::catalog::NaifId;
 use crate::scene::camera::{narrow, narrow_scalar};
@@ -31,7 +32,8 @@ fn middle_of_lit_part(phase_angle_rad: f64) -> f64 {
     4.0 / (3.0 * PI) * (1.0 - phase_angle_rad.cos())
 }
 
-/// The flux of a body by planet-shine; 0 if a body as bright as this one in full sunlight would have no glare: no other body sheds more light than the Sun.
+/// The flux of a body by planet-shine; 0, without an evaluation, if the body would have no glare even in full sunlight, because planet-shine is never brighter
+/// than sunlight.
 fn flux_by_planet_shine(inputs: &DecisionInputs<'_, '_>) -> DVec3 {
     let (frame, placed) = (inputs.frame, inputs.placed);
     let sunlight = lights::sunlight(placed.body_to_sun_km).irradiance.max_element();
@@ -39,7 +41,7 @@ fn flux_by_planet_shine(inputs: &DecisionInputs<'_, '_>) -> DVec3 {
         return DVec3::ZERO;
     }
     // The log is dropped: the decisions about planet-shine are recorded for the disc itself.
-    point::flux_of_irradiance(frame.camera, placed, planet_shine::irradiance_of_point(inputs, &mut inputs.log()))
+    point::flux_of_irradiance(frame.camera, placed, planet_shine::irradiance_at_viewer(inputs, &mut inputs.log()))
 }
 
 /// The glare of a body's disc. `None` if the disc is too large, is not brighter than white, or is so far outside the frame that its glare does not reach it;
@@ -51,14 +53,14 @@ pub(crate) fn of(inputs: &DecisionInputs<'_, '_>) -> Option<DiscGlare> {
         && placed.body.id != NaifId::SUN
         && inputs.pixel_view() == PixelView::Final
         && inputs.effects().override_of(Effect::Points) != Some(false);
-    let clip_near_frame = |centre_km: DVec3| {
+    let clip_if_glare_reaches_frame = |centre_km: DVec3| {
         let clip = frame.camera.clip(centre_km)?;
         point::reaches_frame(frame.camera, clip, point::MAX_RADIUS_PX).then_some(clip)
     };
-    if !is_possible || clip_near_frame(placed.placement.centre_km).is_none() {
+    if !is_possible || clip_if_glare_reaches_frame(placed.placement.centre_km).is_none() {
         return None;
     }
-    // The sprite is drawn after the air around the camera.
+    // The sprite is drawn after the air around the camera, which does not dim it: its flux includes the transmittance.
     let transmittance = inputs.transmittance();
     let brightness = |flux: DVec3| {
         let white = 1.0;
@@ -81,8 +83,8 @@ pub(crate) fn of(inputs: &DecisionInputs<'_, '_>) -> Option<DiscGlare> {
     let across_to_sun = placed.body_to_sun_km.reject_from_normalized(line_of_sight).normalize_or_zero();
     let offset_radii = middle_of_lit_part(placed.phase_angle_rad) * by_sunlight.max_element() / flux.max_element();
     let radius_km = placed.body.radii_km.element_sum() / 3.0;
-    let clip = clip_near_frame(placed.placement.centre_km + across_to_sun * (offset_radii * radius_km))?;
-    // `flux` is replaced below.
+    let clip = clip_if_glare_reaches_frame(placed.placement.centre_km + across_to_sun * (offset_radii * radius_km))?;
+    // `flux` is replaced below. The sprite hides nothing (`Point::covered_px`), because the body's own disc does.
     let (no_flux, covered_px) = (DVec3::ZERO, 0.0);
     let sprite = Point {
         radius_px: narrow_scalar(radius_px),

@@ -1,13 +1,15 @@
 //! The light of a body's disc by phase angle, divided between its ground and its air.
 //!
-//! In: a body, and a phase angle `alpha` in radians, 0..=pi. Out: the factor on the drawn ground, and the light of the body's point. Always: ground and air
-//! together have the light of the published law, up to the law's limit (its greatest phase angle); disc and point are alike
-//! (tests/scene/points_like_discs.rs), with all effects on. Exception: the ground keeps `MIN_GROUND_PART` of the law where the drawn air would leave it less.
+//! In: a body, and a phase angle `alpha` in radians, 0..=pi. Out: the factor on the drawn ground, and the light of the point that stands for a distant body.
+//! Always: ground and air together have the light of the published law, up to the law's limit (its greatest phase angle); a body is equally bright drawn as a
+//! disc and as a point, with all effects on (tests/scene/points_like_discs.rs). Exceptions: the ground keeps `MIN_GROUND_PART` of the law where the drawn air
+//! would leave it less; and the Earth. Its drawn ground and clouds have 0.36 of the published geometric albedo. So its disc has 0.37 of the light of its point
+//! at small phase angles, and all of it only at large ones, where air and glint give the light (docs/accuracy.md).
 //!
-//! The air's light has two forms. Where clear air is opaque along the limb, the rim continues the disc's colour, in proportion to the ground (Venus, the giant
-//! planets: `rim::continued_light`). Haze and dust have the light of the catalog's `forward_light` (Mars, Titan, Pluto). Without a published law the
-//! photometric model is the ground's, and the light of the air is added. The Earth's `forward_light` is that of its air and of the Sun's glint on the sea. Its
-//! drawn ground and clouds have 0.36 of the published geometric albedo, so that its disc has 0.37 to 1 of the light of its point (docs/accuracy.md).
+//! The air's light has two forms. Where gas without haze is opaque along the limb, the rim is drawn in the ground's colour, with light proportional to the
+//! ground's: the rim *continues the ground* (Venus, the giant planets: `rim::continued_light`). Haze and dust have the light of the catalog's `forward_light`
+//! (Mars, Titan, Pluto); the Earth's `forward_light` is that of its air and of the Sun's glint on the sea. Without a published law the photometric model gives
+//! the ground's light alone, and the light of the air is added to it.
 
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::scene::atmosphere::rim;
@@ -22,9 +24,9 @@ use glam::DVec3;
 const MIN_GROUND_PART: f64 = 0.25;
 
 /// Factor on the Sun's glint on the sea of a distant disc with clouds: an estimate. Clouds cover 0.72 of the seas (King et al. 2013, IEEE Transactions on
-/// Geoscience and Remote Sensing 51, 3826). The light of a crescent's glint crosses their height twice, at places far apart; both are clear for 0.28^2 = 0.08
-/// of it. The drawn clouds, which are fewer and opaque, let 0.65 pass. The quotient is 0.12, and thin clouds let some light through. Without the factor the
-/// Earth at 160 degrees had 2.4 times the light of the published law.
+/// Geoscience and Remote Sensing 51, 3826). On a crescent the light of the glint passes the level of the clouds at two places far apart; the probability that
+/// both are free of clouds is 0.28^2 = 0.08. The drawn clouds, which are fewer and opaque, let 0.65 of the light pass. The quotient is 0.12, and thin clouds
+/// let some light through. Without the factor the Earth at 160 degrees had 2.4 times the light of the published law.
 const GLINT_PAST_CLOUDS: f64 = 0.15;
 /// Phase angles between which [`GLINT_PAST_CLOUDS`] sets in: at the first the two crossings of clouds 3 km high are 3 km apart, at the second 14 km. Chosen,
 /// not measured.
@@ -44,33 +46,35 @@ fn forward_light(body: &Body, alpha: f64) -> DVec3 {
     }
 }
 
-/// Part of the published law's light that haze and dust leave to the ground and to a rim that continues it. `alpha`: up to the law's limit.
-fn part_without_haze(body: &Body, law: &PhaseLaw, alpha: f64) -> f64 {
-    let haze = luminance(forward_light(body, alpha).to_array());
-    (1.0 - haze / (body.geometric_albedo * law.brightness(alpha.to_degrees())).max(1e-12)).max(MIN_GROUND_PART)
+/// Fraction of the published law's light that is left for the ground, and for a rim that continues it, after subtracting [`forward_light`]; at least
+/// [`MIN_GROUND_PART`]. `alpha`: up to the law's limit.
+fn fraction_left_by_forward_light(body: &Body, law: &PhaseLaw, alpha: f64) -> f64 {
+    let forward = luminance(forward_light(body, alpha).to_array());
+    (1.0 - forward / (body.geometric_albedo * law.brightness(alpha.to_degrees())).max(1e-12)).max(MIN_GROUND_PART)
 }
 
-/// Light, at a phase angle of 90 degrees, of a rim that continues the ground's colour, in the unit in which the ground's light is the phase function of the
-/// photometric model. At other phase angles the rim's light is proportional to their sine. The function sums over heights, so callers call it once.
+/// Light of a rim that continues the ground, at a phase angle of 90 degrees, as a term that is added to [`model_phase`], which is the ground's light (1 at full
+/// phase). At other phase angles the rim's light is proportional to their sine. The function sums over heights, so callers call it once.
 fn rim_of_model(body: &Body) -> f64 {
     // All channels of the model's albedo are equal, since the body is not emissive.
     rim::continued_light(body) / model_geometric_albedo(&body.photometry)[0].max(1e-12)
 }
 
 /// Factor on the photometric model that gives ground and air together the published law; beyond the law's limit, the factor at the limit; 1 without a law.
-/// Bright and dark sides are left out. `rim`: from [`rim_of_model`].
+/// As if every viewer saw the side that was measured. `rim`: from [`rim_of_model`].
 fn model_factor(body: &Body, rim: f64, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
     let alpha = alpha.min(law.limit_deg.to_radians());
-    let published = law.brightness(alpha.to_degrees()) * part_without_haze(body, law, alpha);
+    let published = law.brightness(alpha.to_degrees()) * fraction_left_by_forward_light(body, law, alpha);
     published / (model_phase(&body.photometry, alpha) + rim * alpha.sin().max(0.0)).max(1e-12)
 }
 
-/// Phase function of the ground together with a rim that continues it, without bright and dark sides. `compute_rim`: computes [`rim_of_model`].
+/// Phase function of the ground together with a rim that continues it, as if every viewer saw the side that was measured. `compute_rim`: computes
+/// [`rim_of_model`].
 fn phase_of_ground_and_rim(body: &Body, compute_rim: impl FnOnce() -> f64, alpha: f64) -> f64 {
     // Within the law's limit the model and the rim need not be computed.
     match phase_laws::law(body.id).filter(|law| alpha <= law.limit_deg.to_radians()) {
-        Some(law) => law.brightness(alpha.to_degrees()) * part_without_haze(body, law, alpha),
+        Some(law) => law.brightness(alpha.to_degrees()) * fraction_left_by_forward_light(body, law, alpha),
         None => {
             let rim = compute_rim();
             model_factor(body, rim, alpha) * (model_phase(&body.photometry, alpha) + rim * alpha.sin().max(0.0))
@@ -102,6 +106,7 @@ pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     if weight <= 0.0 || matches!(body.photometry, Photometry::Emissive { .. }) {
         return 1.0;
     }
+    // The law contains the light curve of the side that was measured; the map draws it again.
     (model_factor(body, rim_of_model(body), alpha) / measured_side_curve(body, alpha)).powf(weight)
 }
 
@@ -113,11 +118,11 @@ pub(crate) fn glint_factor(body: &Body, alpha: f64, distance_radii: f64) -> f64 
     GLINT_PAST_CLOUDS.powf(weight)
 }
 
-/// Factor by which [`phase_correction`] would be greater if haze and dust had no light of their own. The light meter does not compute their light
-/// in front of sunlit ground; if the air is drawn, the meter makes the ground brighter by this factor instead.
-pub(crate) fn haze_over_ground(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
+/// Factor, at least 1, by which the light meter brightens sunlit ground if the air is drawn: it stands for the light of haze and dust in front of the ground,
+/// which the meter does not compute. Without that light [`phase_correction`] would be greater by this factor.
+pub(crate) fn meter_gain_for_haze(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return 1.0 };
-    part_without_haze(body, law, alpha.min(law.limit_deg.to_radians())).powf(-correction_weight(distance_radii))
+    fraction_left_by_forward_light(body, law, alpha.min(law.limit_deg.to_radians())).powf(-correction_weight(distance_radii))
 }
 
 /// A bound of the green mean radiance of a disc under irradiance 1 at every phase angle; infinite for a body that shines by itself.
@@ -132,7 +137,7 @@ pub(crate) fn max_mean_radiance(body: &Body) -> f64 {
 
 /// Solid angle of the body's disc divided by pi, times the Sun's irradiance on the body: the factor from the disc's mean radiance under irradiance 1 to the
 /// irradiance at the viewer.
-pub(crate) fn sunlit_solid_angle(sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
+pub(crate) fn irradiance_per_mean_radiance(sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
     radius_sq_km2 * (KM_PER_AU / (viewer_distance_km * sun_distance_km)).powi(2)
 }
 
@@ -145,8 +150,8 @@ fn emitted_irradiance(body: &Body, viewer_distance_km: f64, radius_sq_km2: f64) 
     is_emissive(body).then(|| sun_disc_radiance() * radius_sq_km2 / (viewer_distance_km * viewer_distance_km))
 }
 
-/// Irradiance that the body's ground causes at a viewer, in units of the Sun's at 1 au, without the factor of bright and dark sides (the caller multiplies by
-/// `photometry::light_curve`); and the irradiance by the light that its air adds, linear RGB.
+/// Irradiance that the body's ground causes at a viewer, in units of the Sun's at 1 au, without the body's colour and without the factor of bright and dark
+/// sides (the caller multiplies by `photometry::light_curve`); and the irradiance by the light that its air adds, linear RGB.
 ///
 /// `sun_distance_km`, `viewer_distance_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a circle with the area
 /// of the body's outline.
@@ -162,10 +167,11 @@ pub fn ground_and_air_irradiance(
     }
     let rim = rim_of_model(body);
     let (phase, rim_part) = (phase_of_ground_and_rim(body, || rim, alpha), rim_part(body, rim, alpha));
-    let sunlit_solid_angle = sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2);
+    let irradiance_per_mean_radiance = irradiance_per_mean_radiance(sun_distance_km, viewer_distance_km, radius_sq_km2);
+    // The law contains the light curve of the side that was measured, and the caller multiplies by the light curve.
     let ground = body.geometric_albedo * phase * (1.0 - rim_part) / measured_side_curve(body, alpha);
     let air = body.colour.as_dvec3() * (body.geometric_albedo * phase * rim_part) + forward_light(body, alpha);
-    (ground * sunlit_solid_angle, air * sunlit_solid_angle)
+    (ground * irradiance_per_mean_radiance, air * irradiance_per_mean_radiance)
 }
 
 /// Irradiance by ground and air, linear RGB; for a body with bright and dark sides as if every viewer saw the side that was measured.
@@ -183,7 +189,7 @@ pub(crate) fn irradiance_of_measured_side(
     }
     let mean_radiance =
         colour * (body.geometric_albedo * phase_of_ground_and_rim(body, || rim_of_model(body), alpha)) + forward_light(body, alpha);
-    mean_radiance * sunlit_solid_angle(sun_distance_km, viewer_distance_km, radius_sq_km2)
+    mean_radiance * irradiance_per_mean_radiance(sun_distance_km, viewer_distance_km, radius_sq_km2)
 }
 
 #[cfg(test)]

@@ -44,8 +44,9 @@ fn radius_sq_km2(body: &Body) -> f64 {
 /// A bound of the green light that `source` reflects onto a body at `receiver_km` (barycentric).
 fn max_reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> f64 {
     let distance_km = (source.position_km - receiver_km).length();
-    let solid_angle = disc_light::sunlit_solid_angle(source.body_to_sun_km.length(), distance_km, radius_sq_km2(source.body));
-    disc_light::max_mean_radiance(source.body) * solid_angle
+    let irradiance_per_mean_radiance =
+        disc_light::irradiance_per_mean_radiance(source.body_to_sun_km.length(), distance_km, radius_sq_km2(source.body));
+    disc_light::max_mean_radiance(source.body) * irradiance_per_mean_radiance
 }
 
 /// The light that `source` reflects onto a body at `receiver_km` (barycentric); `None` if the receiver is nearer to the source's centre than the source's

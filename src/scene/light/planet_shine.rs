@@ -43,7 +43,7 @@ fn drawn_lights(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> V
 
 /// The irradiance at the viewer by planet-shine on a body that is drawn as a point, linear RGB, in units of the Sun's at 1 au. The lights are those that would
 /// be drawn on the body's disc ([`drawn_lights`]). The body reflects each as it reflects sunlight: with the same phase function and the same light curve.
-pub(crate) fn irradiance_of_point(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> DVec3 {
+pub(crate) fn irradiance_at_viewer(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> DVec3 {
     let (body, placed) = (inputs.body(), inputs.placed);
     if Capabilities::of(body).is_emissive {
         return DVec3::ZERO;

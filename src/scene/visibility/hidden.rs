@@ -21,8 +21,9 @@ use glam::{DVec2, DVec3, Vec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
 
-/// The limb of a body on a plane of view rays, as a quadratic form F and a linear form L of the plane's coordinates: a point is inside if F > 0 and L > 0.
-/// shaders/lib/foreground_limb.wesl defines both forms.
+/// The limb of a body on a plane of view rays `ray + x dx + y dy`, as a quadratic form F and a linear form L of x and y. With the ray d and the camera's
+/// position c, both in the unit-sphere frame: F = |d|^2 - |c x d|^2, L = -c.d, each up to a positive factor. A point of the plane is inside if F > 0 and L > 0.
+/// See shaders/lib/foreground_limb.wesl.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Limb {
     /// Coefficients of F: 1, x, y, x², xy, y².
@@ -42,7 +43,8 @@ impl Limb {
         let [n0, n1, n2] =
             [ray, dx, dy].map(|v| camera.cross(placement.direction_in_unit_sphere(v - towards_centre * v.dot(towards_centre))));
         let linear = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
-        // The scale of F and L is arbitrary but must suit f32. The value of L at `ray` would not do: above a horizon `ray` may point away from the body.
+        // The scale of F and L is arbitrary but must suit f32. Dividing by L at `ray` would fail: L is not positive if `ray` points away from the body, as
+        // it may above a horizon.
         let unit = 1.0 / (camera.length() * d0.length());
         Self {
             quadratic: [
@@ -220,7 +222,8 @@ pub(super) fn record_visible_fraction(bodies: &mut [BodyReport], body: NaifId, v
     if visible == DVec3::ONE {
         return;
     }
-    let reason = reason!("hidden", part = format_args!("{:.6}", visible.y));
+    let visible_part = visible.y;
+    let reason = reason!("hidden", part = format_args!("{visible_part:.6}"));
     let decision = Decision { effect: "hidden", on: visible == DVec3::ZERO, reason, stated_error: None };
     let is_unrecorded = |b: &&mut BodyReport| b.id == body && b.decisions.iter().all(|d| d.effect != decision.effect);
     bodies.iter_mut().filter(is_unrecorded).for_each(|b| b.decisions.push(decision.clone()));
@@ -230,7 +233,7 @@ pub(super) fn record_visible_fraction(bodies: &mut [BodyReport], body: NaifId, v
 pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyReport]) {
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == BodyPart::Globe).map(|d| (d.body, d.features.shape)).collect();
-    let moon_limb = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());
+    let moon_profile_uniforms = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());
     for draw in draws.iter_mut().filter(|d| d.part == BodyPart::Globe && d.features.surface == Surface::Emissive) {
         let Some(farther) = placed_body(draw.body) else { continue };
         let Some(middle) = camera.clip(farther.placement.centre_km) else { continue };
@@ -244,8 +247,8 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         }
         let visible = visible_fraction(placed, farther);
         record_visible_fraction(bodies, farther.body.id, visible);
-        // A body without a globe is drawn as a point, whose sprite hides its part of the disc (`points`), so such a body is left out here. If nothing of the
-        // disc is visible, the body stays, so that all of the disc is hidden (kind 2 below).
+        // A nearer body that is drawn only as a point needs no limb here, because the point's sprite hides the body's part of the farther disc (`points`).
+        // Exception: if nothing of the farther disc is visible, the body stays, so that all of the disc is hidden (kind 2 below).
         nearer.retain(|p| visible == DVec3::ZERO || shape(p).is_some());
         if nearer.is_empty() {
             continue;
@@ -264,9 +267,9 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
             let [c, gx, gy, xx, xy, yy] = limb.quadratic;
             *rows = [row([c, gx, gy, kind]), row([xx, xy, yy, 0.0]), row([limb.linear[0], limb.linear[1], limb.linear[2], 0.0])];
         }
-        let moon = nearer.iter().take(2).position(|p| p.limb_profile.is_some());
-        if let (Some(k), Some(moon_limb)) = (moon, &moon_limb) {
-            lunar_limb::apply_to_sun(draw, moon_limb, nearer[k], camera, 3 * k, [origin_ray, dx, dy]);
+        let moon_index = nearer.iter().take(2).position(|p| p.limb_profile.is_some());
+        if let (Some(k), Some(uniforms)) = (moon_index, &moon_profile_uniforms) {
+            lunar_limb::apply_to_sun(draw, uniforms, nearer[k], camera, 3 * k, [origin_ray, dx, dy]);
         }
         // The last row of each of the two bodies has a free w.
         let rows = &mut draw.uniforms.foreground_limbs.rows;
@@ -284,7 +287,7 @@ mod tests {
         c.dot(d) < 0.0 && c.cross(d).length() < 1.0
     }
 
-    /// For an elongated body, from a metre above its ground to a telescope's distance: of the rays around a point of its limb, the limb contains exactly those
+    /// For an elongated body, from 3 km above its ground to a telescope's distance: of the rays around a point of its limb, the limb contains exactly those
     /// that meet the body.
     #[test]
     fn a_limb_contains_the_rays_that_meet_the_body() {

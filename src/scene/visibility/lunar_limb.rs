@@ -48,8 +48,8 @@ pub(crate) fn compute_profile(placed: &mut [PlacedBody<'_>], profiles: &LimbProf
     placed[moon].limb_profile = Some(profiles.seen_from(map, camera_in_moon_axes_km));
 }
 
-/// The limb profile in the camera's view. `position_angle_axes`: [`LimbProfile::position_angle_axes`] in ICRF; both are perpendicular to the direction to the
-/// Moon.
+/// The limb profile in the camera's view. `position_angle_axes`: [`LimbProfile::position_angle_axes`] in ICRF, unit vectors perpendicular to the direction to
+/// the Moon: towards the Moon's north (position angle 0), and a quarter turn counterclockwise from it as the camera sees it.
 struct ApparentLimb<'p> {
     profile: &'p LimbProfile,
     position_angle_axes: [DVec3; 2],
@@ -70,7 +70,7 @@ impl<'p> ApparentLimb<'p> {
 }
 
 /// The fraction of the Sun's light that the Moon's limb profile leaves visible, per channel; exactly 0 if the Sun is completely hidden. `mean_limb_light`:
-/// the fraction for a smooth limb of the Moon's mean radius.
+/// the fraction for a smooth limb of the Moon's catalog radius.
 ///
 /// Computed in the plane tangent to the sky at the Moon's centre, where the Sun's outline is approximated by a circle. With the Sun at an angle theta from the
 /// Moon's centre, the axis ratio of the true outline is 1 / cos theta: less than 1 + 5e-5 as seen from the Earth, and 1.16 one radius above the Moon.
@@ -97,7 +97,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
         }
         let (sun_entry, sun_exit) = (along - half_chord_sq.sqrt(), along + half_chord_sq.sqrt());
         let limb_tan = apparent_limb.limb_angle_tan(*height_km);
-        is_any_visible |= sun_exit > limb_tan.max(0.0);
+        is_any_visible |= sun_exit > limb_tan;
         // The light of the strip between profile and mean limb is gained if the profile is lower, and lost if it is higher.
         let (from, to) = (limb_tan.min(mean_limb_tan).max(sun_entry), limb_tan.max(mean_limb_tan).min(sun_exit));
         if to <= from {
@@ -127,7 +127,8 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let Some(moon) = placed.iter().find(|p| p.body.id == NaifId::MOON) else { return };
     let Some(profile) = moon.limb_profile.as_deref() else { return };
     let [min_km, max_km] = profile.range_km();
-    // With pixels as in the image's middle, at the distance of the Moon's centre. At the limb of a near Moon the span is up to 1.5 times as large.
+    // Approximation: the size of a pixel in the image's middle, at the distance of the Moon's centre. At the limb of a near Moon the span is up to 1.5 times as
+    // large.
     let span_px = (max_km - min_km) / (moon.distance_km * camera.pixel_tangent());
     let draw = draws.iter_mut().find(|d| d.body == NaifId::MOON && d.part == BodyPart::Globe);
     let supports_limb_profile = |d: &Draw| d.features.shape == Shape::Sphere && d.features.eclipse.occluders == 0;
@@ -171,7 +172,8 @@ pub(crate) fn update_features(draws: &[Draw], bodies: &mut [BodyReport]) {
 }
 
 /// Applies the Moon's silhouette to the Sun's draw. `moon_limb`: the uniforms of [`apply_to_moon`]. `row`: index of the first of the Moon's three rows in the
-/// shader's array `foreground_limb`. These rows count pixels from an origin; `rays`: the view ray at this origin, and its change per pixel in x and in y.
+/// shader's array `foreground_limb`. The coordinates x and y in these rows are pixels relative to an origin; `rays`: the view ray at this origin, and its
+/// change per pixel in x and in y.
 pub(crate) fn apply_to_sun(
     draw: &mut Draw,
     moon_limb: &LimbUniforms,
@@ -188,7 +190,8 @@ pub(crate) fn apply_to_sun(
     // Pixels per lunar radius of height at the limb: d tan(asin s) / ds = (1 - s^2)^(-3/2).
     let sine = (moon.body.radii_km.x / moon.distance_km).min(MAX_LIMB_SINE);
     let px_per_radius = sine / (1.0 - sine * sine).powf(1.5) / camera.pixel_tangent();
-    // The shader's form of an axis for the Sun's draw: the component along it of a pixel's view ray, as coefficients of 1, x, y; `w`: any other number.
+    // In the Sun's draw, a row has the view ray's component along a position-angle axis, as coefficients of 1, x, y in pixels. `w` has no part in it: the first
+    // row's is `px_per_radius`, the second's is `row`.
     let limb_row = |k: usize, w: f64| {
         narrow(DVec3::from_array(rays.map(|ray| apparent_limb.position_angle_axes[k].dot(ray)))).extend(narrow_scalar(w))
     };

@@ -76,7 +76,7 @@ impl Albedo {
     pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64) -> Self {
         let body = p.body;
         let is_off = |effect: Effect| effects.override_of_body(body, effect) == Some(false);
-        let haze_factor = || disc_light::haze_over_ground(body, p.phase_angle_rad, p.distance_km / body.radii_km.x);
+        let haze_factor = || disc_light::meter_gain_for_haze(body, p.phase_angle_rad, p.distance_km / body.radii_km.x);
         // One channel is enough: the channels of this scale differ only for emissive bodies.
         let scale = p.radiance_scale().x * if is_off(Effect::Atmosphere) { 1.0 } else { haze_factor() };
         let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
