@@ -90,4 +90,16 @@ fn the_field_for_a_city_empties_when_another_place_is_typed() {
             assert_eq!(city(&window), expected, "{field}: {text}");
         }
     }
+    // The name of a city that was chosen is typed again, without Enter, before another latitude.
+    for (role, name, text) in [(Role::TextInput, "City", "Lisbon"), (Role::SpinButton, "Latitude of the place, degrees north", "10")] {
+        window.get_by_role_and_label(role, name).focus();
+        window.run_steps(2);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.run_steps(2);
+        type_text(&mut window, text);
+        assert_eq!(city(&window), "Lisbon");
+    }
+    window.key_press(Key::Enter);
+    window.run_steps(4);
+    assert_eq!(city(&window), "");
 }

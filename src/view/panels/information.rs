@@ -273,6 +273,7 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
 
 /// Shows the fields for the observer's place: a city, or latitude and longitude.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
+    let place_before = panel.observer_place;
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.typed_city).hint_text(text!("place-city")).desired_width(110.0);
         let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
@@ -313,7 +314,9 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     });
     observer_place.longitude_deg = wrapped_longitude_deg(observer_place.longitude_deg);
     // The field does not name a city whose place is no longer the observer's.
-    if panel.city_place.take_if(|place| *place != panel.observer_place).is_some() {
+    let is_outdated = panel.city_place.take_if(|place| *place != panel.observer_place).is_some();
+    let is_other_place = panel.observer_place != place_before && panel.city_place.is_none();
+    if is_outdated || is_other_place {
         panel.typed_city.clear();
     }
 }

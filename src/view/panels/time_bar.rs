@@ -258,7 +258,8 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
                 .clicked()
             {
                 // The typed year counts for the day, too. It may have no 29 February: then no day is chosen.
-                let day_of_year = day.with_year(day.year() + month.year() - laid_out.year());
+                let years = if month.month() == laid_out.month() { month.year() - laid_out.year() } else { 0 };
+                let day_of_year = day.with_year(day.year() + years);
                 chosen = day_of_year.map(|day| day.and_time(civil.time()));
             }
             if day.weekday() == chrono::Weekday::Sun {

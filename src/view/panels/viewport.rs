@@ -2,7 +2,8 @@
 //!
 //! In: the last image with its scene, messages, the mouse. Out: what is painted, actions, the picked pixel and star, measured angles. Always: the
 //! image is never stretched; the names of bodies avoid what the interface shows over the image; a click means what was under the pointer at the press, although
-//! another image may arrive before the release: of a running clock, or of a typed number that counts from the press on.
+//! another image may arrive before the release: of a running clock, or of a typed number that counts from the press on. Only the picked pixel is that of the new
+//! image.
 
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
