@@ -43,8 +43,8 @@ impl_named_option!(PixelView, Projection, Quality, StereoLayout, ToneMap);
 pub mod by_name {
     use super::{Deserialize, Deserializer, Error, MAX_ECHO_CHARS, NamedOption, Serializer, echo_within, suggestion_or_list};
 
-    pub(crate) fn serialize<T: NamedOption, S: Serializer>(option: &T, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(option.name())
+    pub(crate) fn serialize<T: NamedOption, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(value.name())
     }
 
     pub(crate) fn deserialize<'de, T: NamedOption, D: Deserializer<'de>>(deserializer: D) -> Result<T, D::Error> {
@@ -63,14 +63,14 @@ pub mod by_optional_name {
 
     #[derive(Serialize, Deserialize)]
     #[serde(bound = "T: NamedOption")]
-    struct Name<T: NamedOption>(#[serde(with = "by_name")] T);
+    struct StoredByName<T: NamedOption>(#[serde(with = "by_name")] T);
 
-    pub(crate) fn serialize<T: NamedOption, S: Serializer>(option: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
-        option.map(Name).serialize(serializer)
+    pub(crate) fn serialize<T: NamedOption, S: Serializer>(value: &Option<T>, serializer: S) -> Result<S::Ok, S::Error> {
+        value.map(StoredByName).serialize(serializer)
     }
 
     pub(crate) fn deserialize<'de, T: NamedOption, D: Deserializer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
-        Ok(Option::<Name<T>>::deserialize(deserializer)?.map(|Name(option)| option))
+        Ok(Option::<StoredByName<T>>::deserialize(deserializer)?.map(|StoredByName(value)| value))
     }
 }
 

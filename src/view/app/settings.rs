@@ -30,7 +30,7 @@ const MIN_SIZE_FOR_PANELS: [f32; 2] = [600.0, 340.0];
 const MAX_BYTES: u64 = 1 << 24;
 /// Number of unusable settings files that are kept under other names (`.broken`).
 const MAX_SET_ASIDE: usize = 5;
-/// A file with this or a higher number in its name does not count as set aside: the next number must not exceed u32.
+/// A file with this or a higher number in its name does not count as set aside, so that the next numbers are always far below the limit of u32.
 const END_OF_SET_ASIDE_NUMBERS: u32 = 1 << 30;
 /// Maximum number of recent views.
 const MAX_RECENT: usize = 20;
@@ -91,15 +91,16 @@ pub struct PanelLayout {
     pub kept_panel: Option<String>,
     /// Whether the open panel is on the left, next to the list of bodies. The kept panel is on the other side.
     pub on_left: bool,
-    /// Width of the list of bodies, points. This width and those below are `None` until the panel is first shown; only the user changes them.
+    /// Width of the list of bodies, points. This width and those below are `None` until such a panel is first shown, which stores its default width; after
+    /// that only the user changes them.
     pub bodies_width: Option<f32>,
     /// Width of the open panel.
     pub panel_width: Option<f32>,
-    /// Width of the open panel, if it is a wide one.
+    /// Width of the open panel, if it is of the wide kind, which shows source text, images or tables and has a width of its own.
     pub wide_width: Option<f32>,
-    /// Width of the panel that is kept open.
+    /// Width of the kept panel.
     pub kept_width: Option<f32>,
-    /// Width of the panel that is kept open, if it is a wide one.
+    /// Width of the kept panel, if it is of the wide kind.
     pub kept_wide_width: Option<f32>,
     /// Whether the timeline is shown.
     pub timeline_shown: bool,
@@ -150,7 +151,7 @@ pub struct Bookmark {
 }
 
 /// The scale factor to use in a window of this width and height (points at scale 1). It is `ui_scale` of the settings, except that a scale above 1 that would
-/// leave no room for the panels is reduced, to at least 1: the control that changes the scale is in a panel.
+/// leave no room for the panels is reduced, because the control that changes the scale is in a panel. It is not reduced below 1.
 pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
     let [min_width, min_height] = MIN_SIZE_FOR_PANELS;
     ui_scale.min((width / min_width).min(height / min_height).max(1.0))
@@ -177,9 +178,9 @@ pub struct Settings {
     /// Whether the selected body is outlined, unless it is the target.
     #[serde(rename = "outline")]
     pub outlines_selected: bool,
-    /// The device that presents the window if a GPU draws the image.
+    /// Whether the GPU or the CPU presents the window, if a GPU draws the image.
     #[serde(rename = "shown_by")]
-    pub display_preference: DisplayPreference,
+    pub presenter_preference: DisplayPreference,
     pub unit: LengthUnit,
     pub home: Home,
     /// The time zone of displayed times.
@@ -211,7 +212,7 @@ impl Default for Settings {
             labels_bodies: true,
             marks_small_bodies: true,
             outlines_selected: true,
-            display_preference: DisplayPreference::default(),
+            presenter_preference: DisplayPreference::default(),
             unit: LengthUnit::default(),
             home: Home::default(),
             time_zone: ShownTimeZone::default(),

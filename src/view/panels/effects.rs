@@ -24,7 +24,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                 .on_hover_text(text!("effects-quality-hint"));
         }
     });
-    renderers(ui, worker, &mut interface.settings.display_preference);
+    renderers(ui, worker, &mut interface.settings.presenter_preference);
     let view = &mut interface.viewer.view;
     let mut is_automatic = view.exposure_stops.is_none();
     // The exposure of the displayed image.
@@ -166,7 +166,7 @@ fn measure_costs(
 }
 
 /// Shows the choice of the renderer, and whether the GPU or the processor presents the image.
-fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &mut DisplayPreference) {
+fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, presenter_preference: &mut DisplayPreference) {
     let (choices, current) = worker.session().renderers();
     if choices.len() < 2 {
         return;
@@ -196,7 +196,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &
             (DisplayPreference::Cpu, text!("effects-display-cpu"), text!("effects-display-cpu-hint")),
         ];
         for (preference, name, hover) in displays {
-            ui.selectable_value(display_preference, preference, name).on_hover_text(hover);
+            ui.selectable_value(presenter_preference, preference, name).on_hover_text(hover);
         }
     });
 }

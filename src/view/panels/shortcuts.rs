@@ -1,8 +1,8 @@
 //! Keyboard shortcuts, and the window that lists them.
 //!
 //! In: pressed keys and typed text. Out: actions, changed settings, opened and closed panels. Always: keys typed into a text field, except those with Ctrl and
-//! the function keys, are not shortcuts; while another control has the focus, all are that it does not use itself: a button uses Space, Enter and the arrow
-//! keys. Not here: the mouse (`viewport`) and the keys of the timeline (`timeline`).
+//! the function keys, are not shortcuts. While another control has the focus, every key that this control does not use itself is a shortcut; a button uses
+//! Space, Enter and the arrow keys. Not here: the mouse (`viewport`) and the keys of the timeline (`timeline`).
 
 use super::{Interface, Tab};
 use crate::view::app::settings::UI_SCALE_RANGE;
@@ -121,7 +121,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
             "t" => actions.push(Action::Now),
             " " if focused.is_some() => {}
             " " => {
-                // If Space pauses or continues a tour, it does not also start time, because a playing tour sets the time itself.
+                // If Space pauses or continues a tour, it does not also pause or continue the clock: a playing tour sets the time itself.
                 if !interface.tour.toggle() {
                     actions.push(Action::TogglePause);
                 }
@@ -135,7 +135,8 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     }
     if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
         ctx.copy_text(interface.viewer.shareable_view().to_link());
-        // At the end of the frame, egui copies the selected text of a label instead. A mere click on a label counts as a selection, too, but without text.
+        // At the end of the frame, egui copies the selected text of a label instead. A mere click on a label counts as a selection, too, but without text; the
+        // link is then what was copied. The two cases cannot be told apart here, so the reply to a selection does not say what was copied.
         let may_have_selected_text = ctx.plugin::<LabelSelectionState>().lock().has_selection();
         interface.show_reply(if may_have_selected_text { text!("copied") } else { text!("link-copied") });
     }
@@ -150,7 +151,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     }
     let is_taken = |key: Key| match key {
         Key::ArrowRight | Key::ArrowLeft | Key::ArrowUp | Key::ArrowDown => focused.is_some(),
-        Key::PageDown | Key::PageUp | Key::Home => focused.is_some_and(|control| interface.shader.lists_lines_in(control)),
+        Key::PageDown | Key::PageUp | Key::Home => focused.is_some_and(|control| interface.shader.is_list_of_lines(control)),
         _ => false,
     };
     for (key, action) in [
@@ -181,7 +182,8 @@ fn return_focus(interface: &mut Interface, ctx: &egui::Context) {
 }
 
 /// Handles Escape: closes or ends the first of these that is present: warning, search, keyboard focus, measured angle, tour, help, open
-/// panel, visible kept panel, full screen. Escape never ends the program; closing its window or Ctrl+Q does.
+/// panel, kept panel (the second panel, on the other side of the viewport) if it is visible, full screen. Escape never ends the program; closing its window or
+/// Ctrl+Q does.
 fn close_topmost(interface: &mut Interface, ctx: &egui::Context) {
     let had_focus = interface.last_focus.take().is_some();
     if interface.warning.take().is_some() || interface.search.clear() || had_focus || interface.angle.clear() || interface.tour.end() {

@@ -297,7 +297,7 @@ impl App<'_> {
         let Some(opened) = &mut self.opened else { return Ok(()) };
         let size = opened.window.inner_size();
         let (Some(width), Some(height)) = (NonZeroU32::new(size.width), NonZeroU32::new(size.height)) else { return Ok(()) };
-        if let Some(message) = opened.presenter.update_backend(self.worker.session(), self.interface.settings.display_preference)? {
+        if let Some(message) = opened.presenter.update_backend(self.worker.session(), self.interface.settings.presenter_preference)? {
             self.worker.session().notify(&message);
         }
         self.interface.presents_on_gpu = opened.presenter.is_on_gpu();

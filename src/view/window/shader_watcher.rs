@@ -2,8 +2,8 @@
 //!
 //! In: a folder. Out: the session's fragments, replaced by the folder's `*.wesl` files. Always: after the first time, a separate thread reads the files,
 //! and the query worker passes them to the session. While the folder cannot be read, for example because an editor is saving a file, the session keeps
-//! the last fragments. An error in listing the files is reported once, when two checks in succession find it; an error in reading them is reported at
-//! once.
+//! the last fragments. An error in listing the files is reported once, when two checks in succession find it; an error in reading them is reported
+//! by the first check that finds it.
 
 use crate::session::{FragmentFolderError, FragmentTimes, Session, fragment_times, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;
@@ -25,7 +25,7 @@ pub struct ShaderWatcher {
 /// What the checks up to now have found.
 struct LastCheck {
     /// The modification times and lengths of the folder's files when it was last read.
-    times_read: FragmentTimes,
+    times_at_last_read: FragmentTimes,
     /// Why the files could not be listed in the last check; `None` if they could.
     error: Option<String>,
     /// Whether this error was reported.
@@ -40,11 +40,11 @@ impl ShaderWatcher {
     pub fn open(folder: &Path, session: &Session) -> Result<Self, FragmentFolderError> {
         let times = fragment_times(folder)?;
         session.set_fragments(read_fragments(folder, &times)?);
-        let last_check = LastCheck { times_read: times, error: None, is_reported: false };
+        let last_check = LastCheck { times_at_last_read: times, error: None, is_reported: false };
         Ok(Self { folder: folder.to_owned(), last_check: Mutex::new(last_check) })
     }
 
-    /// Reads the folder again if a file has changed, and lets the query worker pass the fragments to the session.
+    /// Reads the folder again if a file has changed, and lets the query worker ([`RenderWorker::run`]) pass the fragments to the session.
     pub fn check_files(&self, worker: &dyn RenderWorker) {
         let mut last = self.last_check.lock();
         let times = match fragment_times(&self.folder) {
@@ -52,15 +52,15 @@ impl ShaderWatcher {
             Err(why) => return last.record_error(why.to_string(), worker),
         };
         (last.error, last.is_reported) = (None, false);
-        if last.times_read == times {
+        if last.times_at_last_read == times {
             return;
         }
         match read_fragments(&self.folder, &times) {
             Ok(fragments) => worker.run(Box::new(move |session| session.set_fragments(fragments))),
-            // Reported only once for each state of the folder: `times_read` is updated below even after an error.
+            // Reported only once for each state of the folder: `times_at_last_read` is updated below even after an error.
             Err(why) => worker.run(Box::new(move |session| session.notify(&why.to_string()))),
         }
-        last.times_read = times;
+        last.times_at_last_read = times;
     }
 
     /// Checks the files once a second until `is_closed` returns true. Blocks, so it needs its own thread.

@@ -2,7 +2,7 @@
 //!
 //! In: render jobs and queries. Out: images and answers, some frames later. Always: the window's thread waits for neither.
 //!
-//! - `render_worker`: the render worker, a thread for images, and the query worker, a thread for queries.
+//! - `render_worker`: both workers: the render worker, a thread for images, and the query worker, a thread for queries.
 //! - `query_cache`: answers, each kept by its key.
 //! - `latest_answer`: the answer to a query whose inputs change; shown until the answer for newer inputs arrives.
 //! - `session_inputs`: what an image or answer depends on besides its request.

@@ -25,6 +25,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
                 if ui.button(text!("cost-time")).on_hover_text(text!("cost-time-hint")).clicked() {
                     panel.queries.start_timing(inspected.worker, &inspected.id);
                 }
+                // Milliseconds per megapixel of the sample body; `Ok(None)`: the module cannot draw it.
                 match panel.queries.timing(&inspected.id) {
                     Some(Ok(Some(ms))) => drop(ui.label(text!("cost-timed", ms = decimal(ms, 1)))),
                     Some(Ok(None)) => drop(ui.label(text!("cost-not-timed"))),
@@ -43,7 +44,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
             };
             ui.label(text!("cost-origin", how = how, ms = decimal(origin.took_ms, 2)));
         }
-        match &module.entry {
+        match &module.library_entry {
             Some((path, bytes)) => drop(ui.label(text!("cost-entry", size = decimal(*bytes as f64 / 1e3, 1), path = path.display()))),
             None => drop(ui.label(text!("cost-memory-only"))),
         }
@@ -51,6 +52,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         ui.separator();
         let operations: BTreeMap<&str, usize> = module.ir.operations.iter().map(|(kind, count)| (kind.as_str(), *count as usize)).collect();
         counts_by_kind(ui, text!("cost-ir"), &operations);
+        // One per stage. `operations` run for each lane, `uniform_operations` once per draw.
         for tape in &module.tapes {
             let operations: BTreeMap<&str, usize> = tape.operations.iter().map(|(kind, count)| (kind.as_str(), *count)).collect();
             counts_by_kind(ui, &text!("cost-tape", stage = tape.stage), &operations);

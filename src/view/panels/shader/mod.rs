@@ -155,7 +155,7 @@ impl ShaderPanel {
     }
 
     /// Whether this control is the list of lines of the Source page, which uses Page Up, Page Down and Home.
-    pub(crate) fn lists_lines_in(&self, control: egui::Id) -> bool {
+    pub(crate) fn is_list_of_lines(&self, control: egui::Id) -> bool {
         self.source.lines_id == Some(control)
     }
 

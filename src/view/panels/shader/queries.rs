@@ -40,7 +40,7 @@ pub(crate) struct LoadedModule {
     /// How the library obtained the module, and how long that took; `None` if unknown.
     pub origin: Option<Origin>,
     /// Path and size in bytes of the module's entry in the library on disk; `None` if it has no entry.
-    pub entry: Option<(PathBuf, u64)>,
+    pub library_entry: Option<(PathBuf, u64)>,
 }
 
 /// Why there is no valid module.
@@ -60,11 +60,11 @@ fn load_module(session: &Session, id: &ModuleId) -> ModuleResult {
     let failure = |why: String, diagnosis: String| Arc::new(ModuleFailure { why, diagnosis });
     let module = library.get(id).map_err(|e| failure(e.to_string(), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
     let tapes = tape_costs(&module).map_err(|e| failure(e.to_string(), String::new()))?;
-    let entry = library.entry_path(id).and_then(|path| {
+    let library_entry = library.entry_path(id).and_then(|path| {
         let bytes = path.metadata().ok()?.len();
         Some((path, bytes))
     });
-    Ok(Arc::new(LoadedModule { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
+    Ok(Arc::new(LoadedModule { ir: ir_cost(&module), tapes, origin: library.origin(id), library_entry, module }))
 }
 
 /// Size of a map in memory, as the shader reads it.
