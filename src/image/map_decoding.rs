@@ -8,7 +8,7 @@ use super::{PoleFilter, TexelFormat};
 /// How a map's file is decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MapDecoding {
-    /// Colour space of the texels.
+    /// Format of the texels, which includes their colour space.
     pub format: TexelFormat,
     /// How rows near the poles are filtered.
     pub poles: PoleFilter,
@@ -25,8 +25,8 @@ impl MapDecoding {
 }
 
 /// The texel values of a clear sky (opacity 0) and of a closed cloud deck (opacity 1), between which opacity rises by `smoothstep`. A coarser
-/// texel of such a map has the mean opacity of its finer texels: the opacity of their mean value would differ, so a body's light would depend on the size of
-/// its image.
+/// texel of such a map has the mean opacity of its finer texels. Because `smoothstep` is not linear, the opacity of their mean value would differ: a body's
+/// small image, which reads coarse levels, would be brighter or darker than a large one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OpacityTexels {
     /// The bits of the f32 value of a clear sky. Bits, unlike floats, can be compared for equality and hashed.

@@ -1,9 +1,9 @@
 //! Finds the triangles of a mesh that may be visible at a pixel's centre.
 //!
-//! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, the draw's vertices with the indices of that
-//! triangle only. These triangles are candidates: the rasteriser rounds corners to a grid finer than pixels, and counts a centre on an edge as covered by only
-//! one of the two triangles at the edge. The first candidate that covers the centre in the rasteriser is the visible triangle. Barycentric coordinates are
-//! computed in homogeneous clip space, so that triangles that extend behind the camera are included.
+//! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, a mesh of this triangle alone, with the
+//! attributes of the draw's mesh and three indices. These triangles are candidates: the rasteriser rounds corners to a grid finer than pixels, and counts a
+//! centre on an edge as covered by only one of the two triangles at the edge. The first candidate that covers the centre in the rasteriser is the visible
+//! triangle. Barycentric coordinates are computed in homogeneous clip space, so that triangles that extend behind the camera are included.
 
 use super::RenderError;
 use super::math::Real;
@@ -162,7 +162,7 @@ mod tests {
         }
     }
 
-    /// An edge 0.001 pixels to the right of a centre passes through the centre on the GPU's grid, where the centre belongs to the triangle on the right.
+    /// Rounding to the GPU's grid moves an edge 0.001 pixels to the right of a pixel's centre onto the centre, which then belongs to the triangle on the right.
     #[test]
     fn a_triangle_beside_the_centre_is_a_candidate_if_rounding_may_move_its_edge_there() {
         let triangle = |edge_px: f32, apex_clip_x: f32| {

@@ -2,7 +2,7 @@
 //!
 //! In: a batch of f32 lanes, in the order of the batch, not sorted as in `lane_order`. Eight neighbouring lanes nearly always read the same mip level;
 //! where they do not, they are filtered once for each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for
-//! each lane, so that the bits are the same. Integers wrap and indices are clamped as there. Not here: levels and footprints (`footprint`).
+//! each lane, so that the bits are the same. Not here: levels and footprints (`footprint`).
 
 use super::corners::{Corners, TexelsBeside};
 use super::footprint::{FilterRequest, tap_of_each_lane};
@@ -31,7 +31,8 @@ pub(super) struct F32Request<'a> {
     v: &'a [f32; BATCH],
     /// The mip level of each lane; `None` if each lane reads level 0 with one tap.
     levels_of_lanes: Option<&'a [f32; BATCH]>,
-    /// Length, step in u and step in v of [`Footprints`](super::footprint::Footprints); `None` if each lane has one tap.
+    /// Of [`Footprints`](super::footprint::Footprints): the length in taps, and the width of a tap in u and in v, in texture coordinates. `None` if each
+    /// lane has one tap.
     footprints: Option<[&'a [f32; BATCH]; 3]>,
 }
 
@@ -39,16 +40,16 @@ impl<'a> F32Request<'a> {
     /// `None` for f64.
     #[inline(always)]
     pub(super) fn new<R: Real>(request: &'a FilterRequest<'_, R>) -> Option<Self> {
-        let lanes = |values: &'a [R; BATCH]| R::as_f32(values)?.first_chunk();
+        let as_f32 = |values: &'a [R; BATCH]| R::as_f32(values)?.first_chunk();
         let footprints = match &request.footprints {
-            Some(footprints) => Some([lanes(&footprints.length)?, lanes(&footprints.step_u)?, lanes(&footprints.step_v)?]),
+            Some(footprints) => Some([as_f32(&footprints.length)?, as_f32(&footprints.step_u)?, as_f32(&footprints.step_v)?]),
             None => None,
         };
         let levels_of_lanes = match &request.level {
-            Some(level) => Some(lanes(level)?),
+            Some(level) => Some(as_f32(level)?),
             None => None,
         };
-        Some(Self { u: lanes(request.u)?, v: lanes(request.v)?, levels_of_lanes, footprints })
+        Some(Self { u: as_f32(request.u)?, v: as_f32(request.v)?, levels_of_lanes, footprints })
     }
 }
 
@@ -120,7 +121,7 @@ struct LevelPair<'a> {
     coarser: Option<SizedLevel<'a>>,
 }
 
-/// The levels that some lanes read. `previous`: those that were read before, which are usually the same.
+/// The levels from which some lanes read, brought into memory. `previous`: those of the lanes before, which are usually the same.
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
@@ -183,7 +184,7 @@ unsafe fn texel_pair(c: __m256, axis: &AxisSize) -> TexelsBeside {
     }
 }
 
-/// Bilinear interpolation at eight texture coordinates, between the texels of one level.
+/// Bilinear interpolation at eight texture coordinates, between the texels of one level. `needed`: for each channel, whether it is used.
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
@@ -225,13 +226,14 @@ unsafe fn trilinear<D: Decode>(
     }
 }
 
-/// A group of eight lanes to filter.
-struct Lanes<'a> {
+/// What [`value_of`] reads of a group of eight lanes.
+struct GroupInput<'a> {
     uv: [__m256; 2],
     /// Weight of the next coarser level.
     fraction: __m256,
-    /// As [`F32Request::footprints`].
+    /// As [`F32Request::footprints`], of the whole batch.
     footprints: Option<[&'a [f32; BATCH]; 3]>,
+    /// Index of the group in the batch.
     group: usize,
 }
 
@@ -247,27 +249,35 @@ unsafe fn tap_of_eight_lanes(index: usize, length: __m256) -> (__m256, __m256) {
     }
 }
 
-/// The filtered values of eight lanes, one register per channel. `wanted`: all bits set in the lanes whose value is used; `needed`: the channels that are used.
+/// The filtered values of eight lanes, one register per channel. `wanted_lanes`: all bits set in the lanes whose value is used.
+/// `needed`: as for [`bilinear`].
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
-unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'_>, wanted: __m256, needed: [bool; 4]) -> [__m256; 4] {
+unsafe fn value_of<D: Decode>(
+    decode: D,
+    levels: &LevelPair<'_>,
+    input: &GroupInput<'_>,
+    wanted_lanes: __m256,
+    needed: [bool; 4],
+) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
-        let ([u, v], fraction) = (lanes.uv, lanes.fraction);
-        let Some([length, step_u, step_v]) = lanes.footprints else { return trilinear(decode, levels, [u, v], fraction, needed) };
-        let length = group_of(length, lanes.group);
-        if _mm256_movemask_ps(_mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, _mm256_set1_ps(1.0)), wanted)) == 0 {
+        let ([u, v], fraction) = (input.uv, input.fraction);
+        let Some([length, step_u, step_v]) = input.footprints else { return trilinear(decode, levels, [u, v], fraction, needed) };
+        let length = group_of(length, input.group);
+        if _mm256_movemask_ps(_mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, _mm256_set1_ps(1.0)), wanted_lanes)) == 0 {
             return trilinear(decode, levels, [u, v], fraction, needed);
         }
-        let (step_u, step_v) = (group_of(step_u, lanes.group), group_of(step_v, lanes.group));
+        let (step_u, step_v) = (group_of(step_u, input.group), group_of(step_v, input.group));
         let (mut sum, mut total_weight) = ([_mm256_setzero_ps(); 4], _mm256_setzero_ps());
         for index in 0..MAX_TAPS {
-            // The number of taps, which is the length rounded up, is greater than `index` if the length is.
-            let has_tap = _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, _mm256_set1_ps(index as f32)), wanted);
+            // A lane has as many taps as its length, rounded up, so tap `index` exists if the length is greater than `index`.
+            let has_tap = _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, _mm256_set1_ps(index as f32)), wanted_lanes);
             if _mm256_movemask_ps(has_tap) == 0 {
                 break;
             }
+            // `along`: place of the tap on the footprint's major axis, from the middle, in taps.
             let (along, weight) = tap_of_eight_lanes(index, length);
             let uv = [_mm256_add_ps(u, _mm256_mul_ps(along, step_u)), _mm256_add_ps(v, _mm256_mul_ps(along, step_v))];
             let value = trilinear(decode, levels, uv, fraction, needed);
@@ -283,15 +293,15 @@ unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'
     }
 }
 
-/// A register with all bits set in the lanes whose bit of `lanes` is set.
+/// A register with all bits set in the lanes whose bit of `lane_bits` is set.
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
-unsafe fn mask_of(lanes: u32) -> __m256 {
+unsafe fn mask_of(lane_bits: u32) -> __m256 {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
         let bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-        _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(lanes as i32), bits), bits))
+        _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(lane_bits as i32), bits), bits))
     }
 }
 
@@ -301,7 +311,7 @@ type LaneGroups<'a> = [Option<&'a mut [[f32; GROUP_LANES]]>; 4];
 /// Divides each channel into groups of eight lanes.
 #[inline(always)]
 pub(super) fn in_groups(out: Channels<'_, f32>) -> LaneGroups<'_> {
-    out.map(|lanes| lanes.map(|lanes| lanes.as_chunks_mut::<GROUP_LANES>().0))
+    out.map(|channel| channel.map(|values| values.as_chunks_mut::<GROUP_LANES>().0))
 }
 
 /// Writes the active lanes of a group of eight. `active`: one bit per lane of the group.
@@ -397,8 +407,8 @@ pub(super) unsafe fn filter<D: Decode>(
             for group in 0..BATCH / GROUP_LANES {
                 let (_, fraction) = level_and_fraction(levels_of_lanes, group, levels.len());
                 let uv = [group_of(request.u, group), group_of(request.v, group)];
-                let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
-                let value = value_of(decode, &pair, &lanes, _mm256_castsi256_ps(_mm256_set1_epi32(-1)), needed);
+                let input = GroupInput { uv, fraction, footprints: request.footprints, group };
+                let value = value_of(decode, &pair, &input, _mm256_castsi256_ps(_mm256_set1_epi32(-1)), needed);
                 write_group(&mut out, group, value, ALL_OF_GROUP);
             }
         }
@@ -418,20 +428,21 @@ pub(super) unsafe fn filter<D: Decode>(
             let finer_of_lane = transmute::<__m256i, [i32; GROUP_LANES]>(finer);
             let is_between = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(fraction, zero)) as u32;
             let uv = [group_of(request.u, group), group_of(request.v, group)];
-            let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
+            let input = GroupInput { uv, fraction, footprints: request.footprints, group };
             let (mut value, mut remaining) = ([zero; 4], active);
             while remaining != 0 {
                 let finer_index = finer_of_lane[remaining.trailing_zeros() as usize % GROUP_LANES];
                 let same_level = _mm256_castsi256_ps(_mm256_cmpeq_epi32(finer, _mm256_set1_epi32(finer_index)));
-                let filtered = _mm256_movemask_ps(same_level) as u32 & active;
-                let pair = level_pair(levels, address_modes, finer_index as usize, filtered & is_between != 0, previous);
-                let wanted = if filtered == ALL_OF_GROUP { same_level } else { mask_of(filtered) };
-                let level_value = value_of(decode, &pair, &lanes, wanted, needed);
+                let lanes_at_level = _mm256_movemask_ps(same_level) as u32 & active;
+                let pair = level_pair(levels, address_modes, finer_index as usize, lanes_at_level & is_between != 0, previous);
+                let wanted_lanes = if lanes_at_level == ALL_OF_GROUP { same_level } else { mask_of(lanes_at_level) };
+                let level_value = value_of(decode, &pair, &input, wanted_lanes, needed);
                 previous = Some(pair);
                 for k in 0..4 {
-                    value[k] = if filtered == active { level_value[k] } else { _mm256_blendv_ps(value[k], level_value[k], wanted) };
+                    value[k] =
+                        if lanes_at_level == active { level_value[k] } else { _mm256_blendv_ps(value[k], level_value[k], wanted_lanes) };
                 }
-                remaining &= !filtered;
+                remaining &= !lanes_at_level;
             }
             write_group(&mut out, group, value, active);
         }
