@@ -109,7 +109,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     for scene in &scenes {
         // A scene with invented minor planets or stars needs a session that uses these in place of the embedded ones.
         let own_session = match (scene.minor_planets(), scene.stars()) {
-            (Some(bodies), _) => Some(open_session()?.with_minor_planets(bodies)),
+            (Some(bodies), _) => Some(open_session()?.with_small_bodies(bodies)),
             (None, Some(stars)) => Some(open_session()?.with_stars(stars)),
             (None, None) => None,
         };

@@ -16,7 +16,7 @@ use std::sync::{Arc, OnceLock};
 const MAX_TABLES: usize = 64;
 /// The first bytes of a table's file.
 const MAGIC: &Magic = b"ORRAIR01";
-/// Length of a table, bytes: for each of its values a `Vec4`, in which the last component is unused.
+/// Length of a table, bytes: for each of its nodes (a height and a zenith angle of the Sun) a `Vec4`, in which the last component is unused.
 const TABLE_BYTES: usize = 16 * multi_scatter_table::NODES;
 
 /// The multiple-scattering tables of a session, by [`table_name`].
@@ -86,8 +86,8 @@ mod tests {
         let catalog = Catalog::embedded();
         let pluto = catalog.body(NaifId(999)).expect("Pluto");
         let folder = tempfile::tempdir().expect("a folder");
-        let reopened = || AirTables::open(Some(folder.path().to_owned())).get(pluto);
-        let computed = reopened();
+        let table_of_new_session = || AirTables::open(Some(folder.path().to_owned())).get(pluto);
+        let computed = table_of_new_session();
         assert_eq!(computed.len(), multi_scatter_table::NODES);
         let path = folder.path().join("orrery/air").join(format!("{}.table", table_name(pluto)));
         let bytes = std::fs::read(&path).expect("stored");
@@ -99,7 +99,7 @@ mod tests {
         for damaged in [&bytes[..20], &bytes[..bytes.len() - 4], &with_extra_byte, &flipped_bit] {
             assert_eq!(decode(damaged), None);
             std::fs::write(&path, damaged).expect("written");
-            assert_eq!(*reopened(), *computed);
+            assert_eq!(*table_of_new_session(), *computed);
             assert_eq!(std::fs::read(&path).expect("stored"), bytes, "replaced");
         }
         let mut with_higher_top = pluto.clone();
@@ -123,8 +123,9 @@ mod tests {
         let aerosol = AerosolPhase::with_asymmetry([0.5; 3]);
         let mut names = vec![name_with(aerosol)];
         for field in AerosolPhase::FIELDS {
-            let mut unchanged = aerosol;
-            for k in 0..(field.numbers)(&mut unchanged).len() {
+            let mut scratch = aerosol;
+            let count = (field.numbers)(&mut scratch).len();
+            for k in 0..count {
                 let mut other = aerosol;
                 (field.numbers)(&mut other)[k] += 0.1;
                 let name = name_with(other);

@@ -18,6 +18,7 @@ mod fragment_folder;
 #[cfg(feature = "gpu")]
 mod gpu_device;
 mod images;
+// A made-up shape model of any size, for measurements.
 pub(crate) mod invented_shape;
 mod lunar_heights;
 mod meshes;
@@ -50,6 +51,7 @@ use parking_lot::Mutex;
 pub use provenance::{ExistingImage, Provenance};
 pub use renderers::{DrawnBy, Readiness, RendererError, RendererPreference, RequestedOutput};
 use ring_shine_files::RingShineFiles;
+// The sample body: a body drawn with any shader, to measure the shader's cost and precision.
 pub use sample_body::{
     SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB, ms_per_megapixel, ms_per_megapixel_at, sample_body_plan, sample_body_plan_of,
 };
@@ -107,9 +109,9 @@ const MAX_KERNEL_BYTES: u64 = 4 << 30;
 /// Characters of coordinates, for the glyph atlas.
 const COORDINATE_CHARS: &str = "0123456789+-.°'\"hmsNESW";
 /// Largest number of textures of ring tables in memory: enough for the rings and their shadows in a frame.
-const MAX_RING_PROFILES: usize = 6;
-/// Largest number of bodies whose city lights are in memory.
-const MAX_NIGHT_LIGHTS: usize = 16;
+const MAX_RING_TEXTURES: usize = 6;
+/// Largest number of bodies whose night lights (city lights) are in memory.
+const MAX_BODIES_WITH_NIGHT_LIGHTS: usize = 16;
 
 /// Catalog, ephemeris, maps, shaders and renderers of one run. Threads share it.
 pub struct Session {
@@ -119,10 +121,10 @@ pub struct Session {
     library: ShaderLibrary,
     air_tables: air_tables::AirTables,
     meshes: Meshes,
-    /// City lights by body, read when the light meter first needs them.
+    /// Night lights (city lights) by body. Read when automatic exposure first needs them: when it would overexpose them.
     night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
     /// The textures of the latest ring tables.
-    ring_profiles: Memo<Arc<RingTable>, SharedTexture>,
+    ring_textures: Memo<Arc<RingTable>, SharedTexture>,
     /// The glyph atlas of the last requested size, by the bits of the size in pixels.
     glyphs: Memo<u64, Arc<GlyphAtlas>>,
     scene_caches: Caches,
@@ -138,7 +140,7 @@ pub struct Session {
     count_cpu: bool,
     /// What the session was opened with.
     sources: Sources,
-    /// Custom surfaces: path below shaders/, and WESL text.
+    /// Custom surfaces, the user's functions that colour the ground of bodies: path below shaders/, and WESL text.
     surfaces: Vec<(String, String)>,
     /// The user's panorama of the sky.
     sky_map: Option<SkyMap>,
@@ -212,6 +214,7 @@ impl Session {
             devices.start_opening_gpu();
         }
         let mut stages = Stages::default();
+        // `eclipse_radii`: the convention for the radii of the Sun and the Moon: the catalog's own, or those of almanacs.
         let catalog =
             stages.measure(Stage::Catalog, || read_catalog(sources.catalogs.as_deref()))?.with_eclipse_radii(sources.eclipse_radii);
         let stars = stages.measure(Stage::Catalog, || star_and_body_files::stars(sources.stars.as_deref()))?;
@@ -244,8 +247,8 @@ impl Session {
             library,
             air_tables,
             meshes: Meshes::new(sources.map_and_mesh_folders().cloned()),
-            night_lights: Memo::with_capacity(MAX_NIGHT_LIGHTS),
-            ring_profiles: Memo::with_capacity(MAX_RING_PROFILES),
+            night_lights: Memo::with_capacity(MAX_BODIES_WITH_NIGHT_LIGHTS),
+            ring_textures: Memo::with_capacity(MAX_RING_TEXTURES),
             glyphs: Memo::with_capacity(1),
             scene_caches: Caches::with_ring_shines(RingShineCache::stored(ring_shines)),
             devices,
@@ -260,10 +263,10 @@ impl Session {
         })
     }
 
-    /// Replaces the minor planets, for a measurement; the provenance of images does not include them.
+    /// Replaces the minor planets and comets ([`Catalog::with_small_bodies`]), for a measurement; the provenance of images does not include them.
     #[must_use]
-    pub fn with_minor_planets(self, minor_planets: SmallBodies) -> Self {
-        Self { catalog: self.catalog.with_small_bodies(Some(minor_planets)), ..self }
+    pub fn with_small_bodies(self, small_bodies: SmallBodies) -> Self {
+        Self { catalog: self.catalog.with_small_bodies(Some(small_bodies)), ..self }
     }
 
     /// Replaces the stars, for a measurement; the provenance of images does not include them.
@@ -390,7 +393,7 @@ impl ResourceProvider for Session {
         self.maps.premultiplied(file).map_err(|e| PlanError::Map { file: file.to_owned(), why: e.to_string() })
     }
     fn ring_profile(&self, table: &Arc<RingTable>) -> SharedTexture {
-        self.ring_profiles.get_compatible(Arc::ptr_eq, Arc::clone(table), || plan::ring_profile(table))
+        self.ring_textures.get_compatible(Arc::ptr_eq, Arc::clone(table), || plan::ring_profile(table))
     }
     fn glyphs(&self, size_px: f64) -> Arc<GlyphAtlas> {
         self.glyphs.get(size_px.to_bits(), || {
