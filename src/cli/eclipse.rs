@@ -292,7 +292,7 @@ fn transit_row(catalog: &Catalog, transit: &Transit, observer: Option<GeodeticPo
     row
 }
 
-/// An event of a moon as a JSON object. In a mutual event, its `by` is the moon that occults or eclipses `body`.
+/// An event of a moon as a JSON object. In a mutual event, its `by` is the moon that occults or eclipses `body`, and so is nearer to the Earth or the Sun.
 fn moon_event_row(catalog: &Catalog, event: &MoonEvent) -> Value {
     json!({
         "kind": "moons",
@@ -325,7 +325,7 @@ fn write_eclipse_paths(file: &Path, eclipses: &[SolarEclipse], radii_name: &str,
             if !lines.is_empty() {
                 // A time for each vertex, in the order of the coordinates.
                 let times: Vec<String> =
-                    lines.iter().flatten().filter_map(|v| Some(instant_at(instants, v.position)?.to_utc_iso())).collect();
+                    lines.iter().flatten().filter_map(|v| Some(instant_at(instants, v.fractional_index)?.to_utc_iso())).collect();
                 let times = if times.is_empty() { Value::Null } else { json!(times) };
                 let coordinates: Vec<Vec<[f64; 2]>> =
                     lines.iter().map(|line| line.iter().map(|v| [v.longitude_deg, v.latitude_deg]).collect()).collect();
@@ -350,8 +350,8 @@ fn write_eclipse_paths(file: &Path, eclipses: &[SolarEclipse], radii_name: &str,
     write_output_file("--path", file, format!("{collection}\n").as_bytes(), overwrite).map_err(|e| e.to_string())
 }
 
-/// The instant at a fractional index into the places of a line ([`events::CutVertex::position`]): interpolated linearly between the `instants` of the places;
-/// `None` if the line has no times.
+/// The instant at a fractional index into the places of a line ([`events::CutVertex::fractional_index`]): interpolated linearly between the `instants` of the
+/// places; `None` if the line has no times.
 fn instant_at(instants: &[Instant], fractional_index: f64) -> Option<Instant> {
     let earlier = *instants.get(fractional_index as usize)?;
     let later = instants.get(fractional_index as usize + 1).unwrap_or(&earlier);

@@ -1,8 +1,8 @@
 //! Apparent places from the Earth's centre, and the sub-observer and sub-solar points of a body.
 //!
-//! In: a body and an instant (of reception); for the points also an observer, as a body. Out: degrees, kilometres and seconds, for display. Apparent places
-//! include light time, light deflection by the Sun, and stellar aberration with its relativistic terms. Omitted: deflection by the planets (under 0.02 arcsec,
-//! and only beside their discs), the atmosphere, and the observer's position on the Earth.
+//! In: a body and an instant (of reception); for the points also the body from whose centre they are observed. Out: degrees, kilometres and seconds, for
+//! display. Apparent places include light time, light deflection by the Sun, and stellar aberration with its relativistic terms. Omitted: deflection by the
+//! planets (under 0.02 arcsec, and only beside their discs), the atmosphere, and the observer's position on the Earth.
 
 use super::orientation::{self, PoleAndMeridian};
 use super::topocentric::place_of_normal_deg;
@@ -12,11 +12,17 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 
-/// SOFA's `dlim`: the deflection is reduced where half the square of the angle from the Sun's centre (radians) is below this, to avoid a division by 0. At the
-/// Sun's limb, half the square is 1.1e-5, so this concerns only directions behind the Sun's disc.
+/// SOFA's `dlim`: lower limit of 1 - cos(angle), a divisor of the deflection, which would be 0 behind the Sun's centre. The angle, at the Sun, is that between
+/// the direction to the body and the direction away from the Earth; for a distant body it is the elongation. The limit is reached at 4.9 arcmin, behind the
+/// Sun's disc (16 arcmin).
 const DEFLECTION_LIMIT: f64 = 1e-6;
 
-/// Right ascension and declination, in the frame that its user names.
+/// Tenths of a second of time in an hour, and of a second of arc in a degree.
+const TENTHS_PER_HOUR_OR_DEGREE: u64 = 36_000;
+/// Tenths of a second, of time or of arc, in a minute.
+const TENTHS_PER_MINUTE: u64 = 600;
+
+/// Right ascension and declination. The frame is stated where this type is used.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct RaDec {
     /// Right ascension, 0 to 360.
@@ -34,7 +40,7 @@ impl RaDec {
 
     /// Right ascension in hours, minutes and seconds of time: `5h 34m 31.9s`.
     pub fn ra_text(&self) -> String {
-        let tenths = tenths_of_seconds(self.ra_deg.rem_euclid(360.0) / 15.0) % (24 * TENTHS_PER_UNIT);
+        let tenths = tenths_of_seconds(self.ra_deg.rem_euclid(360.0) / 15.0) % (24 * TENTHS_PER_HOUR_OR_DEGREE);
         let (hours, minutes, seconds) = sexagesimal(tenths);
         format!("{hours}h {minutes:02}m {seconds:04.1}s")
     }
@@ -48,19 +54,14 @@ impl RaDec {
     }
 }
 
-/// Tenths of a second in an hour or a degree.
-const TENTHS_PER_UNIT: u64 = 36_000;
-/// Tenths of a second in a minute.
-const TENTHS_PER_MINUTE: u64 = 600;
-
 /// Hours or degrees as tenths of a second of time or of arc.
 fn tenths_of_seconds(hours_or_degrees: f64) -> u64 {
-    (hours_or_degrees * TENTHS_PER_UNIT as f64).round() as u64
+    (hours_or_degrees * TENTHS_PER_HOUR_OR_DEGREE as f64).round() as u64
 }
 
 /// Splits tenths of a second, of time or of arc, into hours or degrees, minutes, and seconds.
 fn sexagesimal(tenths: u64) -> (u64, u64, f64) {
-    (tenths / TENTHS_PER_UNIT, tenths / TENTHS_PER_MINUTE % 60, (tenths % TENTHS_PER_MINUTE) as f64 / 10.0)
+    (tenths / TENTHS_PER_HOUR_OR_DEGREE, tenths / TENTHS_PER_MINUTE % 60, (tenths % TENTHS_PER_MINUTE) as f64 / 10.0)
 }
 
 /// A body's apparent place, as seen from the Earth's centre.
@@ -122,8 +123,8 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
     })
 }
 
-/// Unit vector to where a moving viewer sees a light that a viewer at rest sees in the direction `u` (unit vector). `velocity_km_s`: of the moving viewer,
-/// relative to the one at rest.
+/// A viewer at rest sees a light in the direction `u` (unit vector); the result is the direction (unit vector) in which a moving viewer sees it.
+/// `velocity_km_s`: of the moving viewer, relative to the one at rest.
 ///
 /// The relativistic formula (Urban and Seidelmann 2013, Explanatory Supplement, eq. 7.40), exact for uniform motion. SOFA's `ab`, used by [`apparent_place`],
 /// adds the effect of the Sun's gravity, below a microarcsecond.
@@ -210,6 +211,7 @@ fn surface_point(direction_in_body: DVec3, radii_km: DVec3, east_is_positive: bo
     let (lon_east_deg, lat_centric_deg) = lon_lat_deg(direction_in_body);
     // Normal to the ellipsoid at the surface point; that point is a multiple of the direction.
     let normal = direction_in_body / (radii_km * radii_km);
+    // The longitude of the place with this normal is that above, here -180 to 180.
     let [lat_graphic_deg, _lon_east_deg] = place_of_normal_deg(radii_km, normal);
     SurfacePoint {
         lon_east_deg,
@@ -268,7 +270,7 @@ mod tests {
 
     #[test]
     fn the_earths_speed_shifts_a_star_abeam_by_the_constant_of_aberration() {
-        // kappa = 20.49552 arcsec (IAU 1976), at the Earth's mean speed of kappa (in radians) times the speed of light, near 29.789 km/s.
+        // kappa = v / c = 20.49552 arcsec (IAU 1976); v is the Earth's mean speed, near 29.789 km/s.
         let seen = aberrated(DVec3::Y, DVec3::X * 29.7892);
         let shift_arcsec = seen.x.atan2(seen.y) / RAD_PER_ARCSEC;
         assert!((shift_arcsec - 20.4955).abs() < 0.01, "{shift_arcsec}");

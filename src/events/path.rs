@@ -119,17 +119,17 @@ pub struct CutVertex {
     pub longitude_deg: f64,
     /// Geodetic latitude, degrees.
     pub latitude_deg: f64,
-    /// Position along the uncut line: 2.25 is a quarter of the way from its place 2, counted from 0, to its place 3.
-    pub position: f64,
+    /// Fractional index into the places of the uncut line: 2.25 is a quarter of the way from its place 2, counted from 0, to its place 3.
+    pub fractional_index: f64,
 }
 
 /// A line of places, cut where it crosses the antimeridian, as GeoJSON requires (RFC 7946, section 3.1.9). Each cut adds two vertices, which belong to none of
-/// the places; with their `position`, a caller interpolates other properties of the places, such as times.
+/// the places; with their `fractional_index`, a caller interpolates other properties of the places, such as times.
 pub fn cut_at_antimeridian(places: &[GeodeticPosition]) -> Vec<Vec<CutVertex>> {
     let mut lines: Vec<Vec<CutVertex>> = vec![Vec::new()];
     let mut previous: Option<CutVertex> = None;
     for (k, place) in places.iter().enumerate() {
-        let vertex = CutVertex { longitude_deg: place.longitude_deg, latitude_deg: place.latitude_deg, position: k as f64 };
+        let vertex = CutVertex { longitude_deg: place.longitude_deg, latitude_deg: place.latitude_deg, fractional_index: k as f64 };
         if let Some(previous) = previous.replace(vertex).filter(|p| (p.longitude_deg - vertex.longitude_deg).abs() > 180.0) {
             let edge_deg = 180.0_f64.copysign(previous.longitude_deg);
             // Degrees of longitude from the earlier place to the antimeridian, and to the later place.
@@ -140,7 +140,7 @@ pub fn cut_at_antimeridian(places: &[GeodeticPosition]) -> Vec<Vec<CutVertex>> {
             let at_edge = CutVertex {
                 longitude_deg: edge_deg,
                 latitude_deg: interpolated(previous.latitude_deg, vertex.latitude_deg),
-                position: interpolated(previous.position, vertex.position),
+                fractional_index: interpolated(previous.fractional_index, vertex.fractional_index),
             };
             lines.last_mut().into_iter().for_each(|line| line.push(at_edge));
             lines.push(vec![CutVertex { longitude_deg: -edge_deg, ..at_edge }]);
@@ -174,7 +174,8 @@ mod tests {
     #[test]
     fn a_line_over_the_antimeridian_is_cut_there() {
         let cut = cut_at_antimeridian(&[place(10.0, 170.0), place(12.0, 178.0), place(14.0, -178.0), place(16.0, -170.0)]);
-        let numbers = |line: &Vec<CutVertex>| line.iter().map(|v| [v.longitude_deg, v.latitude_deg, v.position]).collect::<Vec<_>>();
+        let numbers =
+            |line: &Vec<CutVertex>| line.iter().map(|v| [v.longitude_deg, v.latitude_deg, v.fractional_index]).collect::<Vec<_>>();
         assert_eq!(
             cut.iter().map(numbers).collect::<Vec<_>>(),
             [[[170.0, 10.0, 0.0], [178.0, 12.0, 1.0], [180.0, 13.0, 1.5]], [[-180.0, 13.0, 1.5], [-178.0, 14.0, 2.0], [-170.0, 16.0, 3.0]]]

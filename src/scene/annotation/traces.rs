@@ -27,7 +27,8 @@ const MAX_SAMPLES: usize = 1200;
 const MOON_PERIODS_PER_YEAR: f64 = 13.4;
 /// Line segments between two samples.
 const SEGMENTS_PER_SAMPLE: usize = 4;
-/// Length of a path in units of the longer period: of the body's period about its parent and the centre's, which is disregarded if the body orbits the centre.
+/// Length of a path in units of the longer of two periods: the body's about its parent, and the centre's about its own. If the body orbits the centre, only the
+/// body's counts.
 const LENGTH_PERIODS: f64 = 1.0;
 /// Maximum length of a path.
 const MAX_DAYS: f64 = 12.0 * DAYS_PER_JULIAN_YEAR;
@@ -37,16 +38,25 @@ const OPACITY: f64 = 0.9;
 /// A point of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct PathPoint {
-    /// Relative to the body's current position, ICRF; in [`segments`] relative to the camera, camera axes.
-    position_km: DVec3,
+    /// Position relative to the body's current position, ICRF.
+    offset_km: DVec3,
     /// Fraction of the opacity at the body that remains at this point.
+    remaining_opacity: f64,
+}
+
+/// A point of a path as the camera sees it.
+#[derive(Clone, Copy)]
+struct CameraPoint {
+    /// Position relative to the camera, camera axes.
+    position_km: DVec3,
+    /// As [`PathPoint::remaining_opacity`].
     remaining_opacity: f64,
 }
 
 /// Points of a path relative to the body's current position, newest first. `states`: samples `step_s` apart, newest first.
 fn path(states: &[State], step_s: f64) -> Vec<PathPoint> {
     let count = (states.len() - 1) * SEGMENTS_PER_SAMPLE;
-    let point = |k: usize, position_km: DVec3| PathPoint { position_km, remaining_opacity: 1.0 - k as f64 / count as f64 };
+    let point = |k: usize, offset_km: DVec3| PathPoint { offset_km, remaining_opacity: 1.0 - k as f64 / count as f64 };
     let interpolated = |k: usize| {
         let (n, fraction) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
         let newer_km = states[n].pos_km - states[0].pos_km;
@@ -64,8 +74,11 @@ fn path(states: &[State], step_s: f64) -> Vec<PathPoint> {
 
 /// The part of a path inside the frame, as line segments. `body_km`: the body's apparent position from the camera, ICRF.
 fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) -> Vec<LineSegment> {
-    let in_camera_axes = |point: &PathPoint| PathPoint { position_km: camera.in_axes(body_km + point.position_km), ..*point };
-    let points: Vec<PathPoint> = path.iter().map(in_camera_axes).collect();
+    let seen_from_camera = |point: &PathPoint| CameraPoint {
+        position_km: camera.in_axes(body_km + point.offset_km),
+        remaining_opacity: point.remaining_opacity,
+    };
+    let points: Vec<CameraPoint> = path.iter().map(seen_from_camera).collect();
     // x to the right, y up.
     let px_from_middle = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size_px();
     // Direction of segment k in the image; `None` if it does not exist, reaches the near plane or has no length.
@@ -80,7 +93,7 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) 
     let segment = |k: usize| {
         let (from, to) = (points[k], points[k + 1]);
         let [enter, leave] = clipped_to_frame(camera, from.position_km, to.position_km)?;
-        let at = |t: f64| PathPoint {
+        let at = |t: f64| CameraPoint {
             position_km: from.position_km.lerp(to.position_km, t),
             remaining_opacity: from.remaining_opacity + t * (to.remaining_opacity - from.remaining_opacity),
         };
@@ -172,11 +185,11 @@ mod tests {
         let step_s = 27.3 * SECONDS_PER_DAY / SAMPLES_PER_PERIOD;
         let states: Vec<State> = (0..=48).map(|k| at(-step_s * f64::from(k))).collect();
         let path = path(&states, step_s);
-        assert_eq!((path.len(), path[0]), (48 * SEGMENTS_PER_SAMPLE + 1, PathPoint { position_km: DVec3::ZERO, remaining_opacity: 1.0 }));
+        assert_eq!((path.len(), path[0]), (48 * SEGMENTS_PER_SAMPLE + 1, PathPoint { offset_km: DVec3::ZERO, remaining_opacity: 1.0 }));
         let (mut worst_km, mut worst_linear_km) = (0.0_f64, 0.0_f64);
         for (k, point) in path.iter().enumerate() {
             let expected = at(-step_s * k as f64 / SEGMENTS_PER_SAMPLE as f64).pos_km - states[0].pos_km;
-            worst_km = worst_km.max(point.position_km.distance(expected));
+            worst_km = worst_km.max(point.offset_km.distance(expected));
             let (a, fraction) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
             if let Some(b) = states.get(a + 1) {
                 worst_linear_km = worst_linear_km.max((states[a].pos_km.lerp(b.pos_km, fraction) - states[0].pos_km).distance(expected));
@@ -202,7 +215,7 @@ mod tests {
                 let states: Vec<State> = (0..=samples).map(|k| at(-step_s * k as f64)).collect();
                 let error = |(k, point): (usize, &PathPoint)| {
                     let expected = at(-step_s * k as f64 / SEGMENTS_PER_SAMPLE as f64).pos_km;
-                    (point.position_km + states[0].pos_km).distance(expected) / expected.length()
+                    (point.offset_km + states[0].pos_km).distance(expected) / expected.length()
                 };
                 path(&states, step_s).iter().enumerate().map(error).fold(0.0, f64::max)
             };

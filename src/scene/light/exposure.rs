@@ -39,10 +39,10 @@ impl Exposure {
 
 /// Exposure of the pixel view `cost`, in stops: 2^14 instructions are white.
 pub(crate) const COST_STOPS: f64 = -14.0;
-/// Display level, as a linear fraction of white, at which automatic exposure shows the mean radiance of a metered subject (brightest channel), such as a fully
-/// lit disc. Details twice as bright as the mean then reach white without being clipped, and a coloured body keeps its colour.
+/// Fraction of white (linear) at which automatic exposure shows the mean radiance of a metered subject (brightest channel), such as a fully lit
+/// disc. Details twice as bright as the mean then reach white without being clipped, and a coloured body keeps its colour.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
-/// The same level for the Sun's disc: its centre reaches white, and the darkened limb stays below white.
+/// The same for the Sun's disc: its centre reaches white, and the darkened limb stays below white.
 pub const AUTO_EXPOSED_SUN: f64 = 0.85;
 /// Luminance in cd/m2 of radiance 1, that is, of a white plane facing the Sun at 1 au: its illuminance divided by pi. With 2.54e-6 lux for V = 0 (Allen
 /// 1976, Astrophysical Quantities), the Sun's V = -26.76 is 128 klx. Good to 5 %, a fourteenth of a stop: published solar illuminance constants lie between

@@ -21,7 +21,7 @@ pub enum SkyFrame {
     Ecliptic,
 }
 
-/// An unknown frame name, with a suggestion.
+/// A frame's name is not known. Contains the nearest known name as a suggestion, or a list of all, but not the unknown name itself: clap quotes it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct UnknownSkyFrame(String);
@@ -82,7 +82,7 @@ impl SkyFrame {
 mod tests {
     use super::*;
 
-    /// Known directions: the Galactic centre and pole (by the spherical triangle of the Hipparcos catalog's constants), the celestial pole in
+    /// Known directions: the Galactic centre and pole (computed from the Hipparcos catalog's constants by spherical trigonometry), the celestial pole in
     /// Galactic axes, the summer solstice, the ecliptic pole.
     #[test]
     fn frames_have_their_published_axes() {
