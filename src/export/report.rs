@@ -19,11 +19,11 @@ const SIDE_PX: u32 = 40;
 /// Cost of one module in one revision, and statistics of its sample image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Figures {
-    /// Lane operations of the fragment tape; operations in a loop count once.
+    /// Lane operations of the fragment stage's tape; operations in a loop count once.
     pub operations: usize,
-    /// Texture samples and loads of the fragment tape.
+    /// Texture samples and loads of the fragment stage's tape.
     pub texture_reads: usize,
-    /// Slots of the fragment tape: the number of values per lane that are live at the same time.
+    /// Slots of the fragment stage's tape: the number of values per lane that are live at the same time.
     pub slots: u32,
     /// Mean luminance of the sample image, relative to a white Lambert surface in full sunlight; `None` for modules that draw no body.
     pub mean_luminance: Option<f64>,
@@ -100,7 +100,7 @@ enum ModuleComparison {
 /// The modules to compare: those that at least one library lists, or `default_ids` if both revisions are folders of fragments.
 fn ids_to_compare(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<ModuleId> {
     let libraries: Vec<Vec<ModuleId>> = revisions.iter().filter_map(|r| r.ids()).collect();
-    // A library may list no module that this program knows, so an empty list does not mean fragments.
+    // A library whose modules are all unknown to this program gives an empty list, but still counts as a library: `default_ids` is not used then.
     let all: BTreeSet<ModuleId> =
         if libraries.is_empty() { default_ids.iter().cloned().collect() } else { libraries.into_iter().flatten().collect() };
     all.into_iter().collect()
@@ -112,11 +112,11 @@ fn ids_to_compare(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<Mo
 /// The error is one line: the tape cannot be read, or the module has no fragment stage.
 pub(crate) fn figures(module: &ShaderModule, sample: Option<&SampleImage>) -> Result<Figures, String> {
     let costs = tape_costs(module).map_err(|e| e.to_string())?;
-    let Some(fragment) = costs.iter().find(|c| c.stage == "fragment") else { return Err("no fragment stage".into()) };
+    let Some(fragment_stage) = costs.iter().find(|c| c.stage == "fragment") else { return Err("no fragment stage".into()) };
     Ok(Figures {
-        operations: fragment.operations.values().sum(),
-        texture_reads: fragment.texture_reads,
-        slots: fragment.slots,
+        operations: fragment_stage.operations.values().sum(),
+        texture_reads: fragment_stage.texture_reads,
+        slots: fragment_stage.slots,
         mean_luminance: sample.map(SampleImage::mean_luminance),
         rounding_levels: sample.map(SampleImage::rounding_levels),
     })
@@ -197,7 +197,7 @@ impl Report {
                 [Ok(Some(a)), Ok(Some(b))] => compare(renderer, [a, b], id),
                 [Err(e), _] | [_, Err(e)] => Err(e),
                 [Ok(Some(_)), Ok(None)] => Ok(ModuleComparison::OnlyInFirst),
-                // At least one revision lists the module.
+                // Both cannot be `None`: an id comes from a library that has the module, or both revisions are folders of fragments, which never give `None`.
                 [Ok(None), Ok(_)] => Ok(ModuleComparison::OnlyInSecond),
             }
         };

@@ -1,4 +1,5 @@
-//! The source map: for each line of an emitted module, the fragment (WESL file) and line from which it came, and the feature that includes it. `emit` fills it.
+//! The source map: for each line of an emitted module, the fragment (WESL file) and line from which it came, and the features on which the line depends.
+//! `emit` fills it.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +27,7 @@ pub struct SourceMap {
 }
 
 impl SourceMap {
-    /// The entry of [`SourceMap::features`] for an emitted line (from 1): the feature that includes it. `None` past the last line.
+    /// The entry of [`SourceMap::features`] for an emitted line (from 1): a feature, a condition, or the module's name. `None` past the last line.
     pub fn feature_of(&self, line: usize) -> Option<&str> {
         let origin = self.lines.get(line.checked_sub(1)?)?;
         self.features.get(usize::from(origin.feature)).map(String::as_str)

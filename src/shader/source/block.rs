@@ -1,7 +1,7 @@
 //! Blocks of a fragment (WESL file): parts of its text that are included or omitted together, by one condition.
 //!
-//! Blocks form a tree: the scanner lists them in the order of the text, and each refers to others by their index. [`ROOT`] is the part
-//! without a condition.
+//! The scanner lists blocks in the order of the text; each refers to others by their index. By `parent`, the branches of chains form a tree, whose root,
+//! [`ROOT`], is the part without a condition.
 
 use super::condition::Condition;
 
@@ -16,6 +16,6 @@ pub enum Block {
     /// A branch of a chain of `@if`, `@elif` and `@else`: emitted if `parent` is emitted, its own condition holds, and the condition of no earlier branch of
     /// the chain holds. `previous_branch`: the branch directly before it.
     When { parent: u32, condition: Condition, previous_branch: Option<u32> },
-    /// Emitted if any of these blocks is: the comments above a chain, whose branches these are.
+    /// The comments above a chain: emitted if any branch of the chain is. The numbers are the branches.
     AnyOf(Vec<u32>),
 }
