@@ -198,7 +198,7 @@ fn difference_text(a: &crate::shader::Emitted, b: &crate::shader::Emitted) -> St
     text
 }
 
-/// The text of `cost`. `tapes`: the cost of the vertex and the fragment tape. `ms_per_megapixel`: `None` if the module was not timed.
+/// The text of `cost`. `tapes`: the cost of the tapes of the vertex and of the fragment stage. `ms_per_megapixel`: `None` if the module was not timed.
 fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option<f64>, compile_time: std::time::Duration) -> String {
     let cost = ir_cost(module);
     let mut operations: Vec<_> = cost.operations.iter().collect();

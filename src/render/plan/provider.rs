@@ -13,7 +13,7 @@ pub trait ResourceProvider {
     fn layout(&self, module: &ModuleId) -> Result<Layout, PlanError>;
     /// A map by its file name.
     fn map(&self, file: &str, decoding: MapDecoding) -> Result<SharedTexture, PlanError>;
-    /// A colour image by its file name, premultiplied by its alpha in linear light.
+    /// A colour image that lies over a body's map or over the sky, by its file name; premultiplied by its alpha in linear light.
     fn overlay(&self, file: &str) -> Result<SharedTexture, PlanError>;
     /// The texture of a ring profile. It takes up to a megabyte, so the provider keeps it from frame to frame.
     fn ring_profile(&self, table: &Arc<RingTable>) -> SharedTexture;

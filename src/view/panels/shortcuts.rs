@@ -81,6 +81,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
         interface.quit_requested = true;
     }
     if take_ctrl_key(Key::S) {
+        // `share::update` saves the image to a file.
         interface.share.wants_image = true;
     }
     // Letters typed into a text field are not shortcuts. A control that got the focus after the last frame may be a text field that egui has not shown yet.

@@ -70,7 +70,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
 }
 
-/// Shows how often the library has read, compiled and written modules since the session was opened, with the mean time of each.
+/// Shows how often the library has read, compiled (`emitted`, including parsing and lowering) and written modules since the session was opened, with the
+/// mean time of each.
 fn library_statistics(ui: &mut egui::Ui, library: &Statistics) {
     let mean_time = |total_s: f64, count: u64| {
         if count == 0 { String::new() } else { text!("cost-each", ms = decimal(1e3 * total_s / count as f64, 2)) }
