@@ -72,6 +72,20 @@ fn is_shine_in_air(scene: &Scene) -> Option<bool> {
     earth.decisions.iter().find(|d| d.effect == "planet-shine-in-air").map(|d| d.on)
 }
 
+/// 50 km above the ground the moonlit sky has a twentieth of its light, and is exposed for that, not as on the ground: by night nothing is in daylight below.
+/// Negative control: at noon the sky is exposed as on the ground.
+#[test]
+fn the_moonlit_sky_high_in_the_air_is_exposed_for_its_light() {
+    let stops = |time: &str, height_km: f64| {
+        let request = ViewRequest { exposure: ExposureRequest::Auto, ..view(time, height_km, up(), "") };
+        SESSION.scene(&request).expect("a scene").exposure.stops
+    };
+    let [by_night, by_day] = [FULL_MOON, NOON].map(|time| stops(time, 50.0) - stops(time, 0.0017));
+    println!("50 km up: {by_night:.2} stops more by night, {by_day:.2} by day");
+    assert!(by_night > 1.0, "{by_night} stops");
+    assert!(by_day.abs() < 0.2, "{by_day} stops");
+}
+
 /// The light that the full Moon adds to the sky is that of a sky whose only light is the Moon, in the Sun's place. Bound: 2 %, for the half floats in which a
 /// frame may be stored and for moonlight as the difference of two skies. It is 10 to 80 times the light of the moonless sky: by Krisciunas and Schaefer 1991
 /// (Publications of the Astronomical Society of the Pacific 103, 1033) a dark sky is some 3.5 magnitudes brighter at full Moon.

@@ -158,6 +158,24 @@ fn escape_or_an_unchanged_text_leaves_the_value() {
 }
 
 /// As in the number fields of browsers: an arrow key steps from the number that stands in the field.
+/// egui's own step of whole numbers, 0.25, would be rounded away.
+#[test]
+fn an_arrow_key_steps_whole_numbers_by_one() {
+    let mut window = window_without_images(MARS);
+    window.get_by_role_and_label(Role::Button, "Calendar").click();
+    window.run_steps(3);
+    for (typed, key, expected) in [("", Key::ArrowUp, 1.0), ("", Key::ArrowDown, 0.0), ("5", Key::ArrowUp, 6.0), ("9", Key::ArrowDown, 8.0)]
+    {
+        enter_field(&mut window, "Hour");
+        type_letters(&mut window, typed);
+        window.key_press(key);
+        window.run_steps(4);
+        assert_eq!(value(&window, "Hour"), expected, "{typed} {key:?}");
+        leave_by(&mut window, Key::Enter);
+        assert_eq!(value(&window, "Hour"), expected, "{typed} {key:?}, entered");
+    }
+}
+
 #[test]
 fn an_arrow_key_steps_from_the_typed_number() {
     let mut window = window_without_images(MARS);

@@ -42,12 +42,12 @@ impl SurroundingAir<'_> {
     /// of a day darkens with height. In dusk, where nothing is lit but the sky, these directions have a part of the light that they have on the ground, and the
     /// exposure is that of a dusk with this part of the light, where this is less. The part may be small: most light of a dusk comes from air below the camera,
     /// and what is above it is in the shadow of the body except towards the Sun.
-    /// `directions`: see [`Self::scattered_radiance`].
-    pub(crate) fn exposure_radiance_of_sky(&self, towards: DVec3, irradiance: f64, directions: &[(DVec3, f64)]) -> f64 {
+    /// `towards`, `towards_sun`: vectors from the body to the light and to the Sun; `directions`: see [`Self::scattered_radiance`].
+    pub(crate) fn exposure_radiance_of_sky(&self, towards: DVec3, irradiance: f64, towards_sun: DVec3, directions: &[(DVec3, f64)]) -> f64 {
         let on_ground = 0.0;
         let [light_on_ground, light] = [on_ground, self.height_part()].map(|part| self.mean_luminance(part, towards, directions));
         let (sky, altitude_deg) = (self.sky_brightness(), self.altitude_deg(towards));
-        let dusk = (altitude_deg / DUSK_ALTITUDE_DEG).clamp(0.0, 1.0);
+        let dusk = (self.altitude_deg(towards_sun) / DUSK_ALTITUDE_DEG).clamp(0.0, 1.0);
         // In high haze the sky may be brighter than on the ground; it is then exposed as on the ground.
         let light_part = (light / light_on_ground.max(f64::MIN_POSITIVE)).min(1.0).powf(dusk);
         let [undimmed, dimmed] = [1.0, light_part].map(|part| exposure_per_irradiance(sky.altitude_of_dimmed_sky_deg(altitude_deg, part)));

@@ -79,6 +79,10 @@ impl NumberKind {
         }
     }
 
+    fn is_whole(self) -> bool {
+        matches!(self, Self::Whole | Self::Year | Self::Clock)
+    }
+
     fn unit(self) -> &'static str {
         match self {
             Self::Plain | Self::Whole | Self::Year | Self::Clock => "",
@@ -172,6 +176,11 @@ fn is_stepping(ui: &Ui) -> bool {
     ui.input(|input| input.events.iter().any(is_step))
 }
 
+/// Whether assistive technology steps the value of a control in this pass.
+fn is_stepped_by_assistive_technology(ui: &Ui) -> bool {
+    ui.input(|input| input.events.iter().any(|event| matches!(event, Event::AccessKitActionRequest(_))))
+}
+
 /// Shows a widget with the value that its text belongs to: while the text has the focus, the value does not change under it. `add`: adds the widget, given its
 /// value and its text.
 fn with_edited_value<N: Numeric>(
@@ -202,7 +211,8 @@ fn with_edited_value<N: Numeric>(
     if text_counts || is_restored || shown != before {
         *value = shown;
     }
-    if is_restored {
+    // egui compares with the number that the text belongs to, not with the value.
+    if is_restored || text_counts {
         response.mark_changed();
     }
     forget_earlier_edits(&response);
@@ -340,6 +350,8 @@ pub(crate) fn show<N: Numeric>(
         let (writer, reader) = (Rc::clone(text), Rc::clone(text));
         let field = adapt(DragValue::new(value));
         let field = if kind.unit().is_empty() { field } else { field.suffix(kind.unit()) };
+        // The speed is also the step by arrow keys and assistive technology: egui's own for whole numbers, 0.25, would be rounded away.
+        let field = if kind.is_whole() && (is_stepping(ui) || is_stepped_by_assistive_technology(ui)) { field.speed(1.0) } else { field };
         let field = field
             .range(range)
             .update_while_editing(text.may_change)

@@ -46,7 +46,11 @@ impl MeteredFrame<'_, '_> {
 
     /// The radiance for which images are exposed that show the sky around the camera as this frame does.
     pub(super) fn sky_exposure_radiance(&self) -> f64 {
-        self.sum_over_lights_of_sky(|air, towards, irradiance| air.exposure_radiance_of_sky(towards, irradiance, &self.sky_rays))
+        // Whether it is day or dusk depends on the Sun, also for the light of a moon.
+        let towards_sun = |air: &SurroundingAir<'_>| self.meter.placed.iter().find(|p| p.body.id == air.body.id).map(|p| p.body_to_sun_km);
+        self.sum_over_lights_of_sky(|air, towards, irradiance| {
+            air.exposure_radiance_of_sky(towards, irradiance, towards_sun(air).unwrap_or(towards), &self.sky_rays)
+        })
     }
 
     /// A sum over the lights of the sky around the camera: sunlight, dimmed in an eclipse, and the light of the body that gives the most light besides the Sun.

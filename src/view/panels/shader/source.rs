@@ -170,7 +170,9 @@ impl SourcePage {
         let lines = (0..).zip(&text.lines).filter(|(_, line)| is_match(line)).map(|(index, _)| index).collect::<Vec<u32>>();
         let next_index = last_line.map_or(0, |last_line| lines.partition_point(|line| *line < last_line));
         self.match_index = next_index.min(lines.len().saturating_sub(1));
-        self.scroll_line = lines.get(self.match_index).copied();
+        // Once the search is empty, the list goes back to the beginnings of the lines.
+        let is_emptied = self.needle.is_empty() && self.found.as_ref().is_some_and(|found| !found.needle.is_empty());
+        self.scroll_line = lines.get(self.match_index).copied().or(is_emptied.then_some(self.cursor_line as u32));
         self.found = Some(FoundLines { text: Arc::clone(text), needle: self.needle.clone(), only_feature, lines });
     }
 
@@ -297,9 +299,9 @@ impl SourcePage {
         if let Some(line) = self.scroll_line.take() {
             self.cursor_line = line as usize;
             area = area.vertical_scroll_offset((row_of(line as usize) as f32 * row_height - ROWS_ABOVE * row_height).max(0.0));
-            if let Some(line) = matching_line.filter(|matching| *matching == self.cursor_line) {
-                area = area.horizontal_scroll_offset(self.offset_of_match(ui, text, line, &font));
-            }
+            // A jump elsewhere than to a match goes back to the beginnings of the lines.
+            let matching_line = matching_line.filter(|matching| *matching == self.cursor_line);
+            area = area.horizontal_scroll_offset(matching_line.map_or(0.0, |line| self.offset_of_match(ui, text, line, &font)));
         }
         let has_margin = !text.features.is_empty();
         let mut chosen_index = None;
