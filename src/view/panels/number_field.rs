@@ -12,6 +12,7 @@ use crate::view::app::view_state::wrapped_longitude_deg;
 use crate::view::language::numbers::{field_text, typed_degrees, typed_number, typed_seconds, typed_whole_number};
 use crate::view::language::{FluentArgument, text, text_with_arguments};
 use crate::wording::echo_within;
+use egui::accesskit::Action;
 use egui::emath::Numeric;
 use egui::{Context, DragValue, Event, Id, Key, Modifiers, Response, Slider, TextEdit, Ui, Widget};
 use std::cell::RefCell;
@@ -176,9 +177,13 @@ fn is_stepping(ui: &Ui) -> bool {
     ui.input(|input| input.events.iter().any(is_step))
 }
 
-/// Whether assistive technology steps the value of a control in this pass.
+/// Whether assistive technology steps the value of some control in this pass.
 fn is_stepped_by_assistive_technology(ui: &Ui) -> bool {
-    ui.input(|input| input.events.iter().any(|event| matches!(event, Event::AccessKitActionRequest(_))))
+    let is_step = |event: &Event| match event {
+        Event::AccessKitActionRequest(request) => matches!(request.action, Action::Increment | Action::Decrement),
+        _ => false,
+    };
+    ui.input(|input| input.events.iter().any(is_step))
 }
 
 /// Shows a widget with the value that its text belongs to: while the text has the focus, the value does not change under it. `add`: adds the widget, given its

@@ -15,6 +15,7 @@ use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE};
 use crate::scene::light::lights;
 use crate::scene::numeric::smoothstep;
+use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use glam::DVec3;
 
@@ -38,7 +39,13 @@ pub(super) fn dusk_factor(radiance: f64) -> f64 {
     (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
 
-impl MeteredFrame<'_, '_> {
+impl<'a> MeteredFrame<'_, 'a> {
+    /// The body whose air surrounds the camera.
+    fn body_with_air(&self) -> Option<&PlacedBody<'a>> {
+        let air = self.meter.air?;
+        self.meter.placed.iter().find(|p| p.body.id == air.body.id)
+    }
+
     /// The radiance for which images of the ground under the sky around the camera are exposed.
     pub(super) fn ground_exposure_radiance(&self) -> f64 {
         self.sum_over_lights_of_sky(|air, towards, irradiance| air.exposure_radiance(towards, irradiance))
@@ -47,9 +54,9 @@ impl MeteredFrame<'_, '_> {
     /// The radiance for which images are exposed that show the sky around the camera as this frame does.
     pub(super) fn sky_exposure_radiance(&self) -> f64 {
         // Whether it is day or dusk depends on the Sun, also for the light of a moon.
-        let towards_sun = |air: &SurroundingAir<'_>| self.meter.placed.iter().find(|p| p.body.id == air.body.id).map(|p| p.body_to_sun_km);
+        let Some(towards_sun) = self.body_with_air().map(|p| p.body_to_sun_km) else { return 0.0 };
         self.sum_over_lights_of_sky(|air, towards, irradiance| {
-            air.exposure_radiance_of_sky(towards, irradiance, towards_sun(air).unwrap_or(towards), &self.sky_rays)
+            air.exposure_radiance_of_sky(towards, irradiance, towards_sun, &self.sky_rays)
         })
     }
 
@@ -58,7 +65,7 @@ impl MeteredFrame<'_, '_> {
     /// irradiance.
     fn sum_over_lights_of_sky(&self, by_light: impl Fn(&SurroundingAir<'_>, DVec3, f64) -> f64) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
-        let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
+        let Some(p) = self.body_with_air() else { return 0.0 };
         let eclipses_are_on = self.meter.context.request.effects.override_of_body(air.body, Effect::Eclipse) != Some(false);
         // `None`, so that nothing dims sunlight, if the user has switched eclipses off.
         let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on);
@@ -80,7 +87,7 @@ impl MeteredFrame<'_, '_> {
     /// The rays of the frame that pass the limb of the body whose air surrounds the camera: ICRF, unit vectors, each with the part of it that is above the
     /// limb.
     pub(super) fn rays_above_limb(&self) -> Vec<(DVec3, f64)> {
-        let Some(p) = self.meter.air.and_then(|a| self.meter.placed.iter().find(|p| p.body.id == a.body.id)) else { return Vec::new() };
+        let Some(p) = self.body_with_air() else { return Vec::new() };
         // Angle between neighbouring rays along the frame's diagonal, in its middle.
         let spacing_rad = 2.0 * self.meter.camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
         // `inside_rad` is negative above the limb. Around it, a ray's part above falls from 1 to 0 over one spacing.
