@@ -77,7 +77,7 @@ fn catalogs_of_a_megabyte_end_in_time() {
             "a chain of parents",
             fill_a_megabyte(|k| body(first_id + k, &if k == 0 { "Sun".into() } else { format!("B{}", first_id + k - 1) })),
         ),
-        // Over 2500 bodies fit; the parents of the others are in the circle.
+        // More than 2500 bodies fit; those beyond the circle have parents in it.
         ("a circle of 2500 parents", fill_a_megabyte(|k| body(first_id + k, &format!("B{}", first_id + (k + 1) % 2500)))),
         ("bodies without fields", fill_a_megabyte(|k| format!("[[body]]\nid = {}\n", first_id + k))),
         ("the same body again and again", fill_a_megabyte(|_| "[[body]]\nid = 401\n".into())),
@@ -109,6 +109,7 @@ fn catalogs_of_a_megabyte_end_in_time() {
         ),
         (
             "moments",
+            // Misspelt names, for which the message suggests similar ones.
             fill_a_megabyte(|k| {
                 format!(
                     "[[moment]]\nname = \"m{k}\"\nkind = \"rings\"\nabout = \"a\"\ntime = \"2024-01-01\"\ntarget = \"marz{k}\"\nsource = \"a\"\nside = \"satrun{k}\"\nradii = 3.0\n"
@@ -149,10 +150,10 @@ fn catalogs_of_a_megabyte_end_in_time() {
 #[test]
 fn fragments_of_a_megabyte_end_in_time() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (_, text) = orrery::shader::fragments::FRAGMENTS.iter().find(|(name, _)| *name == "entry/tone_map.wesl").expect("a fragment");
-    let in_function = |statements: String| text.replace("    return displayed", &format!("{statements}\n    return displayed"));
+    let (_, tone_map) = orrery::shader::fragments::FRAGMENTS.iter().find(|(name, _)| *name == "entry/tone_map.wesl").expect("a fragment");
+    let in_function = |statements: String| tone_map.replace("    return displayed", &format!("{statements}\n    return displayed"));
     let cases = [
-        ("nothing", (*text).to_owned()),
+        ("nothing", (*tone_map).to_owned()),
         ("parentheses", in_function(format!("let a = {}1{};", "(".repeat(400_000), ")".repeat(400_000)))),
         ("a sum", in_function(format!("let a = 1.0{};", " + 1.0".repeat(150_000)))),
         ("signs", in_function(format!("let a = {}1;", "- ".repeat(400_000)))),
@@ -162,15 +163,15 @@ fn fragments_of_a_megabyte_end_in_time() {
         ("blocks", in_function(nested("{", "}"))),
         ("conditions", in_function(nested("if true {", "}"))),
         ("else", in_function(format!("if true {{}}{}", " else if true {}".repeat(60_000)))),
-        ("types", format!("{text}\nalias t = {}f32{};", "array<".repeat(100_000), ">".repeat(100_000))),
+        ("types", format!("{tone_map}\nalias t = {}f32{};", "array<".repeat(100_000), ">".repeat(100_000))),
         ("less than", in_function(format!("let a = 1{};", " < 1".repeat(200_000)))),
-        ("comments", format!("{text}\n{}", nested("/*", "*/"))),
-        ("alternatives", format!("{text}\n{}", "@if(a) ".repeat(120_000))),
-        ("names", format!("{text}\n{}", fill_a_megabyte(|k| format!("const c{k} = 1;\n")))),
-        ("functions", format!("{text}\nfn g0() {{}}\n{}", fill_a_megabyte(|k| format!("fn g{}() {{ g{k}(); }}\n", k + 1)))),
+        ("comments", format!("{tone_map}\n{}", nested("/*", "*/"))),
+        ("alternatives", format!("{tone_map}\n{}", "@if(a) ".repeat(120_000))),
+        ("names", format!("{tone_map}\n{}", fill_a_megabyte(|k| format!("const c{k} = 1;\n")))),
+        ("functions", format!("{tone_map}\nfn g0() {{}}\n{}", fill_a_megabyte(|k| format!("fn g{}() {{ g{k}(); }}\n", k + 1)))),
         ("statements", in_function(fill_a_megabyte(|k| format!("let a{k} = {k};\n")))),
-        ("attributes", format!("{text}\n{}", "@a ".repeat(300_000))),
-        ("noise", "\u{0}".repeat(MEGABYTE)),
+        ("attributes", format!("{tone_map}\n{}", "@a ".repeat(300_000))),
+        ("zero bytes", "\u{0}".repeat(MEGABYTE)),
     ];
     for (k, (case, text)) in cases.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 4)) {
         let shaders = folder.path().join(k.to_string());
@@ -329,6 +330,7 @@ fn blank_png(width: u32, height: u32) -> (Vec<u8>, Vec<u8>) {
 /// A PNG of 16 x 8 pixels with this compressed colour profile, whose chunk is between IHDR and IDAT.
 fn png_with_profile(compressed_profile: &[u8]) -> Vec<u8> {
     let (small, _) = blank_png(16, 8);
+    // Chunk type, the profile's name `a`, its terminating zero, and the compression method 0.
     let chunk = [&b"iCCPa\0\0"[..], compressed_profile].concat();
     // CRC-32, as in the PNG specification.
     let mut crc = !0_u32;
@@ -369,7 +371,7 @@ fn maps_layers_shapes_and_surfaces_of_a_megabyte_end_in_time() {
         write(&format!("cube/{face}.png"), &blank_png(7000, 7000).0);
     }
     assert_view_terminates("a cube of 294 megapixels", "moon", &["--sky", &path("cube")]);
-    // The hundred bytes, or more, that are cut off below leave room for the text around the items.
+    // Some of the items are cut off below, to leave room for the text around them.
     let points = fill_a_megabyte(|k| format!("[{},{}],", (k * 179) % 360, (k * 89) % 90));
     let line =
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", points[..points.len() - 100].rsplit_once(",[").expect("a place").0);

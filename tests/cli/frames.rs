@@ -51,11 +51,11 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     let bytes = std::fs::read(&path).expect("written");
 
     // The same request written differently, and options that do not change the image; `maps` is an empty folder.
-    for same in
+    for equivalent in
         [&["--threads", "1"][..], &["--tone-map", "FILM"], &["--textures", path_text(&maps)], &["--exposure", "AUTO"], &["--overwrite"]]
     {
-        let out = render(&[&BASE[..], same, &["-o", path_text(&path)]].concat());
-        assert!(out.status.success() && std::fs::read(&path).expect("there") == bytes, "{same:?}: {}", stderr_text(&out));
+        let out = render(&[&BASE[..], equivalent, &["-o", path_text(&path)]].concat());
+        assert!(out.status.success() && std::fs::read(&path).expect("there") == bytes, "{equivalent:?}: {}", stderr_text(&out));
     }
     let changed: &[(&[&str], &str)] = &[
         (&["--target", "deimos"], "Phobos, not Deimos"),
@@ -82,6 +82,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         // clap does not allow repeated options, so the changed one is left out of the base.
         let base: Vec<&str> = BASE.chunks(2).filter(|pair| pair[0] != args[0]).flatten().copied().collect();
         let out = match *args {
+            // The helper `render` already gives `--renderer software`.
             ["--renderer", _] => {
                 let mut command = Command::new(crate::support::program::path());
                 command.args(["render", "--cache", path_text(&CACHE)]).args(&base).args(["-o", path_text(&path)]).output().expect("starts")
@@ -171,9 +172,10 @@ fn a_sequence_resumes_only_from_its_own_frames() {
     }
 }
 
-/// A map that the folders of `--textures` and `--catalogs` both have is read from that of `--textures`. After it has changed, the earlier frames are refused.
+/// Of two maps with the same name, that in the folder of `--textures` is used, not that in the folder of `--catalogs`. After it has changed, the earlier frames
+/// are refused.
 #[test]
-fn frames_with_another_map_are_refused_although_the_catalog_folder_has_one_too() {
+fn frames_are_refused_after_the_map_in_the_textures_folder_has_changed() {
     let folder = tempfile::tempdir().expect("a folder");
     let [catalogs, maps] = ["catalogs", "maps"].map(|name| folder.path().join(name));
     let write_map = |folder: &Path, grey: u8| {
@@ -214,6 +216,7 @@ fn write_errors_do_not_name_the_temporary_file() {
             let out = render(&[&BASE[..], overwrite, &["-o", path_text(&path)]].concat());
             let line = stderr_text(&out);
             assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1 && line.contains(message_part), "{path:?}: {line}");
+            // A missing folder is named, instead of the system's text for error 2.
             assert!(!line.contains(".orrery-writing") && !line.contains("os error 2)"), "{path:?}: {line}");
             // Overwriting would not help.
             assert!(!line.contains("--overwrite"), "{path:?}: {line}");
@@ -250,7 +253,7 @@ fn a_shard_without_frames_says_so() {
     assert!(files(folder.path()).is_empty(), "nothing is drawn");
 }
 
-/// If it were refused at the first frame outside, the frames drawn until then would be lost in an animation or a stream.
+/// A refusal at the first frame outside would be too late: an animation or a stream would lose the frames drawn until then.
 #[test]
 fn a_sequence_that_leaves_the_ephemeris_is_refused_before_its_first_frame() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -266,8 +269,8 @@ fn a_sequence_that_leaves_the_ephemeris_is_refused_before_its_first_frame() {
     assert!(files(folder.path()).is_empty(), "a frame was drawn");
 }
 
-/// A tour has the frames of its stops and flights, and resumes like a sequence; an error names file, stop and field, and options of a view
-/// beside a tour are refused.
+/// A tour has the frames of its stops and flights, and resumes like a sequence. An error names file, stop and field. Options that set the view are refused
+/// together with a tour.
 #[test]
 fn a_tour_is_rendered_as_a_sequence() {
     if !crate::support::program::has_view() {
@@ -291,7 +294,7 @@ fn a_tour_is_rendered_as_a_sequence() {
     assert_eq!(files(folder.path()), written);
     let with_target = render(&[&args[..], &["--target", "moon"]].concat());
     assert!(with_target.status.code() == Some(2) && stderr_text(&with_target).contains("--target"), "{}", stderr_text(&with_target));
-    // A side beyond the range is refused, not changed to the nearest one in it.
+    // A width or height outside the range is refused, not clamped.
     for size in ["0x10", "12x16385"] {
         let out = render(&["--tour", path_text(&tour), "--size", size, "-o", path_text(&pattern)]);
         assert!(out.status.code() == Some(1) && stderr_text(&out).contains("each side must be 1 to 16384"), "{}", stderr_text(&out));
@@ -308,7 +311,7 @@ fn a_tour_is_rendered_as_a_sequence() {
     );
 }
 
-/// Writes a tour with one cut to each view, given by the fields of its composition (JSON).
+/// Writes a tour that cuts from view to view. The views differ in their compositions, which are given as JSON.
 fn write_tour(file: &Path, compositions: &[&str]) {
     let stop = |composition: &&str| {
         format!(r#"{{"view":{{"target":"Phobos","time":"{TIME}","composition":{composition}}},"hold_s":1,"travel_s":0}}"#)
@@ -317,8 +320,8 @@ fn write_tour(file: &Path, compositions: &[&str]) {
     std::fs::write(file, format!(r#"{{"title":"T","stops":[{stops}]}}"#)).expect("a file");
 }
 
-/// A stop keeps its projection, angle and stereo pair, as in the window. Options replace projection and stereo pair; a fisheye that an option asks for has its
-/// default angle, and not the field of view of a stop that is no fisheye.
+/// A stop keeps its projection, angle and stereo stereo_text, as in the window. Options replace projection and stereo stereo_text. With `--projection fisheye` the angle is
+/// that of the stop if the stop is a fisheye, otherwise the default of a fisheye.
 #[test]
 fn a_tour_has_the_projection_of_its_stops_unless_options_replace_it() {
     if !crate::support::program::has_view() {
@@ -328,16 +331,16 @@ fn a_tour_has_the_projection_of_its_stops_unless_options_replace_it() {
     let (tour, pattern) = (folder.path().join("tour.json"), folder.path().join("out-%d.png"));
     let (plain, dome, narrow) = ("{}", r#"{"projection":"fisheye"}"#, r#"{"projection":"fisheye","fisheye_deg":90}"#);
     let red_cyan = r#"{"stereo":"anaglyph"}"#;
-    let pair = "perspective, anaglyph, eyes as usual";
+    let stereo_text = "perspective, anaglyph, eyes as usual";
     let cases: [(&str, &[&str], &str, &str); 9] = [
         (plain, &[], "perspective", "45 deg"),
         (dome, &[], "fisheye", "180 deg"),
         (narrow, &[], "fisheye", "90 deg"),
-        (red_cyan, &[], pair, "45 deg"),
+        (red_cyan, &[], stereo_text, "45 deg"),
         (plain, &["--projection", "fisheye"], "fisheye", "180 deg"),
         (narrow, &["--projection", "fisheye", "--dome-tilt", "20"], "fisheye, tilted by 20 deg", "90 deg"),
         (narrow, &["--projection", "equirectangular"], "equirectangular", "45 deg"),
-        (dome, &["--stereo", "anaglyph"], pair, "45 deg"),
+        (dome, &["--stereo", "anaglyph"], stereo_text, "45 deg"),
         (red_cyan, &["--projection", "fisheye"], "fisheye", "180 deg"),
     ];
     for (composition, options, expected_composition, expected_fov) in cases {

@@ -1,4 +1,4 @@
-//! Eclipses by the emitted modules, against tables made outside this program (tests/data/README.md), geometry and observations.
+//! Eclipses as the emitted modules compute them, against tables made outside this program (tests/data/README.md), geometry and observations.
 
 use crate::support::{folds::larger, session::SESSION, sweep};
 use glam::{DVec3, Vec4};
@@ -24,23 +24,23 @@ use orrery::units::{GOLDEN_ANGLE_RAD, SPEED_OF_LIGHT_KM_S, luminance};
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 
-fn open(name: &str, catalogs: Option<std::path::PathBuf>) -> Session {
-    let cache = crate::support::scratch::folder(&format!("eclipse-{name}"));
-    Session::open(&Sources { cache: Some(cache), catalogs, ..Sources::default() }, |_| {}).expect("opens")
+fn session_with(catalogs: std::path::PathBuf) -> Session {
+    let cache = crate::support::scratch::folder("eclipse-round");
+    Session::open(&Sources { cache: Some(cache), catalogs: Some(catalogs), ..Sources::default() }, |_| {}).expect("opens")
 }
 
-static SINGLE: LazyLock<SoftwareRenderer> = LazyLock::new(|| renderer(Precision::F32));
-static DOUBLE: LazyLock<SoftwareRenderer> = LazyLock::new(|| renderer(Precision::F64));
+static F32_RENDERER: LazyLock<SoftwareRenderer> = LazyLock::new(|| renderer(Precision::F32));
+static F64_RENDERER: LazyLock<SoftwareRenderer> = LazyLock::new(|| renderer(Precision::F64));
 
 fn renderer(precision: Precision) -> SoftwareRenderer {
     SoftwareRenderer::new(Options { precision, ..Options::default() }).expect("a renderer")
 }
 
-fn single() -> Prober<'static> {
-    Prober { session: &SESSION, renderer: &SINGLE }
+fn f32_prober() -> Prober<'static> {
+    Prober { session: &SESSION, renderer: &F32_RENDERER }
 }
-fn double() -> Prober<'static> {
-    Prober { session: &SESSION, renderer: &DOUBLE }
+fn f64_prober() -> Prober<'static> {
+    Prober { session: &SESSION, renderer: &F64_RENDERER }
 }
 
 fn table(text: &str) -> Value {
@@ -65,23 +65,23 @@ fn instant(text: &str) -> Instant {
 #[test]
 fn light_blocked_by_circles_and_ellipses_agrees_with_forty_digit_integrals() {
     let table = table(include_str!("../data/limb_darkened_overlap_public.json"));
-    // Bounds for circles and ellipses. Measured in f32 and f64: at most 5e-7 for circles, 2.1e-4 for ellipses.
+    // Errors measured in f32 and f64: at most 5e-7 for circles, 2.1e-4 for ellipses.
     let stated = stated_errors::of_eclipse(EclipseModel::LimbDarkened).expect("a stated error").max_error;
-    for (prober, max_of_circles, max_of_ellipses) in [(single(), 2e-6, stated), (double(), 1e-6, stated)] {
+    for (prober, max_circle_error, max_ellipse_error) in [(f32_prober(), 2e-6, stated), (f64_prober(), 1e-6, stated)] {
         for model in ["limb-darkened", "uniform-disc"] {
-            let blocked = if model == "uniform-disc" { "blocked_uniform" } else { "blocked_ld" };
+            let expected_field = if model == "uniform-disc" { "blocked_uniform" } else { "blocked_ld" };
             for row in list(&table, "circles") {
-                let q = json!({"q": "disc-overlap", "k": row["k"], "d": row["d"], "u1": 0.4, "u2": 0.26, "model": model});
-                let error = ask(&prober, &q, "blocked") - number(row, blocked);
-                assert!(error.abs() < max_of_circles, "{q}: off by {error:e}");
+                let question = json!({"q": "disc-overlap", "k": row["k"], "d": row["d"], "u1": 0.4, "u2": 0.26, "model": model});
+                let error = ask(&prober, &question, "blocked") - number(row, expected_field);
+                assert!(error.abs() < max_circle_error, "{question}: off by {error:e}");
             }
             for row in list(&table, "ellipses") {
-                let mut q = json!({"q": "disc-overlap", "u1": 0.4, "u2": 0.26, "model": model});
+                let mut question = json!({"q": "disc-overlap", "u1": 0.4, "u2": 0.26, "model": model});
                 for field in ["semi_major", "semi_minor", "centre_distance", "offset_angle_from_major_axis_deg"] {
-                    q[field] = row[field].clone();
+                    question[field] = row[field].clone();
                 }
-                let error = ask(&prober, &q, "blocked") - number(row, blocked);
-                assert!(error.abs() < max_of_ellipses, "{q}: off by {error:e}");
+                let error = ask(&prober, &question, "blocked") - number(row, expected_field);
+                assert!(error.abs() < max_ellipse_error, "{question}: off by {error:e}");
             }
         }
     }
@@ -89,23 +89,25 @@ fn light_blocked_by_circles_and_ellipses_agrees_with_forty_digit_integrals() {
 
 #[test]
 fn the_linear_model_interpolates_between_the_contacts() {
-    let prober = single();
+    let prober = f32_prober();
+    // `k`: radius of the occluder, `d`: distance of its centre, both in radii of the Sun.
     let blocked = |k: f64, d: f64, model: &str| ask(&prober, &json!({"q": "disc-overlap", "k": k, "d": d, "model": model}), "blocked");
     for k in [0.3, 1.0, 4.0] {
-        assert_eq!(blocked(k, 1.0 + k, "linear"), 0.0);
+        let (outer_contact, inner_contact) = (1.0 + k, (1.0 - k).abs());
+        assert_eq!(blocked(k, outer_contact, "linear"), 0.0);
         let greatest = f64::min(k * k, 1.0);
-        assert!((blocked(k, (1.0 - k).abs(), "linear") - greatest).abs() < 1e-6);
-        assert!((blocked(k, 0.5 * (1.0 + k + (1.0 - k).abs()), "linear") - 0.5 * greatest).abs() < 1e-6);
+        assert!((blocked(k, inner_contact, "linear") - greatest).abs() < 1e-6);
+        assert!((blocked(k, 0.5 * (outer_contact + inner_contact), "linear") - 0.5 * greatest).abs() < 1e-6);
     }
     let error = blocked(1.0, 0.5, "linear") - blocked(1.0, 0.5, "uniform-disc");
-    assert!((0.02..0.12).contains(&error), "{error}");
+    assert!((0.02..0.12).contains(&error), "between the contacts `linear` differs from the area by {error}");
 }
 
 /// The simpler models against the limb-darkened disc, in blue, where darkening is strongest: the error is at most the one that `explain` states,
 /// and somewhere nearly as large.
 #[test]
 fn simpler_disc_models_have_their_stated_errors() {
-    let prober = single();
+    let prober = f32_prober();
     let blocked = |k: f64, d: f64, model: &str| {
         ask(&prober, &json!({"q": "disc-overlap", "k": k, "d": d, "u1": 0.625, "u2": 0.18, "model": model}), "blocked")
     };
@@ -120,34 +122,34 @@ fn simpler_disc_models_have_their_stated_errors() {
             }
         }
         println!("{}: {worst:.4}", stated.name);
-        assert!(worst < stated.max_error && worst > 0.8 * stated.max_error, "{}: {worst} for {}", stated.name, stated.max_error);
+        assert!(worst < stated.max_error && worst > 0.8 * stated.max_error, "{}: error {worst}, stated {}", stated.name, stated.max_error);
     }
 }
 
 #[test]
 fn solar_eclipses_on_the_ground_agree_with_de440() {
     let table = table(include_str!("../data/eclipses_public.json"));
-    let mut partial = 0;
+    let mut partial_samples = 0;
     for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "solar") {
         for point in list(eclipse, "sample_points") {
             for (sample, expected) in list(eclipse, "sample_times").iter().zip(list(point, "at")) {
                 let time = format!("{}Z", sample["utc"].as_str().expect("a time"));
-                for (model, hidden) in [("limb-darkened", "obscured_flux_limb_darkened"), ("uniform-disc", "obscured_fraction")] {
-                    let q = json!({"q": "sunlight", "body": "earth", "time": time, "lat": point["lat_deg"], "lon": point["lon_east_deg"],
-                        "model": model});
-                    let hidden = number(expected, hidden);
-                    let error = ask(&single(), &q, "fraction") - (1.0 - hidden);
+                for (model, hidden_field) in [("limb-darkened", "obscured_flux_limb_darkened"), ("uniform-disc", "obscured_fraction")] {
+                    let question = json!({"q": "sunlight", "body": "earth", "time": time, "lat": point["lat_deg"],
+                        "lon": point["lon_east_deg"], "model": model});
+                    let hidden = number(expected, hidden_field);
+                    let error = ask(&f32_prober(), &question, "fraction") - (1.0 - hidden);
                     // Measured 2.1e-5. A shadow one second late would give an error of 3e-4; so would neglecting the Earth's aberration.
-                    assert!(error.abs() < 5e-5, "{q}: off by {error:e}");
-                    partial += usize::from((0.01..0.99).contains(&hidden));
+                    assert!(error.abs() < 5e-5, "{question}: off by {error:e}");
+                    partial_samples += usize::from((0.01..0.99).contains(&hidden));
                 }
             }
         }
     }
-    assert!(partial > 100, "{partial} samples in the penumbra");
+    assert!(partial_samples > 100, "{partial_samples} samples in the penumbra");
 }
 
-/// Sunlight at a body's centre, ignoring the body itself.
+/// Sunlight at a body's centre in green, as if the body itself were not there.
 fn light_at_the_centre(prober: &Prober<'_>, body: NaifId, time: Instant, sun_photometry: &Photometry) -> f64 {
     let body = prober.catalog().body(body).expect("a body");
     let receiver = Receiver::at(prober.ephemeris(), body, time).expect("placed");
@@ -163,15 +165,16 @@ fn the_minimum_of_light_is_within_a_second_of_greatest_eclipse() {
     let mut checked = 0;
     for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "solar") {
         let greatest = &eclipse["greatest_eclipse"];
-        // The light at the centre is least when the axis is nearest. With a greater gamma the penumbra, half as wide as the Earth, misses it.
+        // The light at the centre is least when the axis is nearest. With a greater gamma the penumbra, half as wide as the Earth, misses the centre.
         if number(greatest, "gamma").abs() > 0.52 {
             continue;
         }
-        let t0 = Instant::from_tdb_seconds_past_j2000(number(greatest, "tdb_s_past_j2000"));
+        let greatest_time = Instant::from_tdb_seconds_past_j2000(number(greatest, "tdb_s_past_j2000"));
         let step_s = 120.0;
         let [before, middle, after] =
-            [-step_s, 0.0, step_s].map(|s| light_at_the_centre(&double(), NaifId::EARTH, t0.plus_seconds(s), &UNIFORM_DISC));
+            [-step_s, 0.0, step_s].map(|s| light_at_the_centre(&f64_prober(), NaifId::EARTH, greatest_time.plus_seconds(s), &UNIFORM_DISC));
         assert!(before > middle && after > middle && middle < 0.99, "{before} {middle} {after}");
+        // Where the parabola through the three values is least.
         let minimum_s = 0.5 * step_s * (before - after) / (before - 2.0 * middle + after);
         assert!(minimum_s.abs() < 1.0, "{}: {minimum_s} s", eclipse["id"]);
         checked += 1;
@@ -186,8 +189,8 @@ fn the_moon_crosses_the_earths_shadow_as_in_de440() {
     std::fs::create_dir_all(&folder).expect("a folder");
     std::fs::write(folder.join("round.toml"), "[[body]]\nid = 399\nname = \"Earth\"\nradii_km = [6378.137, 6378.137, 6378.137]\n")
         .expect("written");
-    let session = open("round", Some(folder));
-    let prober = Prober { session: &session, renderer: &SINGLE };
+    let session = session_with(folder);
+    let prober = Prober { session: &session, renderer: &F32_RENDERER };
     let table = table(include_str!("../data/eclipses_public.json"));
     for eclipse in list(&table, "eclipses").iter().filter(|e| e["kind"] == "lunar") {
         for track in list(eclipse, "track") {
@@ -221,23 +224,23 @@ fn ground_square(body_radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, ha
 #[test]
 fn the_umbra_of_2013_november_3_is_as_wide_as_published() {
     // F. Espenak, eclipse bulletin: greatest eclipse 12:46:28.6 UT at 3 deg 29.4 min N, 11 deg 40.2 min W; path 57.5 km wide.
-    let prober = single();
+    let prober = f32_prober();
     let earth = SESSION.catalog().body(NaifId::EARTH).expect("the Earth");
     let receiver = Receiver::at(SESSION.ephemeris(), earth, instant("2013-11-03T12:46:28Z")).expect("placed");
     let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("Sun");
     let ground = ground_square(earth.radii_km, 3.49, -11.67, 60.0, 30);
-    let points: Vec<_> = ground.iter().map(|p| p.2).collect();
+    let points: Vec<_> = ground.iter().map(|(_, _, position)| *position).collect();
     let light = occluded_sun.sunlight(&occluded_sun.occluders, &points, None).expect("answers");
-    let dark: Vec<_> = ground.iter().zip(&light).filter(|(_, rgb)| rgb[1] < 1e-6).map(|(p, _)| (p.0, p.1)).collect();
+    let dark: Vec<_> = ground.iter().zip(&light).filter(|(_, rgb)| rgb[1] < 1e-6).map(|((north, east, _), _)| (*north, *east)).collect();
     // The least extent of the dark points over all directions.
     let width_km = (0..36)
         .map(|k| {
             let (sin, cos) = (f64::from(k) * 5.0).to_radians().sin_cos();
-            let across = || dark.iter().map(|(n, e)| n * cos + e * sin);
+            let across = || dark.iter().map(|(north, east)| north * cos + east * sin);
             across().fold(f64::MIN, f64::max) - across().fold(f64::MAX, f64::min)
         })
         .fold(f64::MAX, f64::min);
-    assert!((width_km - 57.5).abs() < 6.0, "{width_km} km over steps of 2 km");
+    assert!((width_km - 57.5).abs() < 6.0, "{width_km} km, from points 2 km apart");
 }
 
 #[test]
@@ -245,7 +248,7 @@ fn shadows_move_continuously_from_second_to_second() {
     // (body, time, greatest change per second): the Moon's shadow moves at up to 10 km/s near the edge of the Earth and has a penumbra of 3400 km;
     // the Moon moves through the Earth's shadow at 1 km/s.
     for (body, time, max_change) in [(NaifId::EARTH, "2006-03-29T12:17:51Z", 3e-3), (NaifId::MOON, "2022-05-16T06:22:36Z", 6e-4)] {
-        let prober = single();
+        let prober = f32_prober();
         let body = SESSION.catalog().body(body).expect("a body");
         let points: Vec<_> = (0..40)
             .flat_map(|i| (0..80).map(move |j| (f64::from(i) * 4.5 - 88.0, f64::from(j) * 4.5)))
@@ -284,35 +287,35 @@ fn light_on_near_side(prober: &Prober<'_>, time: &str) -> [f64; 3] {
 #[test]
 fn the_eclipsed_moon_is_as_bright_as_observed_and_red() {
     // Greatest eclipse and umbral magnitude U. H. de Carvalho Vital's fit to eclipses without volcanic ash (r2 = 0.998): the Moon's magnitude
-    // is -(U (2.08 U - 10.34) + 11.7); that of the full Moon is -12.7. The clouds of a day change it by half a magnitude. Measured: 0.32.
+    // is -(U (2.08 U - 10.34) + 11.7); that of the full Moon is -12.7. The clouds of a day change it by half a magnitude. Greatest difference measured: 0.32.
     for (time, umbral_magnitude) in [("2022-11-08T10:59:09Z", 1.359), ("2021-11-19T09:02:53Z", 0.974), ("2019-01-21T05:12:14Z", 1.195)] {
-        let rgb = light_on_near_side(&single(), time);
+        let rgb = light_on_near_side(&f32_prober(), time);
         let magnitude = -12.7 - 2.5 * luminance(rgb).log10();
         let observed = -(umbral_magnitude * (2.08 * umbral_magnitude - 10.34) + 11.7);
         println!("{time}: magnitude {magnitude:.2}, observed {observed:.2}, colour {:.1} {:.1}", rgb[0] / rgb[1], rgb[1] / rgb[2]);
         assert!((magnitude - observed).abs() < 0.5, "{time}: magnitude {magnitude}, observers give {observed}");
         assert!(umbral_magnitude < 1.0 || rgb[0] > 2.0 * rgb[1] && rgb[1] > rgb[2], "{time}: {rgb:?}");
     }
-    // Without the air no light reaches the middle of the umbra.
+    // Without the Earth's air no light reaches the middle of the near side, in the umbra.
     let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
     let receiver = Receiver::at(SESSION.ephemeris(), moon, instant("2022-11-08T10:59:09Z")).expect("placed");
-    let prober = single();
+    let prober = f32_prober();
     let occluded_sun = OccludedSun::seen_from(&prober, &receiver, EclipseModelChoice::Requested(EclipseModel::LimbDarkened)).expect("Sun");
     assert!(occluded_sun.sunlight(&occluded_sun.occluders, &[DVec3::X], None).expect("answers")[0][0] < 1e-6);
 }
 
-/// Uniforms of a Sun on +z (`tan_sun`: of its angular radius) and round occluders (x, y, z, radius), in the receiver's radii.
+/// Uniforms of a Sun on +z and of round occluders (x, y, z, radius), lengths in the receiver's radii. `tan_sun`: tangent of the Sun's angular radius.
 fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: EclipseModel) -> (Eclipse, EclipseUniforms) {
-    let v = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
+    let vec4 = |x: f64, y: f64, z: f64, w: f64| Vec4::new(x as f32, y as f32, z as f32, w as f32);
     let (u1, u2) = if model == EclipseModel::UniformDisc { (0.0, 0.0) } else { (0.4, 0.26) };
     let flux = std::f64::consts::PI * (1.0 - u1 / 3.0 - u2 / 6.0);
-    let limb_darkening = [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|f| v(f / flux, f / flux, f / flux, 0.0));
+    let limb_darkening = [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|f| vec4(f / flux, f / flux, f / flux, 0.0));
     let uniforms = EclipseUniforms {
-        axis: v(0.0, 0.0, 1.0, 1.0 / sun_distance),
-        perpendicular_axes: [v(1.0, 0.0, 0.0, 1.0 / tan_sun), v(0.0, 1.0, 0.0, 1.0 / (tan_sun * sun_distance))],
+        axis: vec4(0.0, 0.0, 1.0, 1.0 / sun_distance),
+        perpendicular_axes: [vec4(1.0, 0.0, 0.0, 1.0 / tan_sun), vec4(0.0, 1.0, 0.0, 1.0 / (tan_sun * sun_distance))],
         limb_darkening,
-        occluder_positions: occluders.iter().map(|c| v(c[0], c[1], c[2], 0.0)).collect(),
-        occluder_outlines: occluders.iter().map(|c| v(1.0, 0.0, c[3], c[3])).collect(),
+        occluder_positions: occluders.iter().map(|c| vec4(c[0], c[1], c[2], 0.0)).collect(),
+        occluder_outlines: occluders.iter().map(|c| vec4(1.0, 0.0, c[3], c[3])).collect(),
         ..EclipseUniforms::default()
     };
     (Eclipse { occluders: occluders.len() as u8, model }, uniforms)
@@ -320,11 +323,11 @@ fn uniforms(sun_distance: f64, tan_sun: f64, occluders: &[[f64; 4]], model: Ecli
 
 /// Fraction of the Sun's light that discs (x, y, radius in solar radii) leave visible, from a fine grid over the Sun's disc.
 fn visible_fraction_by_grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
-    let n = 1200;
+    let side = 1200;
     let (mut total, mut visible) = (0.0, 0.0);
-    for i in 0..n {
-        for j in 0..n {
-            let [x, y] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(n) * 2.0 - 1.0);
+    for i in 0..side {
+        for j in 0..side {
+            let [x, y] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(side) * 2.0 - 1.0);
             let r2 = x * x + y * y;
             if r2 < 1.0 {
                 let mu = (1.0 - r2).sqrt();
@@ -339,7 +342,7 @@ fn visible_fraction_by_grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
 
 #[test]
 fn overlapping_occluders_block_the_union_of_their_discs() {
-    // Occluders at a common distance of 100, where the Sun's disc has a projected radius of 1: lengths across are in solar radii.
+    // The tangent of the Sun's angular radius is 0.01. At the occluders' distance of 100 the Sun's disc has a radius of 1, so lengths across are in solar radii.
     let occluders = |discs: &[[f64; 3]]| -> Vec<[f64; 4]> { discs.iter().map(|d| [d[0], d[1], 100.0, d[2]]).collect() };
     let cases: [&[[f64; 3]]; 6] = [
         &[[0.3, 0.0, 0.5], [0.3, 0.0, 0.5]],
@@ -350,18 +353,15 @@ fn overlapping_occluders_block_the_union_of_their_discs() {
         &[[30.4, 0.0, 30.0], [0.5, 0.4, 0.3]],
     ];
     for discs in cases {
-        let mut product = 1.0;
-        for disc in discs {
-            product *= visible_fraction_by_grid(std::slice::from_ref(disc), 0.4, 0.26);
-        }
+        let product: f64 = discs.iter().map(|disc| visible_fraction_by_grid(std::slice::from_ref(disc), 0.4, 0.26)).product();
         let exact = visible_fraction_by_grid(discs, 0.4, 0.26);
         let (eclipse, eclipse_uniforms) = uniforms(1e7, 0.01, &occluders(discs), EclipseModel::LimbDarkened);
-        let found = sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &[DVec3::ZERO]).expect("answers")[0][1];
+        let found = sunlight_from_uniforms(&f32_prober(), eclipse, eclipse_uniforms, &[DVec3::ZERO]).expect("answers")[0][1];
         assert!((found - exact).abs() < 1e-3, "{discs:?}: {found}, the grid says {exact}");
         assert!((product - exact).abs() > 0.01, "{discs:?}: the product {product} would pass as well");
         // `linear` is a rough model, but does not multiply the fractions either: two equal discs hide no more than one.
         let (eclipse, eclipse_uniforms) = uniforms(1e7, 0.01, &occluders(discs), EclipseModel::Linear);
-        let linear = sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &[DVec3::ZERO]).expect("answers")[0][1];
+        let linear = sunlight_from_uniforms(&f32_prober(), eclipse, eclipse_uniforms, &[DVec3::ZERO]).expect("answers")[0][1];
         assert!((linear - exact).abs() < 0.15, "{discs:?}: linear {linear}, the grid says {exact}");
     }
 }
@@ -371,12 +371,12 @@ fn bodies_behind_the_lit_point_do_not_darken_it() {
     for model in [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened] {
         let (eclipse, eclipse_uniforms) = uniforms(2e4, 0.005, &[[0.0, 0.0, -60.0, 0.3]], model);
         let ground = [DVec3::Z, DVec3::X, DVec3::ZERO, -DVec3::Z];
-        for rgb in sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &ground).expect("answers") {
+        for rgb in sunlight_from_uniforms(&f32_prober(), eclipse, eclipse_uniforms, &ground).expect("answers") {
             assert_eq!(rgb, [1.0; 3], "{model:?}");
         }
         // The same occluder in front of the point blocks all its light.
         let (eclipse, eclipse_uniforms) = uniforms(2e4, 0.005, &[[0.0, 0.0, 30.0, 0.3]], model);
-        assert!(sunlight_from_uniforms(&single(), eclipse, eclipse_uniforms, &[DVec3::Z]).expect("answers")[0][1] < 1e-6);
+        assert!(sunlight_from_uniforms(&f32_prober(), eclipse, eclipse_uniforms, &[DVec3::Z]).expect("answers")[0][1] < 1e-6);
     }
 }
 
@@ -393,7 +393,7 @@ fn f32_suffices_out_to_neptune() {
         (3_323_000.0, 514.0, 262.2, 18.3),
         (21_400_000.0, 3313.0, 560.0, 117.9),
     ];
-    let mut worst = (0.0, 0.0);
+    let (mut worst_error, mut worst_distance) = (0.0, 0.0);
     for (sun_distance, sun_radius, distance, radius) in cases {
         let tan_sun = sun_radius / sun_distance;
         for k in (0..400).filter(|k| sweep::runs(*k as usize, 4)) {
@@ -402,19 +402,19 @@ fn f32_suffices_out_to_neptune() {
             let (eclipse, eclipse_uniforms) =
                 uniforms(sun_distance, tan_sun, &[[axis_distance, 0.1 * axis_distance, distance, radius]], EclipseModel::LimbDarkened);
             let points = [DVec3::new(0.6, -0.3, 0.7), DVec3::new(-0.2, 0.1, 0.97)];
-            let [in_f32, in_f64] =
-                [single(), double()].map(|p| sunlight_from_uniforms(&p, eclipse, eclipse_uniforms.clone(), &points).expect("answers"));
+            let [in_f32, in_f64] = [f32_prober(), f64_prober()]
+                .map(|p| sunlight_from_uniforms(&p, eclipse, eclipse_uniforms.clone(), &points).expect("answers"));
             for (a, b) in in_f32.iter().zip(&in_f64) {
                 let error = (a[1] - b[1]).abs();
                 assert!(error.is_finite(), "{sun_distance} radii from the Sun: {a:?}, {b:?}");
-                if error > worst.0 {
-                    worst = (error, sun_distance);
+                if error > worst_error {
+                    (worst_error, worst_distance) = (error, sun_distance);
                 }
             }
         }
     }
-    println!("worst {:e} at {} radii from the Sun", worst.0, worst.1);
-    assert!(worst.0 < 5e-4 && worst.0 > 0.0, "{worst:?}");
+    println!("greatest error {worst_error:e}, {worst_distance} radii from the Sun");
+    assert!(worst_error < 5e-4 && worst_error > 0.0, "{worst_error:e}, {worst_distance} radii from the Sun");
 }
 
 fn view(target: NaifId, time: &str, effects: &str, quality: Quality) -> ViewRequest {
@@ -491,7 +491,7 @@ fn an_occluder_that_hides_nothing_changes_no_bit_of_the_image() {
             draw.uniforms.eclipse.occluder_positions.iter_mut().for_each(|p| p.x += 50.0);
         }
         let plan = plan(&scene, &WithoutMaps, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
-        SINGLE.render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("an image").0
+        F32_RENDERER.render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("an image").0
     };
     const WITHOUT_SURFACE_EFFECTS: &str = ",-albedo,-normal,-specular,-night,-clouds,-cloud-shadow,-atmosphere";
     let [with, without] = ["+eclipse=limb-darkened", "-eclipse"].map(|e| draw(&format!("{e}{WITHOUT_SURFACE_EFFECTS}")));

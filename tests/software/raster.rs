@@ -14,9 +14,9 @@ fn random(seed: &mut u64) -> f32 {
     (*seed >> 40) as f32 / (1u64 << 24) as f32
 }
 
-/// Pixel coordinates (y down) to clip space with w = 1.
-fn clip_at(x: f32, y: f32, size: f32) -> [f32; 4] {
-    [2.0 * x / size - 1.0, 1.0 - 2.0 * y / size, 0.5, 1.0]
+/// The clip coordinates of a point of a square image, given in pixels (y down), with depth 0.5 and w = 1.
+fn clip_at(x: f32, y: f32, side_px: f32) -> [f32; 4] {
+    [2.0 * x / side_px - 1.0, 1.0 - 2.0 * y / side_px, 0.5, 1.0]
 }
 
 fn one_colour(colour: [f32; 4]) -> impl Fn(&[f32]) -> Option<Vec<f32>> + Sync {
@@ -32,15 +32,14 @@ fn count_covered(vertices: &[[f32; 4]], width: u32, height: u32, samples: u8) ->
 
 #[test]
 fn a_fan_covers_every_sample_exactly_once() {
-    // Fans of 7 triangles around random centres, with corners on multiples of a pixel, on multiples of half a pixel, and anywhere; one corner of the border
-    // is at half the coordinate of another.
+    // Fans of 7 triangles around random centres, with corners on multiples of a pixel, on multiples of half a pixel, and anywhere.
     let mut seed = 7;
     for samples in [1, 4] {
         for round in 0..30 {
-            let grid = [1.0, 0.5, 0.0][round % 3];
+            let grid_px = [Some(1.0_f32), Some(0.5), None][round % 3];
             let mut coordinate = |lo: f32, hi: f32| {
                 let v = lo + (hi - lo) * random(&mut seed);
-                if grid == 0.0 { v } else { (v / grid).round() * grid }
+                grid_px.map_or(v, |spacing| (v / spacing).round() * spacing)
             };
             let (w, h) = (101.0, 101.0);
             let centre = clip_at(coordinate(1.0, w - 1.0), coordinate(1.0, h - 1.0), w);
@@ -50,14 +49,15 @@ fn a_fan_covers_every_sample_exactly_once() {
                 [(0.0, 0.0), (x, 0.0), (w, 0.0), (w, y), (w, h), (x / 2.0, h), (0.0, h)].map(|(x, y)| clip_at(x, y, w)).to_vec();
             let fan: Vec<_> = (0..7).flat_map(|k| [centre, rim[k], rim[(k + 1) % 7]]).collect();
             let counts = count_covered(&fan, 101, 101, samples);
-            let miscovered = counts.iter().filter(|c| **c != 1.0).count();
-            assert_eq!(miscovered, 0, "round {round}, {samples} samples: {miscovered} pixels are not covered exactly once");
+            let wrong_pixels = counts.iter().filter(|c| **c != 1.0).count();
+            assert_eq!(wrong_pixels, 0, "round {round}, {samples} samples: {wrong_pixels} pixels are not covered exactly once");
         }
     }
 }
 
 #[test]
 fn a_gap_between_triangles_changes_the_count() {
+    // The two triangles would cover the image if the last corner were at x = 0.
     let counts = count_covered(
         &[
             clip_at(0.0, 0.0, 64.0),
@@ -80,12 +80,12 @@ fn coverage_is_close_to_the_area_beside_an_edge() {
     let mut worst_mean: f64 = 0.0;
     for k in 0..24 {
         let angle = (k as f32 + 0.3) * std::f32::consts::TAU / 24.0;
-        let (c, s) = (angle.cos(), angle.sin());
-        let vertex = |u: f32, v: f32| clip_at(32.0 + u * c - v * s, 32.0 + u * s + v * c, 64.0);
+        let (cos, sin) = (angle.cos(), angle.sin());
+        let vertex = |u: f32, v: f32| clip_at(32.0 + u * cos - v * sin, 32.0 + u * sin + v * cos, 64.0);
         let counts = count_covered(&[vertex(0.2, -200.0), vertex(400.0, 0.0), vertex(0.2, 200.0)], 64, 64, 4);
-        let (mut sum, mut n) = (0.0, 0.0);
+        let (mut sum, mut edge_pixels) = (0.0, 0.0);
         for (i, covered) in counts.iter().enumerate() {
-            let edge_distance = |x: f32, y: f32| (x - 32.0) * c + (y - 32.0) * s - 0.2;
+            let edge_distance = |x: f32, y: f32| (x - 32.0) * cos + (y - 32.0) * sin - 0.2;
             let (left, top) = ((i % 64) as f32, (i / 64) as f32);
             // No point of a pixel is farther from its centre than 0.71 pixels.
             let centre_distance = edge_distance(left + 0.5, top + 0.5);
@@ -101,10 +101,10 @@ fn coverage_is_close_to_the_area_beside_an_edge() {
             assert!((f64::from(*covered) - area).abs() <= 0.375, "pixel {i}: {covered} against {area}");
             if inside > 0 && inside < 4096 {
                 sum += (f64::from(*covered) - area).abs();
-                n += 1.0;
+                edge_pixels += 1.0;
             }
         }
-        worst_mean = larger(worst_mean, sum / n);
+        worst_mean = larger(worst_mean, sum / edge_pixels);
     }
     assert!(worst_mean < 0.125, "a mean deviation of {worst_mean}, more than half a sample");
 }
@@ -208,24 +208,26 @@ fn flat_varyings_use_the_first_vertex_and_facing_follows_the_winding() {
 
 #[test]
 fn helper_lanes_extrapolate_the_plane_outside_the_triangle() {
-    // A narrow triangle, many of whose quads are covered only in part: lane differences still give the slopes of the plane.
+    // A narrow triangle covers many quads only in part: differences between their lanes still give the slopes of the plane.
     let vertex_at = |x: f32, y: f32| (clip_at(x, y, 64.0), vec![3.0 * x - 2.0 * y]);
     let (vertices, varyings): (Vec<_>, Vec<_>) = [vertex_at(9.2, 9.3), vertex_at(10.1, 20.7), vertex_at(13.9, 9.4)].into_iter().unzip();
-    let differences =
-        |q: &[Vec<f32>; 4]| std::array::from_fn(|c: usize| vec![q[c | 1][0] - q[c & !1][0], q[c | 2][0] - q[c & !2][0], 0.0, 1.0]);
+    let differences = |quad: &[Vec<f32>; 4]| {
+        std::array::from_fn(|k: usize| vec![quad[k | 1][0] - quad[k & !1][0], quad[k | 2][0] - quad[k & !2][0], 0.0, 1.0])
+    };
     let shader =
         HandShader { inputs: vec![location(0, 0)], outputs: colour_outputs(), discards: false, function: LaneFunction::Quad(&differences) };
     let image = render(&pass(64, 64, 1, vec![draw(mesh(&vertices, &varyings), Blend::Replace)]), &[(&pass_through::<f32>(1), &shader)]);
     let covered: Vec<_> = image.iter().filter(|p| p[3] == 1.0).collect();
     assert!(covered.len() > 15);
     for p in covered {
-        // Snapping to 1/4096 pixel tilts the plane of so small a triangle by up to a thousandth.
+        // Snapping the corners to 1/4096 pixel tilts the plane of so small a triangle by up to a thousandth.
         assert!((p[0] - 3.0).abs() < 5e-3 && (p[1] + 2.0).abs() < 5e-3, "{p:?}");
     }
 }
 
-fn rect(z_over_w: f32) -> Vec<[f32; 4]> {
-    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]: [f32; 2]| [x, y, z_over_w, 1.0]).to_vec()
+/// Two triangles that cover the image.
+fn whole_image(depth: f32) -> Vec<[f32; 4]> {
+    [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]: [f32; 2]| [x, y, depth, 1.0]).to_vec()
 }
 
 #[test]
@@ -240,7 +242,7 @@ fn depth_orders_distances_from_a_metre_to_a_hundred_au() {
             let draws = order[..count]
                 .iter()
                 .map(|k| {
-                    let mut d = draw(mesh(&rect(depths[*k]), &[]), Blend::Replace);
+                    let mut d = draw(mesh(&whole_image(depths[*k]), &[]), Blend::Replace);
                     d.depth = DEPTH;
                     d
                 })
@@ -256,7 +258,7 @@ fn depth_orders_distances_from_a_metre_to_a_hundred_au() {
 #[test]
 fn written_depth_and_discard_are_honoured() {
     let vertex = pass_through::<f32>(0);
-    // Left half at depth 0.75, right half at 0.25; column 8 discards.
+    // Left half at depth 0.75, right half at 0.25; column 8 is discarded.
     let stepped = |v: &[f32]| (v[0] as u32 != 8).then(|| vec![1.0, 0.0, 0.0, 1.0, if v[0] < 16.0 { 0.75 } else { 0.25 }]);
     let mut outputs = colour_outputs();
     outputs.push(LaneOutput::FragDepth);
@@ -265,7 +267,7 @@ fn written_depth_and_discard_are_honoured() {
     let green = one_colour([0.0, 1.0, 0.0, 1.0]);
     let flat = fragment(vec![], &green);
     for samples in [1, 4] {
-        let mut draws = vec![draw(mesh(&rect(0.5), &[]), Blend::Replace); 2];
+        let mut draws = vec![draw(mesh(&whole_image(0.5), &[]), Blend::Replace); 2];
         draws.iter_mut().for_each(|d| d.depth = DEPTH);
         let forward = render(&pass(32, 32, samples, draws.clone()), &[(&vertex, &near_far), (&vertex, &flat)]);
         let backward = render(&pass(32, 32, samples, draws), &[(&vertex, &flat), (&vertex, &near_far)]);
@@ -288,7 +290,7 @@ fn blending_follows_its_equations_at_edges_too() {
     for (blend, full) in
         [(Blend::Replace, [0.25, 0.5, 0.0, 0.5]), (Blend::PremultipliedOver, [0.5, 0.625, 0.5, 1.0]), (Blend::Add, [0.75, 0.75, 1.0, 1.5])]
     {
-        let draws = vec![draw(mesh(&rect(0.5), &[]), Blend::Replace), draw(mesh(&half, &[]), blend)];
+        let draws = vec![draw(mesh(&whole_image(0.5), &[]), Blend::Replace), draw(mesh(&half, &[]), blend)];
         let image = render(&pass(8, 8, 4, draws), &stages);
         let row = &image[4 * 8..5 * 8];
         assert_eq!(row[0], [0.5, 0.25, 1.0, 1.0]);
@@ -302,10 +304,10 @@ fn blending_follows_its_equations_at_edges_too() {
 fn draws_stay_inside_their_scissor() {
     let vertex = pass_through::<f32>(0);
     let white = one_colour([1.0; 4]);
-    let mut only = draw(mesh(&rect(0.5), &[]), Blend::Add);
-    only.scissor = [3, 5, 77, 70];
+    let mut scissored = draw(mesh(&whole_image(0.5), &[]), Blend::Add);
+    scissored.scissor = [3, 5, 77, 70];
     for samples in [1, 4] {
-        let image = render(&pass(100, 90, samples, vec![only.clone()]), &[(&vertex, &fragment(vec![], &white))]);
+        let image = render(&pass(100, 90, samples, vec![scissored.clone()]), &[(&vertex, &fragment(vec![], &white))]);
         for (i, p) in image.iter().enumerate() {
             let inside = (3..77).contains(&(i % 100)) && (5..70).contains(&(i / 100));
             assert_eq!(p[0], f32::from(u8::from(inside)), "{i}");
@@ -361,7 +363,7 @@ fn every_size_is_drawn() {
             let vertex = pass_through::<f32>(0);
             let white = one_colour([1.0; 4]);
             let image =
-                render(&pass(w, h, samples, vec![draw(mesh(&rect(0.5), &[]), Blend::Add)]), &[(&vertex, &fragment(vec![], &white))]);
+                render(&pass(w, h, samples, vec![draw(mesh(&whole_image(0.5), &[]), Blend::Add)]), &[(&vertex, &fragment(vec![], &white))]);
             assert_eq!(image.len(), (w * h) as usize);
             assert!(image.iter().all(|p| *p == [1.0; 4]), "{w}x{h}, {samples} samples");
         }

@@ -10,7 +10,8 @@ use crate::support::session::SESSION;
 use egui::epaint::{ImageData, ImageDelta};
 use orrery::FrameImages;
 use orrery::image::{Difference, DisplayImage};
-use orrery::render::plan::{self, Plan};
+use orrery::render::gpu::GpuRenderer;
+use orrery::render::plan::{self, GpuImage, Plan};
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
 use orrery::view::window::cpu_painter::{Canvas, Painter};
 use orrery::view::window::primitives::{SCENE_IMAGE, ui_primitives};
@@ -19,9 +20,11 @@ use orrery::view::window::primitives::{SCENE_IMAGE, ui_primitives};
 const SIZE: [u32; 2] = [320, 200];
 /// Pixels per point.
 const SCALE: f32 = 1.25;
+/// For an interface that shows no view of the scene from the GPU.
+const NO_SCENE_IMAGE: Option<&GpuImage> = None;
 
-/// Panels, text, a slanted line, a circle and an image.
-fn painted() -> (Painter, Vec<egui::ClippedPrimitive>) {
+/// An interface with panels, text, a slanted line, a circle and an image: the painter with its textures, and the triangles.
+fn sample_interface() -> (Painter, Vec<egui::ClippedPrimitive>) {
     let context = egui::Context::default();
     let size = egui::vec2(SIZE[0] as f32 / SCALE, SIZE[1] as f32 / SCALE);
     let input = egui::RawInput { screen_rect: Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size)), ..egui::RawInput::default() };
@@ -64,7 +67,7 @@ fn painted_by_cpu(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> D
 }
 
 fn plan_of(painter: &Painter, primitives: &[egui::ClippedPrimitive]) -> Plan {
-    plan::interface(ui_primitives(painter, SIZE, SCALE, primitives, None), SIZE, &*SESSION).expect("a plan")
+    plan::interface(ui_primitives(painter, SIZE, SCALE, primitives, NO_SCENE_IMAGE), SIZE, &*SESSION).expect("a plan")
 }
 
 fn image(frame: orrery::render::frame::Frame) -> DisplayImage {
@@ -75,30 +78,36 @@ fn difference_of(a: &DisplayImage, b: &DisplayImage) -> Difference {
     a.difference(b).expect("one size")
 }
 
+/// A device of its own, beside the one that the tests share.
+fn second_gpu() -> GpuRenderer {
+    let accept_software = true;
+    GpuRenderer::open(accept_software).expect("opened before")
+}
+
 fn exceeds_bounds(d: &Difference) -> bool {
     d.mean > 0.1 || d.p999 > 2 || d.max > 6
 }
 
 #[test]
 fn the_renderers_match_the_cpu_painter() {
-    let (painter, primitives) = painted();
+    let (painter, primitives) = sample_interface();
     let plan = plan_of(&painter, &primitives);
     assert!(plan.passes.len() == 1 && plan.passes[0].draws.len() > 3, "panels, letters and an image");
     let painted = painted_by_cpu(&painter, &primitives);
-    let (soft, _) = SESSION.renderer().render(&plan, SESSION.library(), FrameImages::Display).expect("drawn");
-    let soft = image(soft);
-    let difference = difference_of(&painted, &soft);
+    let (frame, _) = SESSION.renderer().render(&plan, SESSION.library(), FrameImages::Display).expect("drawn");
+    let by_software = image(frame);
+    let difference = difference_of(&painted, &by_software);
     println!("painter and software: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
     assert!(!exceeds_bounds(&difference), "mean {:.3}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
     // Negative control: a shift by one pixel must be detected.
-    let mut moved = ui_primitives(&painter, SIZE, SCALE, &primitives, None);
-    moved.iter_mut().for_each(|p| p.positions_px.iter_mut().step_by(2).for_each(|x| *x += 1.0));
-    let moved = plan::interface(moved, SIZE, &*SESSION).expect("a plan");
-    let (moved, _) = SESSION.renderer().render(&moved, SESSION.library(), FrameImages::Display).expect("drawn");
+    let mut moved_primitives = ui_primitives(&painter, SIZE, SCALE, &primitives, NO_SCENE_IMAGE);
+    moved_primitives.iter_mut().for_each(|p| p.positions_px.iter_mut().step_by(2).for_each(|x| *x += 1.0));
+    let moved_plan = plan::interface(moved_primitives, SIZE, &*SESSION).expect("a plan");
+    let (moved, _) = SESSION.renderer().render(&moved_plan, SESSION.library(), FrameImages::Display).expect("drawn");
     assert!(exceeds_bounds(&difference_of(&painted, &image(moved))), "a shift by one pixel is not detected");
     let Some(gpu) = gpu() else { return };
-    let (drawn, _) = gpu.render(&plan, SESSION.library(), FrameImages::Display).expect("drawn");
-    let difference = difference_of(&soft, &image(drawn));
+    let (by_gpu, _) = gpu.render(&plan, SESSION.library(), FrameImages::Display).expect("drawn");
+    let difference = difference_of(&by_software, &image(by_gpu));
     println!("software and GPU: mean {:.4}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
     assert!(difference.mean <= 0.3 && difference.p999 <= 3, "mean {:.3}, 99.9 % {}", difference.mean, difference.p999);
 }
@@ -106,10 +115,10 @@ fn the_renderers_match_the_cpu_painter() {
 #[test]
 fn a_prepared_device_has_the_pipelines_of_any_window() {
     let Some(gpu) = gpu() else { return };
-    // A device of its own: others draw windows with the shared one.
-    let own_gpu = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
+    // Not the shared device, with which other tests draw windows.
+    let own_gpu = second_gpu();
     drop(gpu);
-    let (painter, primitives) = painted();
+    let (painter, primitives) = sample_interface();
     let window = plan_of(&painter, &primitives);
     assert_eq!(own_gpu.is_ready_for_windows(&window), Some(false), "no pipeline exists yet");
     let smallest = plan::warm_up_interface(&*SESSION).expect("a plan");
@@ -129,7 +138,7 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
     // The next image must not overwrite one that is still referenced.
     let mut black = view.clone();
     black.passes.iter_mut().for_each(|p| p.draws.clear());
-    let (other, _) = gpu.render_to_gpu(&black, SESSION.library()).expect("drawn");
+    let (black_image, _) = gpu.render_to_gpu(&black, SESSION.library()).expect("drawn");
     let size = [read.width, read.height];
     let shown_in_window = |image| {
         let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size[0] as f32, size[1] as f32));
@@ -140,22 +149,24 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
         let window = plan::interface(ui_primitives, size, &*SESSION).expect("a plan");
         gpu.render(&window, SESSION.library(), FrameImages::Display).map(|(frame, _)| frame)
     };
-    assert_eq!(shown_in_window(&kept).expect("drawn").display, read.display, "another image");
-    let second = shown_in_window(&other).expect("drawn").display;
+    assert_eq!(shown_in_window(&kept).expect("drawn").display, read.display, "the kept image and the one read back differ");
+    let second = shown_in_window(&black_image).expect("drawn").display;
     assert!(second.iter().all(|p| p[..3] == [0; 3]), "the second image must be black");
     // Another device does not have the image: an error, not a wrong image.
-    let other_gpu = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
-    let window = |image| {
-        let mesh = egui::Mesh { texture_id: SCENE_IMAGE, ..unit_mesh() };
+    let other_gpu = second_gpu();
+    let window_with = |image| {
+        let mesh = egui::Mesh { texture_id: SCENE_IMAGE, ..white_square() };
         let primitive = egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) };
         plan::interface(ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(image)), size, &*SESSION).expect("a plan")
     };
     assert!(gpu.holds(&kept) && !other_gpu.holds(&kept));
-    let why = other_gpu.render(&window(&kept), SESSION.library(), FrameImages::Display).expect_err("another device's image").to_string();
+    let why =
+        other_gpu.render(&window_with(&kept), SESSION.library(), FrameImages::Display).expect_err("another device's image").to_string();
     assert!(why.contains("another device"), "{why}");
 }
 
-fn unit_mesh() -> egui::Mesh {
+/// A white square of 9 x 9 points.
+fn white_square() -> egui::Mesh {
     let mut mesh = egui::Mesh::default();
     mesh.add_colored_rect(egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(9.0, 9.0)), egui::Color32::WHITE);
     mesh
@@ -167,13 +178,13 @@ fn a_changed_texture_is_uploaded_again() {
     let Some(gpu) = gpu() else { return };
     let id = egui::TextureId::User(7);
     let mut painter = Painter::default();
-    let image = |c| ImageData::Color(std::sync::Arc::new(egui::ColorImage::filled([2, 2], c)));
-    let delta = |c, pos| ImageDelta { image: image(c), options: egui::TextureOptions::NEAREST, pos };
+    let image = |colour| ImageData::Color(std::sync::Arc::new(egui::ColorImage::filled([2, 2], colour)));
+    let delta = |colour, pos| ImageDelta { image: image(colour), options: egui::TextureOptions::NEAREST, pos };
     painter.set_texture(id, delta(egui::Color32::RED, None));
-    let mesh = egui::Mesh { texture_id: id, ..unit_mesh() };
+    let mesh = egui::Mesh { texture_id: id, ..white_square() };
     let primitives = [egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) }];
     let first_pixel = |painter: &Painter| {
-        let plan = plan::interface(ui_primitives(painter, [4, 4], 1.0, &primitives, None), [4, 4], &*SESSION).expect("a plan");
+        let plan = plan::interface(ui_primitives(painter, [4, 4], 1.0, &primitives, NO_SCENE_IMAGE), [4, 4], &*SESSION).expect("a plan");
         gpu.render(&plan, SESSION.library(), FrameImages::Display).expect("drawn").0.display[0]
     };
     assert_eq!(first_pixel(&painter), [255, 0, 0, 255]);
@@ -249,7 +260,7 @@ fn times_of_the_painter_and_the_software_renderer() {
         painter.paint(&mut Canvas { width: size[0] as usize, height: size[1] as usize, pixels: &mut pixels }, 1.0, &primitives);
         min_ms[0] = min_ms[0].min(start.elapsed().as_secs_f64() * 1e3);
         let start = Instant::now();
-        let plan = plan::interface(ui_primitives(&painter, size, 1.0, &primitives, None), size, &*SESSION).expect("a plan");
+        let plan = plan::interface(ui_primitives(&painter, size, 1.0, &primitives, NO_SCENE_IMAGE), size, &*SESSION).expect("a plan");
         let drawn = SESSION.renderer().render(&plan, SESSION.library(), FrameImages::Display).expect("drawn");
         min_ms[1] = min_ms[1].min(start.elapsed().as_secs_f64() * 1e3);
         assert_eq!(drawn.0.display.len(), pixels.len());
