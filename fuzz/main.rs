@@ -1,9 +1,9 @@
-//! Runs fuzz targets as a plain loop on any toolchain: `orrery-fuzz TARGET|all SECONDS [SEED]`.
+//! Runs fuzz targets in a plain loop, with any toolchain: `orrery-fuzz TARGET|all SECONDS [SEED]`.
 //!
-//! In: the targets, their seeds (valid inputs), and the inputs of past findings in fuzz/inputs/TARGET/. Seeds and past findings run first, then random
-//! mutations of them and of earlier mutations. Out: the number of runs of each target and the longest run. A finding (a panic, a run longer than
+//! In: the targets, their seed inputs (valid ones), and the inputs of past findings in fuzz/inputs/TARGET/. These run first, then random mutations of them and
+//! of earlier mutations. Out: the number of runs of each target and the longest run. A finding (a panic, a run longer than
 //! [`MAX_CPU_TIME`] or [`MAX_WALL_TIME`], or memory beyond [`MAX_GROWTH_BYTES`]) is written to fuzz/findings/ and ends the program with status 1. Always: the
-//! same seed gives the same inputs.
+//! same SEED, the number that starts the random generator, gives the same inputs.
 
 use orrery_fuzz::{TARGETS, Target};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,7 +18,7 @@ const MAX_WALL_TIME: Duration = Duration::from_secs(60);
 /// Maximum growth of the program's memory since the start of a target.
 const MAX_GROWTH_BYTES: u64 = 1 << 30;
 /// Inputs are truncated to this size.
-const MAX_BYTES: usize = 1 << 20;
+const MAX_INPUT_BYTES: usize = 1 << 20;
 /// Maximum number of inputs in the pool, from which mutations start.
 const MAX_POOL: usize = 256;
 /// Interval at which the watch thread checks the running input.
@@ -77,7 +77,7 @@ fn mutated(input: &[u8], other: &[u8], words: &[&str], random: &mut Random) -> V
             }
         }
     }
-    bytes.truncate(MAX_BYTES);
+    bytes.truncate(MAX_INPUT_BYTES);
     bytes
 }
 
@@ -119,9 +119,9 @@ fn cpu_time() -> Option<Duration> {
 }
 
 /// Prints a finding, writes its input to fuzz/findings/ and ends the program.
-fn report_finding(target: &str, seed: u64, input: &[u8], what: &str) -> ! {
+fn report_finding(target: &str, random_seed: u64, input: &[u8], what: &str) -> ! {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("findings");
-    let path = folder.join(format!("{target}-{seed}"));
+    let path = folder.join(format!("{target}-{random_seed}"));
     let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, input));
     println!("{target:16} {what}: {} bytes, {}", input.len(), written.map_or_else(|e| e.to_string(), |()| path.display().to_string()));
     std::process::exit(1)
@@ -136,33 +136,34 @@ fn kept_inputs(target: &Target) -> Vec<Vec<u8>> {
 }
 
 /// Runs one input, watched; a panic is a finding.
-fn run_watched(target: &Target, seed: u64, input: &[u8]) {
+fn run_watched(target: &Target, random_seed: u64, input: &[u8]) {
     *running() = Some(Run::of(input));
     if catch_unwind(AssertUnwindSafe(|| (target.run)(input))).is_err() {
-        report_finding(target.name, seed, input, "it panics");
+        report_finding(target.name, random_seed, input, "it panics");
     }
     *running() = None;
 }
 
 /// Fuzzes a target for some time. Returns the number of runs and the time of the longest one.
-fn fuzz(target: &'static Target, time: Duration, seed: u64) -> (u64, Duration) {
-    let mut random = Random(seed);
+fn fuzz(target: &'static Target, time: Duration, random_seed: u64) -> (u64, Duration) {
+    let mut random = Random(random_seed);
     let mut pool = (target.seeds)();
     pool.extend(kept_inputs(target));
     // Not watched: this run loads what all runs share.
     let _ = catch_unwind(AssertUnwindSafe(|| (target.run)(&pool[0])));
     for input in &pool {
-        run_watched(target, seed, input);
+        run_watched(target, random_seed, input);
     }
     let (start, mut runs, mut longest) = (Instant::now(), 0, Duration::ZERO);
     while start.elapsed() < time {
         let (base, other) = (random.below(pool.len()), random.below(pool.len()));
         let input = mutated(&pool[base], &pool[other], target.words, &mut random);
         let start_of_run = Instant::now();
-        run_watched(target, seed, &input);
+        run_watched(target, random_seed, &input);
         runs += 1;
         longest = longest.max(start_of_run.elapsed());
-        // Some mutations are mutated further, to get beyond what single changes reach. A full pool gets a seed back now and then.
+        // Some mutations are mutated further, to get beyond what single changes reach. In a full pool they replace inputs at random, and sometimes a seed
+        // input returns.
         if random.below(16) == 0 {
             if pool.len() < MAX_POOL {
                 pool.push(input);
@@ -183,28 +184,33 @@ fn resident_bytes() -> Option<u64> {
 }
 
 /// The watch thread: reports a run that takes too long or too much memory. Ends once the `Arc` behind `in_progress` is dropped, after `fuzz` has returned.
-fn watch(target: &str, seed: u64, in_progress: &Weak<()>) {
+fn watch(target: &str, random_seed: u64, in_progress: &Weak<()>) {
     let bytes_at_start = resident_bytes();
     while in_progress.strong_count() > 0 {
         std::thread::sleep(WATCH_INTERVAL);
         let growth = resident_bytes().zip(bytes_at_start).map_or(0, |(now, at_start)| now.saturating_sub(at_start));
-        let finding = running().as_mut().and_then(|run| match () {
-            () if run.is_too_long() => Some(("it takes too long", run.input.clone())),
-            () if growth > MAX_GROWTH_BYTES => Some(("it takes more than a gigabyte", run.input.clone())),
-            () => None,
+        let finding = running().as_mut().and_then(|run| {
+            let what = if run.is_too_long() {
+                "it takes too long"
+            } else if growth > MAX_GROWTH_BYTES {
+                "it takes more than a gigabyte"
+            } else {
+                return None;
+            };
+            Some((what, run.input.clone()))
         });
         if let Some((what, input)) = finding {
-            report_finding(target, seed, &input, what);
+            report_finding(target, random_seed, &input, what);
         }
     }
 }
 
 fn main() -> std::process::ExitCode {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let chosen: Vec<&'static Target> = TARGETS.iter().filter(|t| words.first().is_some_and(|w| w == "all" || w == t.name)).collect();
-    let time = words.get(1).and_then(|w| Duration::try_from_secs_f64(w.parse().ok()?).ok()).filter(|time| !time.is_zero());
-    let seed = words.get(2).map_or(Some(1), |w| w.parse().ok());
-    let (false, Some(time), Some(seed)) = (chosen.is_empty(), time, seed) else {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let chosen: Vec<&'static Target> = TARGETS.iter().filter(|t| arguments.first().is_some_and(|a| a == "all" || a == t.name)).collect();
+    let time = arguments.get(1).and_then(|a| Duration::try_from_secs_f64(a.parse().ok()?).ok()).filter(|time| !time.is_zero());
+    let random_seed = arguments.get(2).map_or(Some(1), |a| a.parse().ok());
+    let (false, Some(time), Some(random_seed)) = (chosen.is_empty(), time, random_seed) else {
         let names: Vec<&str> = TARGETS.iter().map(|t| t.name).collect();
         eprintln!("orrery-fuzz TARGET|all SECONDS [SEED]; targets: {}", names.join(", "));
         return 2.into();
@@ -212,8 +218,8 @@ fn main() -> std::process::ExitCode {
     for target in chosen {
         let (name, token) = (target.name, Arc::new(()));
         let in_progress = Arc::downgrade(&token);
-        let watch_thread = std::thread::spawn(move || watch(name, seed, &in_progress));
-        let (runs, longest) = fuzz(target, time, seed);
+        let watch_thread = std::thread::spawn(move || watch(name, random_seed, &in_progress));
+        let (runs, longest) = fuzz(target, time, random_seed);
         println!("{name:16} {runs:>10} runs, the longest {:.3} s", longest.as_secs_f64());
         drop(token);
         let _ = watch_thread.join();

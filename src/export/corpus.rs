@@ -125,7 +125,7 @@ fn vertices_json(input: &Vertices, blobs: &mut Vec<Blob>) -> Value {
     }
 }
 
-/// The case of a module, made from the draw that runs the module and from its images by the software renderer.
+/// The case of a module, made from the draw that runs the module and from the images that the software renderer draws with it.
 fn assemble_case(module: &ShaderModule, draw: &PlanDraw, sample: &SampleImage) -> Result<Case, String> {
     let mut blobs = Vec::new();
     let mut add_blob = |bytes: Vec<u8>| {

@@ -99,10 +99,10 @@ impl Stages {
         }
         difference
     }
-    /// `{"catalog_ms": …, …}`.
+    /// Elapsed times: `{"catalog_ms": …, …}`.
     pub fn to_json(&self) -> serde_json::Value {
-        let ms = |s: Stage| (format!("{}_ms", s.name()), serde_json::json!(milliseconds(self.elapsed(s))));
-        serde_json::Value::Object(Stage::ALL.into_iter().map(ms).collect())
+        let field = |stage: Stage| (format!("{}_ms", stage.name()), serde_json::json!(milliseconds(self.elapsed(stage))));
+        serde_json::Value::Object(Stage::ALL.into_iter().map(field).collect())
     }
 }
 

@@ -1,5 +1,5 @@
-//! `render --error` and `compare --error`: the stated error bound of nearly every pixel holds against the reference quality, and that of
-//! another view does not.
+//! `render --error` and `compare --error`: in nearly every pixel the difference from reference quality is within the pixel's error bound. With the bounds of
+//! another view it is not.
 
 use crate::support::sweep;
 use std::path::Path;
@@ -30,15 +30,15 @@ const VIEWS: [(&str, &[&str]); 5] = [
     ("mars", &["--target", "mars", "--time", "2024-04-08T18:17:16Z", "--distance-radii", "1.2"]),
 ];
 
-/// Greatest mean of the bounds of an image's pixels, in levels of 255: larger bounds would hold but say nothing.
-const MAX_MEAN_OF_STANDARD: f64 = 16.0;
-const MAX_MEAN_OF_DRAFT: f64 = 40.0;
+/// Limits of the mean of an image's bounds at two qualities, in levels of 255: larger bounds would hold, but say nothing.
+const MAX_MEAN_BOUND_OF_STANDARD: f64 = 16.0;
+const MAX_MEAN_BOUND_OF_DRAFT: f64 = 40.0;
 
 #[test]
 fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path();
-    let mut pixels = 0.0;
+    let mut pixel_count = 0.0;
     let mut pixels_beyond_bound = 0.0;
     // The negative control at the end needs the first two views.
     for (name, view) in VIEWS.into_iter().take(if sweep::in_full() { VIEWS.len() } else { 2 }) {
@@ -62,13 +62,13 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
                     / f64::from(image.width() * image.height())
             };
             println!("{name} {quality}: held in {:.4} % of pixels, mean bound {mean_bound:.2} levels, {compared}", 100.0 * held_fraction);
-            pixels += 160.0 * 160.0;
+            pixel_count += 160.0 * 160.0;
             pixels_beyond_bound += (1.0 - held_fraction) * 160.0 * 160.0;
-            let max_mean = if quality == "standard" { MAX_MEAN_OF_STANDARD } else { MAX_MEAN_OF_DRAFT };
+            let max_mean = if quality == "standard" { MAX_MEAN_BOUND_OF_STANDARD } else { MAX_MEAN_BOUND_OF_DRAFT };
             assert!(mean_bound < max_mean, "{name} {quality}: a mean bound of {mean_bound} levels is too loose");
         }
     }
-    assert!(pixels_beyond_bound <= 1e-4 * pixels, "the bound fails in {pixels_beyond_bound} of {pixels} pixels");
+    assert!(pixels_beyond_bound <= 1e-4 * pixel_count, "the bound fails in {pixels_beyond_bound} of {pixel_count} pixels");
     // Negative control: the draft of the Earth with the bound of Saturn.
     let out =
         run_successfully(path, &["compare", "earth-draft.png", "earth-reference.png", "--error", "saturn-standard-bound.png", "--json"]);
@@ -98,8 +98,8 @@ fn linear_bounds_are_written_and_foreign_or_unsupported_files_are_refused() {
     }
 }
 
-/// The image and its bound are different files of different content: one never replaces the other without being asked. Images without linear light have no
-/// bound, which is said before anything is drawn.
+/// An image never replaces a bound, nor a bound an image, unless `--overwrite` is given. Images without linear light have no bound, which is reported before
+/// anything is drawn.
 #[test]
 fn a_bound_never_takes_the_place_of_an_image() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -132,10 +132,11 @@ fn the_bound_of_a_fisheye_image_includes_atmosphere_and_eclipse() {
     let args = [&args[..], &["--quality", "reference"]].concat();
     run_successfully(path, &[&args[..], &["-o", "plain.png", "--error", "plain-bound.png"]].concat());
     run_successfully(path, &[&args[..], &["--projection", "fisheye", "-o", "fisheye.png", "--error", "fisheye-bound.png"]].concat());
-    let middle = |name: &str| {
+    // Mean bound of the 7 x 7 pixels in the middle of the image.
+    let middle_bound = |name: &str| {
         let image = image::open(path.join(name)).expect("a bound").to_rgb8();
         (29..36).flat_map(|y| (29..36).map(move |x| (x, y))).map(|(x, y)| f64::from(image.get_pixel(x, y).0[1])).sum::<f64>() / 49.0
     };
-    let (plain, fisheye) = (middle("plain-bound.png"), middle("fisheye-bound.png"));
+    let (plain, fisheye) = (middle_bound("plain-bound.png"), middle_bound("fisheye-bound.png"));
     assert!(plain > 3.5 && (fisheye - plain).abs() < 1.5, "{plain} and {fisheye} levels");
 }

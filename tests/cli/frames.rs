@@ -320,7 +320,7 @@ fn write_tour(file: &Path, compositions: &[&str]) {
     std::fs::write(file, format!(r#"{{"title":"T","stops":[{stops}]}}"#)).expect("a file");
 }
 
-/// A stop keeps its projection, angle and stereo stereo_text, as in the window. Options replace projection and stereo stereo_text. With `--projection fisheye` the angle is
+/// A stop keeps its projection, angle and stereo pair, as in the window. Options replace projection and stereo pair. With `--projection fisheye` the angle is
 /// that of the stop if the stop is a fisheye, otherwise the default of a fisheye.
 #[test]
 fn a_tour_has_the_projection_of_its_stops_unless_options_replace_it() {

@@ -16,17 +16,17 @@ fn orrery(args: &[&str]) -> Output {
         .expect("the program starts")
 }
 
-fn text(args: &[&str]) -> String {
+fn stdout_of(args: &[&str]) -> String {
     let out = orrery(args);
     assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
     String::from_utf8(out.stdout).expect("text")
 }
 
 fn json(args: &[&str]) -> Value {
-    serde_json::from_str(&text(args)).unwrap_or_else(|e| panic!("{args:?}: {e}"))
+    serde_json::from_str(&stdout_of(args)).unwrap_or_else(|e| panic!("{args:?}: {e}"))
 }
 
-/// The rule: docs/trade.md. The program measures its own CPU time, so other tests do not count. The same run draws the plots.
+/// docs/trade.md states the rule. The program measures its own CPU time, so other tests do not count. The same run draws the plots.
 #[test]
 fn the_defaults_of_every_quality_follow_from_the_rule() {
     if !sweep::in_full() {
@@ -35,11 +35,11 @@ fn the_defaults_of_every_quality_follow_from_the_rule() {
     }
     let folder = tempfile::tempdir().expect("a folder");
     let (png, svg) = (folder.path().join("trade.png"), folder.path().join("trade.svg"));
-    let table = text(&["measure", "--short", "-o", png.to_str().expect("a path"), "-o", svg.to_str().expect("a path")]);
+    let table = stdout_of(&["measure", "--short", "-o", png.to_str().expect("a path"), "-o", svg.to_str().expect("a path")]);
     // On a busy machine equally fast options may differ by chance. A real violation is found again.
     let is_violated = |table: &str| table.lines().any(|l| l.contains("by rule"));
     if is_violated(&table) {
-        let again = text(&["measure", "--short"]);
+        let again = stdout_of(&["measure", "--short"]);
         assert!(!is_violated(&again), "twice:\n{table}\n{again}");
     }
     for choice in ["ephemeris", "eclipse", "air", "air-near", "map-taps", "samples", "resolution", "precision", "stars", "quality"] {
@@ -70,7 +70,7 @@ fn the_json_and_csv_of_measure_have_their_fields() {
         assert!(spread[0] <= ratio && ratio <= spread[1] && spread[0] > 0.0, "{row}");
         assert!(row["error"].as_f64().expect("a number") >= 0.0 && row["unit"] == "arcsec");
     }
-    let csv = text(&["measure", "--short", "--csv", "--choice", "ephemeris"]);
+    let csv = stdout_of(&["measure", "--short", "--csv", "--choice", "ephemeris"]);
     assert!(csv.starts_with("choice,option,error,unit,") && csv.lines().count() == 4, "{csv}");
 }
 
@@ -83,8 +83,8 @@ fn the_quality_that_suffices_for_a_view_is_named() {
     let error = |name: &str| rows.iter().find(|r| r["option"] == name).expect(name)["error"].as_f64().expect("a number");
     assert!(error(sufficient) <= 1.0 && error("reference") == 0.0, "{answer}");
     assert!(["draft", "standard", "reference"].into_iter().take_while(|q| *q != sufficient).all(|q| error(q) > 1.0), "{answer}");
-    assert!(text(&view).contains(&format!("{sufficient} is enough")));
-    let in_antiquity = text(&["measure", "--short", "--body", "moon", "--time", "-0500-01-01T00:00:00Z", "--size", "16x16"]);
+    assert!(stdout_of(&view).contains(&format!("{sufficient} is enough")));
+    let in_antiquity = stdout_of(&["measure", "--short", "--body", "moon", "--time", "-0500-01-01T00:00:00Z", "--size", "16x16"]);
     assert!(in_antiquity.contains("Moon at -0500-01-01"), "{in_antiquity}");
     for (args, message_part) in [
         (&["measure", "--short", "--choice", "speed"][..], "--choice speed"),
@@ -114,22 +114,22 @@ fn the_quality_that_suffices_for_a_view_is_named() {
 fn an_existing_plot_is_replaced_only_with_overwrite() {
     let folder = tempfile::tempdir().expect("a folder");
     let plot = folder.path().join("trade.svg");
-    let shown = plot.to_str().expect("a path");
+    let plot_path = plot.to_str().expect("a path");
     std::fs::write(&plot, "mine").expect("written");
     let stderr_text = |args: &[&str]| {
         let out = orrery(args);
         assert_eq!(out.status.code(), Some(1), "{args:?}");
         String::from_utf8_lossy(&out.stderr).into_owned()
     };
-    let refused = stderr_text(&["measure", "--short", "--choice", "speed", "-o", shown]);
+    let refused = stderr_text(&["measure", "--short", "--choice", "speed", "-o", plot_path]);
     assert!(refused.contains("trade.svg: this file exists; --overwrite replaces it") && refused.lines().count() == 1, "{refused}");
-    assert!(stderr_text(&["measure", "--choice", "speed", "-o", shown, "--overwrite"]).contains("--choice speed"));
+    assert!(stderr_text(&["measure", "--choice", "speed", "-o", plot_path, "--overwrite"]).contains("--choice speed"));
     assert_eq!(std::fs::read_to_string(&plot).expect("kept"), "mine");
-    text(&["measure", "--short", "--choice", "ephemeris", "-o", shown, "--overwrite"]);
+    stdout_of(&["measure", "--short", "--choice", "ephemeris", "-o", plot_path, "--overwrite"]);
     assert!(std::fs::read_to_string(&plot).expect("replaced").contains("ephemeris [arcsec]"));
 }
 
-/// The measurement has taken minutes, so that it is printed in any case.
+/// A measurement may take minutes, so its table is printed in any case.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_table_is_printed_also_if_a_plot_cannot_be_written() {
@@ -140,7 +140,7 @@ fn the_table_is_printed_also_if_a_plot_cannot_be_written() {
     assert!(stdout_text.starts_with("ephemeris") && stdout_text.contains("kernel"), "{stdout_text}");
 }
 
-/// A view measures the qualities alone, so that a choice beside it would have no effect.
+/// With a view only the qualities are measured, so that `--choice` would have no effect.
 #[test]
 fn choices_are_refused_beside_a_view() {
     let out = orrery(&["measure", "--short", "--body", "moon", "--time", "2024-04-23", "--size", "16x16", "--choice", "ephemeris"]);

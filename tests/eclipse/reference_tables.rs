@@ -342,7 +342,7 @@ fn visible_fraction_by_grid(discs: &[[f64; 3]], u1: f64, u2: f64) -> f64 {
 
 #[test]
 fn overlapping_occluders_block_the_union_of_their_discs() {
-    // The tangent of the Sun's angular radius is 0.01. At the occluders' distance of 100 the Sun's disc has a radius of 1, so lengths across are in solar radii.
+    // The Sun's angular radius has the tangent 0.01, so at the occluders' distance of 100 its disc has a radius of 1, and lengths across are in solar radii.
     let occluders = |discs: &[[f64; 3]]| -> Vec<[f64; 4]> { discs.iter().map(|d| [d[0], d[1], 100.0, d[2]]).collect() };
     let cases: [&[[f64; 3]]; 6] = [
         &[[0.3, 0.0, 0.5], [0.3, 0.0, 0.5]],

@@ -11,16 +11,24 @@ use orrery::scene::{Appearance, Scene};
 use orrery::time::Instant;
 use std::f64::consts::PI;
 
-/// A view of a moon from outside: the camera is `direction` (ICRF) from the moon, which has the given diameter in the image.
-fn view(moon: NaifId, direction: DVec3, distance_km: f64, diameter_px: f64, time: Instant, side: u32, exposure: ExposureRequest) -> Scene {
+/// A square view of a moon. The camera is in this direction (ICRF) from the moon, which has this diameter in the image.
+fn view(
+    moon: NaifId,
+    direction: DVec3,
+    distance_km: f64,
+    diameter_px: f64,
+    time: Instant,
+    side_px: u32,
+    exposure: ExposureRequest,
+) -> Scene {
     let radius_km = SESSION.catalog().body(moon).expect("a moon").radii_km.x;
-    let half_side_tangent = radius_km / distance_km * f64::from(side) / diameter_px;
+    let half_side_tangent = radius_km / distance_km * f64::from(side_px) / diameter_px;
     let request = ViewRequest {
         position: Position::Offset { body: moon, offset_km: direction.normalize() * distance_km, axes: Axes::Icrf },
         fov_deg: Some(2.0 * half_side_tangent.atan().to_degrees()),
         exposure,
-        width: side,
-        height: side,
+        width: side_px,
+        height: side_px,
         ..ViewRequest::of(moon, time)
     };
     SESSION.scene(&request).expect("a scene")
@@ -33,7 +41,7 @@ fn green(scene: &Scene) -> Vec<f64> {
     hdr.iter().map(|p| f64::from(p[1])).collect()
 }
 
-/// Area in pixels of what the moon hides: the sum of the fractions of each pixel's radiance.
+/// Area that the moon hides, in pixels: the hidden fraction of each pixel's radiance, summed over the image.
 fn hidden_area_px(scene: &Scene, moon: NaifId) -> f64 {
     let mut dark = scene.clone();
     dark.points.retain(|p| p.body == moon);
@@ -65,10 +73,10 @@ fn from_saturn_km(moon: NaifId, time: Instant) -> DVec3 {
     saturn_axes(time) * from_to_km(NaifId(699), moon, time)
 }
 
-/// The first whole hour after the beginning of 2017-05-17 for which `is_right` holds.
-fn hour_in_2017(is_right: impl Fn(Instant) -> bool) -> Instant {
+/// The first whole hour after the beginning of 2017-05-17 for which `suits` holds.
+fn hour_in_2017(suits: impl Fn(Instant) -> bool) -> Instant {
     let start = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
-    (0..400).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(|t| is_right(*t)).expect("a time")
+    (0..400).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(|t| suits(*t)).expect("a time")
 }
 
 /// A time at which the side of a planet that its moon sees is lit. Seen from the outer side of the moon, this side is behind the moon.
@@ -80,6 +88,7 @@ fn time_of_lit_planet(moon: NaifId, planet: NaifId) -> Instant {
 
 #[test]
 fn a_small_moon_hides_the_planet_behind_it() {
+    // Io, Phobos and Hyperion.
     for (moon, planet) in [(NaifId(501), NaifId(599)), (NaifId(401), NaifId(499)), (NaifId(607), NaifId(699))] {
         let time = time_of_lit_planet(moon, planet);
         let direction = from_to_km(planet, moon, time);
@@ -90,7 +99,7 @@ fn a_small_moon_hides_the_planet_behind_it() {
             let body = scene.body(moon).expect("a body");
             let area_px = 0.25 * PI * body.diameter_px.powi(2);
             let hidden_px = hidden_area_px(&scene, moon);
-            println!("{moon:?} in {side}: {:.3} px across hide {hidden_px:.4} px, area {area_px:.4} px", body.diameter_px);
+            println!("{moon:?}, image of {side} px: a moon of {:.3} px hides {hidden_px:.4} px, area {area_px:.4} px", body.diameter_px);
             // A point of almost 2 pixels would hide more than all of the pixel in its middle.
             let tolerance = if body.diameter_px < 1.8 { 0.01 } else { 0.12 };
             assert!((hidden_px / area_px - 1.0).abs() < tolerance, "{moon:?} {}: {hidden_px}, not {area_px}", body.diameter_px);
@@ -98,7 +107,7 @@ fn a_small_moon_hides_the_planet_behind_it() {
     }
 }
 
-/// Titan's haze reaches far beyond its limb; it hides Saturn around a point as around a disc.
+/// Titan's haze reaches far beyond its limb. Whether Titan is a point or a disc, its haze hides Saturn, too.
 #[test]
 fn a_small_moon_with_haze_hides_as_much_as_a_point_and_as_a_disc() {
     let (titan, saturn) = (NaifId(606), NaifId(699));
@@ -112,7 +121,7 @@ fn a_small_moon_with_haze_hides_as_much_as_a_point_and_as_a_disc() {
     assert!((point / disc - 1.0).abs() < 0.08, "point {point}, disc {disc}");
 }
 
-/// A planet in transit in front of the Sun hides as much of it wherever its centre lies in its pixel.
+/// A planet in transit hides the same area of the Sun wherever the planet's centre lies within a pixel.
 #[test]
 fn a_small_planet_hides_the_sun_behind_it() {
     let time = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
@@ -123,11 +132,11 @@ fn a_small_planet_hides_the_sun_behind_it() {
         scene.glare = None;
         let area_px = 0.25 * PI * scene.body(mercury).expect("a body").diameter_px.powi(2);
         let hidden_px = hidden_area_px(&scene, mercury);
-        assert!((hidden_px / area_px - 1.0).abs() < 0.01, "{diameter_px} in {side}: {hidden_px}, not {area_px}");
+        assert!((hidden_px / area_px - 1.0).abs() < 0.01, "{diameter_px} px, image of {side} px: {hidden_px}, not {area_px}");
     }
 }
 
-/// Seen from the ground by day, points hide nothing behind the bright sky, except the Sun: Mercury's transit of 2019.
+/// By day, on the ground, a small body hides nothing behind the bright sky, except the Sun. The example is Mercury's transit of 2019.
 #[test]
 fn by_day_a_small_planet_hides_the_sun_behind_it() {
     let mercury = NaifId(199);
@@ -160,8 +169,9 @@ fn a_small_moon_hides_the_rings_behind_it() {
     let time = hour_in_2017(|t| from_saturn_km(mimas, t).z > 4000.0);
     let moon_km = from_saturn_km(mimas, time);
     // The line of sight meets the plane of the rings at this radius; it passes beside the globe.
+    let angle_beside_globe_rad = 0.7;
     let view_before = |radius_km: f64| {
-        let in_plane = DVec2::from_angle(0.7).rotate(moon_km.truncate().normalize()) * radius_km;
+        let in_plane = DVec2::from_angle(angle_beside_globe_rad).rotate(moon_km.truncate().normalize()) * radius_km;
         view(mimas, saturn_axes(time).transpose() * (moon_km - in_plane.extend(0.0)), 1e5, 1.5, time, 31, ExposureRequest::Auto)
     };
     // Ring B.
@@ -178,8 +188,9 @@ fn a_small_moon_behind_the_rings_is_dimmed_by_them() {
     let time = hour_in_2017(|_| true);
     let moon_km = from_saturn_km(mimas, time);
     // The line of sight meets the plane of the rings at this radius, on the way from the moon to the camera.
+    let angle_beside_globe_rad = 0.7;
     let view_through = |radius_km: f64| {
-        let in_plane = DVec2::from_angle(0.7).rotate(moon_km.truncate().normalize()) * radius_km;
+        let in_plane = DVec2::from_angle(angle_beside_globe_rad).rotate(moon_km.truncate().normalize()) * radius_km;
         let direction = in_plane.extend(0.0) - moon_km;
         view(mimas, saturn_axes(time).transpose() * direction, 3.0 * direction.length(), 1.5, time, 31, ExposureRequest::Auto)
     };

@@ -15,12 +15,12 @@ use std::sync::atomic::AtomicBool;
 
 fn compositions() -> Vec<CompositionState> {
     let stereo = |layout| CompositionState { stereo: Some(layout), ..CompositionState::default() };
-    let sphere = |projection| CompositionState { projection, dome_tilt_deg: 20.0, ..CompositionState::default() };
+    let tilted = |projection| CompositionState { projection, dome_tilt_deg: 20.0, ..CompositionState::default() };
     vec![
         CompositionState::default(),
-        sphere(Projection::Fisheye),
-        CompositionState { fisheye_deg: 60.0, ..sphere(Projection::Fisheye) },
-        sphere(Projection::Equirectangular),
+        tilted(Projection::Fisheye),
+        CompositionState { fisheye_deg: 60.0, ..tilted(Projection::Fisheye) },
+        tilted(Projection::Equirectangular),
         stereo(StereoLayout::Anaglyph),
         stereo(StereoLayout::SideBySide),
         stereo(StereoLayout::Interlaced),
@@ -35,8 +35,10 @@ fn saturn_with(composition: &CompositionState) -> Interface {
     interface
 }
 
-fn drawn(composition: &CompositionState) -> Window {
-    let mut window = pausable_window(saturn_with(composition), &Arc::new(AtomicBool::new(true)), 640.0);
+/// A window of this height, after the image of its view has been drawn.
+fn settled_window(interface: Interface, height_points: f32) -> Window {
+    let is_drawing = Arc::new(AtomicBool::new(true));
+    let mut window = pausable_window(interface, &is_drawing, height_points);
     settle(&mut window);
     window
 }
@@ -46,7 +48,7 @@ fn drawn(composition: &CompositionState) -> Window {
 #[test]
 fn a_click_selects_what_the_image_shows_there() {
     for composition in compositions() {
-        let mut window = drawn(&composition);
+        let mut window = settled_window(saturn_with(&composition), 640.0);
         let sky = window.get_by_label_contains("The sky: ").rect();
         let rendered = window.state().shown().expect("an image");
         let (width, scene) = (f64::from(rendered.width), &rendered.scene);
@@ -58,13 +60,13 @@ fn a_click_selects_what_the_image_shows_there() {
         let places: Vec<(NaifId, DVec2)> = [NaifId(699), NaifId(606), NaifId(608), NaifId(605)].into_iter().filter_map(pixel_of).collect();
         assert_eq!(places.first().map(|p| p.0), Some(SATURN), "{composition:?}");
         // The target is in the middle of its image; a dome's tilt moves it up or down only.
-        let images = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
-        assert!((places[0].1.x - 0.5 * width / images).abs() < 1.0, "{composition:?}: {places:?} of {width}");
-        let image_offsets = if images == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
+        let image_count = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
+        assert!((places[0].1.x - 0.5 * width / image_count).abs() < 1.0, "{composition:?}: {places:?} of {width}");
+        let image_offsets = if image_count == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
         let inside = |px: DVec2| {
-            px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / images - 2.0 && px.y * points_per_px < f64::from(sky.height()) - 2.0
+            px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / image_count - 2.0 && px.y * points_per_px < f64::from(sky.height()) - 2.0
         };
-        let mut clicked = 0;
+        let mut hits = 0;
         for (id, px) in places {
             for offset in &image_offsets {
                 if !inside(px) {
@@ -75,12 +77,12 @@ fn a_click_selects_what_the_image_shows_there() {
                 // A moon may be in front of or behind the planet or another moon.
                 let selected = window.state().viewer.selected;
                 assert!(selected != NaifId::SUN, "{composition:?}: nothing at {px} for {id:?}");
-                clicked += usize::from(selected == id);
+                hits += usize::from(selected == id);
                 // Wait, so that the next click is not part of a double-click.
                 crate::view::input::advance(&mut window, 1.0);
             }
         }
-        assert!(clicked >= 1, "{composition:?}");
+        assert!(hits >= 1, "{composition:?}: no click selected the body that it was aimed at");
     }
 }
 
@@ -96,18 +98,17 @@ fn a_click_follows_the_warp_mesh() {
     }
     let mut interface = saturn_with(&CompositionState::default());
     interface.warp = Some(Arc::new(WarpMesh::parse("projector.data", &mesh).expect("a mesh")));
-    let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 640.0);
-    settle(&mut window);
+    let mut window = settled_window(interface, 640.0);
     let sky = window.get_by_label_contains("The sky: ").rect();
     let rendered = window.state().shown().expect("an image");
     let points_per_px = f64::from(sky.width()) / f64::from(rendered.width);
     let scene = &rendered.scene;
     let centre_km = scene.body(SATURN).expect("of the catalog").placement.centre_km;
-    let at = scene.geometry.pixel_of(&scene.camera, centre_km).expect("on the mesh");
+    let saturn_px = scene.geometry.pixel_of(&scene.camera, centre_km).expect("on the mesh");
     let middle = 0.5 * DVec2::new(f64::from(rendered.width), f64::from(rendered.height));
     // At the middle, u = v = 0.5; there x = 0.45 and y = -0.075, in halves of the height.
-    assert!(at.distance(middle + DVec2::new(0.45, 0.075) * middle.y) < 1.5, "{at} of {middle}");
-    for (px, is_saturn) in [(at, true), (middle - DVec2::new(0.0, 0.6 * middle.y), false)] {
+    assert!(saturn_px.distance(middle + DVec2::new(0.45, 0.075) * middle.y) < 1.5, "Saturn at {saturn_px}, middle {middle}");
+    for (px, is_saturn) in [(saturn_px, true), (middle - DVec2::new(0.0, 0.6 * middle.y), false)] {
         window.state_mut().viewer.selected = NaifId::SUN;
         click(&mut window, sky.min + egui::vec2((px.x * points_per_px) as f32, (px.y * points_per_px) as f32));
         assert_eq!(window.state().viewer.selected == SATURN, is_saturn, "at {px}");
@@ -121,8 +122,7 @@ fn the_shader_panel_says_why_a_dome_has_no_list_of_draws() {
     for composition in compositions() {
         let mut interface = saturn_with(&composition);
         interface.tab = Some(Tab::Shader);
-        let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 640.0);
-        settle(&mut window);
+        let window = settled_window(interface, 640.0);
         let is_perspective = composition.projection == Projection::Perspective;
         let says = |text: &str| window.query_by_label_contains(text).is_some();
         assert_eq!(says("in the perspective projection only"), !is_perspective, "{composition:?}");
@@ -135,8 +135,7 @@ fn the_shader_panel_says_why_a_dome_has_no_list_of_draws() {
 fn the_panel_chooses_a_projection_and_a_stereo_pair() {
     let mut interface = saturn_with(&CompositionState::default());
     interface.tab = Some(Tab::Effects);
-    let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 1900.0);
-    settle(&mut window);
+    let mut window = settled_window(interface, 1900.0);
     window.get_by_label("Projection and stereo").click();
     settle(&mut window);
     let choose = |window: &mut Window, list: &str, entry: &str| {
@@ -165,8 +164,7 @@ fn the_panel_chooses_a_projection_and_a_stereo_pair() {
 fn the_probe_refuses_a_pixel_of_a_dome() {
     let mut interface = saturn_with(&compositions()[1]);
     interface.tab = Some(Tab::Shader);
-    let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 900.0);
-    settle(&mut window);
+    let mut window = settled_window(interface, 900.0);
     window.get_by_label("Probe").click();
     settle(&mut window);
     window.get_by_label("Centre of the image").click();

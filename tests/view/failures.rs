@@ -23,8 +23,8 @@ use std::time::Duration;
 
 type Messages = Arc<Mutex<Vec<String>>>;
 
-/// A session whose fragments may come from a folder, its messages, and the interface of a new window.
-fn window(shaders: Option<&Path>, utc: &str) -> (&'static Session, Messages, Interface) {
+/// A session whose fragments may come from a folder, its messages, and the interface of a new window that shows the Moon at this time.
+fn open_session(shaders: Option<&Path>, utc: &str) -> (&'static Session, Messages, Interface) {
     let messages = Messages::default();
     let sink = Arc::clone(&messages);
     let cache = tempfile::tempdir().expect("a folder").keep();
@@ -40,7 +40,7 @@ fn window(shaders: Option<&Path>, utc: &str) -> (&'static Session, Messages, Int
     (session, messages, Interface::new(viewer, Settings::default()))
 }
 
-/// Checks that the reason contains `part`, is accessible in the window, and was reported once.
+/// Checks that the reason contains `part`, that a label of the window shows it, and that it was reported once.
 fn assert_reported_once(session: &'static Session, messages: &Messages, interface: Interface, part: &str) {
     let mut harness = harness_of(session, interface);
     settle(&mut harness);
@@ -53,14 +53,14 @@ fn assert_reported_once(session: &'static Session, messages: &Messages, interfac
 
 #[test]
 fn a_time_outside_the_ephemeris_is_reported() {
-    let (session, messages, interface) = window(None, "9999-12-31T00:00:00Z");
+    let (session, messages, interface) = open_session(None, "9999-12-31T00:00:00Z");
     assert_reported_once(session, &messages, interface, "Moon from -3001-11-23 to 3001-01-08, not at 9999-12-31T00:00:00Z");
 }
 
 /// The reply to an action is shown although there is no image of the view.
 #[test]
 fn a_reply_is_shown_below_the_reason() {
-    let (session, _, interface) = window(None, "9999-12-31T00:00:00Z");
+    let (session, _, interface) = open_session(None, "9999-12-31T00:00:00Z");
     let mut harness = harness_of(session, interface);
     settle(&mut harness);
     let reason = harness.state().message_line().to_owned();
@@ -78,14 +78,14 @@ fn repaint_delay(harness: &Harness<'static, Interface>) -> Duration {
 
 #[test]
 fn a_window_without_its_first_image_is_at_rest() {
-    let (session, _, interface) = window(None, "9999-12-31T00:00:00Z");
+    let (session, _, interface) = open_session(None, "9999-12-31T00:00:00Z");
     let mut harness = harness_of(session, interface);
     settle(&mut harness);
     assert!(harness.state().shown().is_none());
     assert!(repaint_delay(&harness) > Duration::ZERO, "the window draws frame after frame");
 }
 
-/// Time runs on although the view has no request; otherwise time that runs backward would not return to the span of the ephemeris by itself.
+/// Time runs on although the view cannot be drawn; otherwise time that runs backward would not return to the span of the ephemeris by itself.
 #[test]
 fn time_runs_on_outside_the_ephemeris() {
     let mut harness = harness_of(session(), interface(NaifId::MOON, "2024-01-25T00:00:00Z"));
@@ -102,7 +102,7 @@ fn time_runs_on_outside_the_ephemeris() {
 /// The window gives the reason in its language, and standard error in English.
 #[test]
 fn a_german_window_gives_the_reason_in_german() {
-    let (session, messages, mut interface) = window(None, "9999-12-31T00:00:00Z");
+    let (session, messages, mut interface) = open_session(None, "9999-12-31T00:00:00Z");
     interface.language = Language::German;
     let mut harness = harness_of(session, interface);
     settle(&mut harness);
@@ -119,9 +119,9 @@ fn a_fragment_that_does_not_compile_is_reported_and_a_valid_one_is_silent() {
     let path = folder.path().join(name);
     std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
     std::fs::write(&path, text.replace("@fragment", "@fragment nonsense")).expect("a file");
-    let (session, messages, interface) = window(Some(folder.path()), "2024-01-01T00:00:00Z");
+    let (session, messages, interface) = open_session(Some(folder.path()), "2024-01-01T00:00:00Z");
     assert_reported_once(session, &messages, interface, "tone_map");
-    let (valid, messages, interface) = window(None, "2024-01-01T00:00:00Z");
+    let (valid, messages, interface) = open_session(None, "2024-01-01T00:00:00Z");
     let mut harness = harness_of(valid, interface);
     settle(&mut harness);
     assert!(

@@ -78,12 +78,6 @@ fn difference_of(a: &DisplayImage, b: &DisplayImage) -> Difference {
     a.difference(b).expect("one size")
 }
 
-/// A device of its own, beside the one that the tests share.
-fn second_gpu() -> GpuRenderer {
-    let accept_software = true;
-    GpuRenderer::open(accept_software).expect("opened before")
-}
-
 fn exceeds_bounds(d: &Difference) -> bool {
     d.mean > 0.1 || d.p999 > 2 || d.max > 6
 }
@@ -115,17 +109,14 @@ fn the_renderers_match_the_cpu_painter() {
 #[test]
 fn a_prepared_device_has_the_pipelines_of_any_window() {
     let Some(gpu) = gpu() else { return };
-    // Not the shared device, with which other tests draw windows.
-    let own_gpu = second_gpu();
-    drop(gpu);
     let (painter, primitives) = sample_interface();
     let window = plan_of(&painter, &primitives);
-    assert_eq!(own_gpu.is_ready_for_windows(&window), Some(false), "no pipeline exists yet");
+    assert_eq!(gpu.is_ready_for_windows(&window), Some(false), "no pipeline exists yet");
     let smallest = plan::warm_up_interface(&*SESSION).expect("a plan");
-    own_gpu.warm_up_window_pipelines(&smallest, SESSION.library()).expect("prepared");
-    assert_eq!(own_gpu.is_ready_for_windows(&window), Some(true), "a frame of the window would wait for the shader compiler");
-    own_gpu.forget_modules();
-    assert_eq!(own_gpu.is_ready_for_windows(&window), Some(false), "pipelines of forgotten modules are kept");
+    gpu.warm_up_window_pipelines(&smallest, SESSION.library()).expect("prepared");
+    assert_eq!(gpu.is_ready_for_windows(&window), Some(true), "a frame of the window would wait for the shader compiler");
+    gpu.forget_modules();
+    assert_eq!(gpu.is_ready_for_windows(&window), Some(false), "pipelines of forgotten modules are kept");
 }
 
 #[test]
@@ -153,7 +144,8 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
     let second = shown_in_window(&black_image).expect("drawn").display;
     assert!(second.iter().all(|p| p[..3] == [0; 3]), "the second image must be black");
     // Another device does not have the image: an error, not a wrong image.
-    let other_gpu = second_gpu();
+    let accept_software = true;
+    let other_gpu = GpuRenderer::open(accept_software).expect("opened before");
     let window_with = |image| {
         let mesh = egui::Mesh { texture_id: SCENE_IMAGE, ..white_square() };
         let primitive = egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) };

@@ -5,7 +5,7 @@
 use crate::shader::key::Dimension;
 use crate::view::language::text;
 
-/// The name of a value: its text in the key, or a word such as *none* for a value that the key omits.
+/// The name of a value: its text in the key, or a word such as *none* for a value that the key omits; `?` if there is no such value.
 pub(crate) fn value_text(dimension: &Dimension, value: usize) -> &'static str {
     match dimension.texts.get(value) {
         Some(&"") if dimension.name == "view" => text!("pixels-final"),
