@@ -70,7 +70,7 @@ pub static COMETS: &str = include_str!("comets.csv");
 /// GeoJSON of the constellations' figures, J2000.
 pub static CONSTELLATION_LINES: &str = include_str!("constellation_lines.json");
 
-/// GeoJSON of the borders between constellations: the corners of Delporte's borders, which run along coordinates of B1875, in J2000.
+/// GeoJSON of the borders between constellations: the corners, in J2000, of Delporte's borders, which run along coordinates of B1875.
 pub static CONSTELLATION_BORDERS: &str = include_str!("constellation_borders.json");
 
 /// JSON list of the constellations: abbreviation, name, genitive, rank, and where a chart writes the name, J2000.

@@ -25,12 +25,12 @@ pub(crate) fn display_level(light: f32, exposure_factor: f64) -> f64 {
 
 /// For each pixel, the greatest difference of red, green or blue, in display levels.
 pub(crate) fn level_differences(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> Vec<f64> {
-    let difference = |(p, q): (&[f32; 4], &[f32; 4])| {
-        let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
-        if is_finite(p) != is_finite(q) {
+    let is_finite = |pixel: &[f32; 4]| pixel.iter().all(|v| v.is_finite());
+    let difference = |(pixel_a, pixel_b): (&[f32; 4], &[f32; 4])| {
+        if is_finite(pixel_a) != is_finite(pixel_b) {
             return MAX_LEVEL;
         }
-        let channel = |c: usize| (display_level(p[c], a.exposure_factor) - display_level(q[c], b.exposure_factor)).abs();
+        let channel = |c: usize| (display_level(pixel_a[c], a.exposure_factor) - display_level(pixel_b[c], b.exposure_factor)).abs();
         (0..3).map(channel).fold(0.0, f64::max)
     };
     a.light.iter().zip(b.light).map(difference).collect()

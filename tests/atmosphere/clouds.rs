@@ -38,7 +38,7 @@ fn clouds_brighten_the_earth_and_their_shadow_darkens_it() {
     let (bare, shadowed, clouded) = (draw("-clouds,-cloud-shadow"), draw("-clouds,+cloud-shadow"), draw("+clouds,-cloud-shadow"));
     let (bare_sum, shadowed_sum, clouded_sum) = (sum_of_green(&bare), sum_of_green(&shadowed), sum_of_green(&clouded));
     assert!(clouded_sum > 1.5 * bare_sum, "clouds reflect more than the ground: {clouded_sum} against {bare_sum}");
-    assert!(shadowed_sum < 0.95 * bare_sum, "{shadowed_sum} against {bare_sum}");
+    assert!(shadowed_sum < 0.95 * bare_sum, "the shadow of clouds removes light: {shadowed_sum} against {bare_sum}");
     // A shadow only removes light. The two modules round map coordinates differently: 2e-6 of the light.
     for (s, b) in shadowed.frame.hdr.iter().zip(&bare.frame.hdr) {
         assert!((0..3).all(|k| s[k] <= b[k] * 1.000_005 + 1e-7), "{s:?} over {b:?}");
@@ -52,16 +52,16 @@ fn clouds_brighten_the_earth_and_their_shadow_darkens_it() {
 /// texels' values instead, an image of 32 pixels would have 7 % less light than one of 512.
 #[test]
 fn the_light_of_a_cloudy_earth_does_not_depend_on_the_size_of_the_image() {
-    let light_at = |side: u32| {
-        let request = ViewRequest { width: side, height: side, ..earth("+clouds") };
+    let light_at = |side_px: u32| {
+        let request = ViewRequest { width: side_px, height: side_px, ..earth("+clouds") };
         let sampling = SamplingQuality { samples: 4, anisotropy: 8 };
         let drawn = SESSION.draw(&request, sampling, FrameImages::DisplayAndHdr).expect("draws");
-        sum_of_green(&drawn) / f64::from(side * side)
+        sum_of_green(&drawn) / f64::from(side_px * side_px)
     };
     let full = light_at(512);
-    for side in [32, 64, 128, 256] {
-        let ratio = light_at(side) / full;
-        assert!((ratio - 1.0).abs() < 0.015, "{side} pixels: {ratio}");
+    for side_px in [32, 64, 128, 256] {
+        let ratio = light_at(side_px) / full;
+        assert!((ratio - 1.0).abs() < 0.015, "{side_px} pixels: {ratio}");
     }
 }
 
@@ -85,9 +85,9 @@ fn full_disc(effects: &str) -> (f64, f64) {
     };
     let drawn = SESSION.draw(&request, SAMPLING, FrameImages::DisplayAndHdr).expect("draws");
     let body = drawn.scene.body(NaifId::EARTH).expect("the Earth");
-    let disc_px = std::f64::consts::FRAC_PI_4 * body.diameter_px.powi(2);
+    let disc_area_px = std::f64::consts::FRAC_PI_4 * body.diameter_px.powi(2);
     let brightest = drawn.frame.hdr.iter().map(|p| f64::from(p[1])).fold(0.0, larger);
-    (sum_of_green(&drawn) / disc_px, brightest)
+    (sum_of_green(&drawn) / disc_area_px, brightest)
 }
 
 /// Clouds are as bright as measured: they account for the difference between the Earth's albedo with and without them, and the thickest are
@@ -98,9 +98,9 @@ fn full_disc(effects: &str) -> (f64, f64) {
 #[test]
 fn clouds_make_the_difference_between_clear_and_all_sky_albedo() {
     let ((clear, _), (clouded, brightest)) = (full_disc("-clouds,-cloud-shadow"), full_disc("+clouds,+cloud-shadow"));
-    let effect = 1.5 * (clouded - clear);
-    println!("clouds add {effect:.3} to the albedo; brightest {brightest:.3}");
-    assert!((effect - 0.14).abs() < 0.03, "clouds add {effect} to the albedo");
+    let cloud_albedo = 1.5 * (clouded - clear);
+    println!("clouds add {cloud_albedo:.3} to the albedo; brightest {brightest:.3}");
+    assert!((cloud_albedo - 0.14).abs() < 0.03, "clouds add {cloud_albedo} to the albedo");
     // Thick clouds reflect 0.7 to 0.85 of the light at normal incidence; a pixel of 130 km also contains thinner ones.
     assert!((0.62..0.9).contains(&brightest), "{brightest}");
 }
@@ -112,12 +112,13 @@ fn below_the_clouds_none_are_drawn() {
         ..earth("+clouds")
     };
     let shows_clouds = |scene: &Scene| scene.draws.iter().any(|d| d.name.contains("clouds"));
+    // From the ground in a direction above the horizon.
     let mut request = at_height(0.002);
     request.target = None;
     request.look = orrery::scene::request::Look::Along { direction: DVec3::X, axes: orrery::scene::request::Axes::BodyFixed };
     let scene = SESSION.scene(&request).expect("a scene");
-    let earth = scene.body(NaifId::EARTH).expect("the Earth");
-    let clouds = earth.decisions.iter().rfind(|d| d.effect == "clouds");
+    let decisions = &scene.body(NaifId::EARTH).expect("the Earth").decisions;
+    let clouds = decisions.iter().rfind(|d| d.effect == "clouds");
     assert!(clouds.is_none_or(|d| !d.on), "{clouds:?}");
     assert!(!shows_clouds(&scene));
     // Straight down from above the clouds.

@@ -1,4 +1,4 @@
-//! Bodies of a catalog that no theory supports: the program refuses them; every shipped body is supported.
+//! The program refuses catalogs with bodies for which it has no source of position or rotation. Every shipped body has both.
 
 use super::{path_text, stderr_text};
 use std::path::PathBuf;
@@ -21,9 +21,9 @@ fn orrery(args: &[&str]) -> Output {
 fn a_body_without_a_source_of_its_position_or_rotation_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("mine.toml");
-    let body = |id: i32, name: &str, parent: &str, motion: &str, rotation: &str| {
+    let body = |id: i32, name: &str, parent_line: &str, motion: &str, rotation: &str| {
         format!(
-            "[[body]]\nid = {id}\nname = \"{name}\"\nkind = \"asteroid\"\n{parent}radii_km = [10, 9, 8]\ngeometric_albedo = 0.1\n\
+            "[[body]]\nid = {id}\nname = \"{name}\"\nkind = \"asteroid\"\n{parent_line}radii_km = [10, 9, 8]\ngeometric_albedo = 0.1\n\
              colour_linear_srgb = [1, 1, 1]\nphotometry = {{ model = \"lambert\" }}\nmotion = {motion}\nrotation = {rotation}\n"
         )
     };
@@ -33,13 +33,14 @@ fn a_body_without_a_source_of_its_position_or_rotation_is_refused() {
     let (planetary, pck, synchronous) = ("{ theory = \"planetary\" }", "{ model = \"pck\" }", "{ model = \"synchronous\" }");
     let fixed = "{ model = \"fixed\", pole_ra_deg = 0, pole_dec_deg = 90, w0_deg = 0, w_deg_day = 400 }";
     let sun = "parent = \"Sun\"\n";
-    let good = body(2_009_999, "Testa", sun, orbit, fixed);
+    let valid = body(2_009_999, "Testa", sun, orbit, fixed);
+    // Catalogs, each with line and field of the expected error, if any.
     let cases = [
-        (good.clone(), None),
+        (valid.clone(), None),
         (body(2_009_999, "Testa", sun, orbit, synchronous), None),
         (body(2_009_999, "Testa", sun, orbit, pck), Some((11, "Testa.rotation"))),
         (body(2_009_999, "Testa", sun, planetary, fixed), Some((10, "Testa.motion"))),
-        (format!("{}{}", good, body(2_009_998, "Moonlet", "parent = \"Testa\"\n", orbit, pck)), Some((22, "Moonlet.rotation"))),
+        (format!("{}{}", valid, body(2_009_998, "Moonlet", "parent = \"Testa\"\n", orbit, pck)), Some((22, "Moonlet.rotation"))),
         (
             format!(
                 "{}{}",
@@ -66,14 +67,14 @@ fn a_body_without_a_source_of_its_position_or_rotation_is_refused() {
     ];
     for (catalog, expected_error) in cases {
         std::fs::write(&file, &catalog).expect("written");
-        let verbs: [&[&str]; 4] = [
+        let commands: [&[&str]; 4] = [
             &["explain", "--target", "earth", "--time", "2024-04-08"],
             &["ephemeris", "--body", "moon", "--center", "earth", "--time", "2024-04-08"],
             &["shader", "keys", "--for", "earth", "--time", "2024-04-08"],
             &["probe", r#"{"q":"disc-overlap","k":1,"d":1}"#],
         ];
-        for verb in verbs {
-            let out = orrery(&[verb, &["--catalogs", path_text(folder.path())]].concat());
+        for command in commands {
+            let out = orrery(&[command, &["--catalogs", path_text(folder.path())]].concat());
             let line = stderr_text(&out);
             match expected_error {
                 None => assert!(out.status.success(), "{catalog}: {line}"),
@@ -82,6 +83,7 @@ fn a_body_without_a_source_of_its_position_or_rotation_is_refused() {
                         out.status.code() == Some(1) && line.contains(&format!("mine.toml:{error_line}: {field}")),
                         "{catalog}: {line}"
                     );
+                    // The error says what to write instead, or that the parents are a cycle.
                     assert!(line.contains("write") || line.contains("is a cycle"), "{line}");
                 }
             }

@@ -5,12 +5,12 @@ use orrery::Instant;
 use orrery::events::{lunar_eclipses, solar_eclipses};
 use serde_json::Value;
 
-fn number(v: &Value, path: &str) -> f64 {
-    v.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path}"))
+fn number(row: &Value, path: &str) -> f64 {
+    row.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("{path}"))
 }
 
-fn instant(v: &Value, path: &str) -> Instant {
-    Instant::from_tdb_seconds_past_j2000(number(v, path))
+fn instant(row: &Value, path: &str) -> Instant {
+    Instant::from_tdb_seconds_past_j2000(number(row, path))
 }
 
 /// Rows of a kind, each with the start and the end of its day.
@@ -18,12 +18,9 @@ fn rows(kind: &str) -> Vec<(Value, Instant, Instant)> {
     let table: Value = serde_json::from_str(include_str!("../data/eclipses_public.json")).expect("JSON");
     let of_kind = table["eclipses"].as_array().expect("a list").iter().filter(|e| e["kind"] == kind);
     of_kind
-        .map(|e| {
-            (
-                e.clone(),
-                parse_time(e["date"].as_str().expect("a day")),
-                parse_time(e["date"].as_str().expect("a day")).plus_seconds(86_400.0),
-            )
+        .map(|row| {
+            let start = parse_time(row["date"].as_str().expect("a day"));
+            (row.clone(), start, start.plus_seconds(86_400.0))
         })
         .collect()
 }
@@ -33,19 +30,20 @@ fn solar_eclipses_agree_with_the_reference() {
     for (row, from, to) in rows("solar") {
         let id = row["id"].as_str().expect("an id");
         let found = solar_eclipses(&IAU, &EPHEMERIS, from, to).expect("eclipses");
-        let [e] = &found[..] else { panic!("{id}: {} found", found.len()) };
-        assert_eq!(e.class.name(), row["type"], "{id}");
-        let error_s = seconds_after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
-        let utc_error_s = seconds_after(e.greatest, parse_time(&format!("{}Z", row["greatest_eclipse"]["utc"].as_str().expect("UTC"))));
+        let [eclipse] = &found[..] else { panic!("{id}: {} found", found.len()) };
+        assert_eq!(eclipse.class.name(), row["type"], "{id}");
+        let error_s = seconds_after(eclipse.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
+        let utc_error_s =
+            seconds_after(eclipse.greatest, parse_time(&format!("{}Z", row["greatest_eclipse"]["utc"].as_str().expect("UTC"))));
         println!("{id}: {error_s:.4} s");
         assert!(error_s.abs() < 0.02 && utc_error_s.abs() < 0.02, "{id}: {error_s} {utc_error_s} s");
-        assert!((e.gamma - number(&row, "/greatest_eclipse/gamma")).abs() < 5e-6, "{id}: {}", e.gamma);
-        assert!((e.magnitude - number(&row, "/sub_axis_point/magnitude")).abs() < 1e-6, "{id}: {}", e.magnitude);
-        assert!((e.place.latitude_deg - number(&row, "/sub_axis_point/lat_deg")).abs() < 0.001, "{id}: {:?}", e.place);
-        assert!((e.place.longitude_deg - number(&row, "/sub_axis_point/lon_east_deg")).abs() < 0.001, "{id}: {:?}", e.place);
-        assert!((e.sun_altitude_deg - number(&row, "/sub_axis_point/sun_altitude_deg")).abs() < 0.002, "{id}");
+        assert!((eclipse.gamma - number(&row, "/greatest_eclipse/gamma")).abs() < 5e-6, "{id}: {}", eclipse.gamma);
+        assert!((eclipse.magnitude - number(&row, "/sub_axis_point/magnitude")).abs() < 1e-6, "{id}: {}", eclipse.magnitude);
+        assert!((eclipse.place.latitude_deg - number(&row, "/sub_axis_point/lat_deg")).abs() < 0.001, "{id}: {:?}", eclipse.place);
+        assert!((eclipse.place.longitude_deg - number(&row, "/sub_axis_point/lon_east_deg")).abs() < 0.001, "{id}: {:?}", eclipse.place);
+        assert!((eclipse.sun_altitude_deg - number(&row, "/sub_axis_point/sun_altitude_deg")).abs() < 0.002, "{id}");
         // Negative control: without light time the eclipse is half a minute later.
-        let geometric_error_s = seconds_after(e.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
+        let geometric_error_s = seconds_after(eclipse.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
         assert!(geometric_error_s < -30.0, "{id}: {geometric_error_s} s");
     }
 }
@@ -57,23 +55,23 @@ fn lunar_eclipses_agree_with_the_reference() {
     for (row, from, to) in rows("lunar") {
         let id = row["id"].as_str().expect("an id");
         let found = lunar_eclipses(&IAU, &EPHEMERIS, from, to).expect("eclipses");
-        let [e] = &found[..] else { panic!("{id}: {} found", found.len()) };
-        assert_eq!(e.class.name(), row["type"], "{id}");
+        let [eclipse] = &found[..] else { panic!("{id}: {} found", found.len()) };
+        assert_eq!(eclipse.class.name(), row["type"], "{id}");
         let ray_difference_s = number(&row, "/rigorous_shadow_ray_check/greatest_minus_almanac_s");
-        let error_s = seconds_after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
+        let error_s = seconds_after(eclipse.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
         println!("{id}: {error_s:.4} s, by rays {ray_difference_s:.4} s");
         assert!((error_s - ray_difference_s).abs() < 0.02, "{id}: {error_s} s");
         let contacts = row["contacts_geometric"].as_object().expect("contacts");
-        assert_eq!(contacts.len(), e.contacts.len());
-        for (name, t) in &e.contacts {
-            let error_s = seconds_after(*t, instant(&row, &format!("/contacts_geometric/{name}/tdb_s_past_j2000")));
+        assert_eq!(contacts.len(), eclipse.contacts.len());
+        for (name, time) in &eclipse.contacts {
+            let error_s = seconds_after(*time, instant(&row, &format!("/contacts_geometric/{name}/tdb_s_past_j2000")));
             assert!(error_s.abs() < 0.3, "{id} {name}: {error_s} s");
         }
-        assert!((e.gamma - number(&row, "/greatest_eclipse/gamma")).abs() < 1e-5, "{id}: {}", e.gamma);
-        assert!((e.umbral_magnitude - number(&row, "/shadow/umbral_magnitude")).abs() < 2e-5, "{id}: {}", e.umbral_magnitude);
-        assert!((e.penumbral_magnitude - number(&row, "/shadow/penumbral_magnitude")).abs() < 2e-5, "{id}");
-        assert!((e.place.longitude_deg - number(&row, "/sublunar_point/lon_east_deg")).abs() < 0.002, "{id}");
-        let geometric_error_s = seconds_after(e.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
+        assert!((eclipse.gamma - number(&row, "/greatest_eclipse/gamma")).abs() < 1e-5, "{id}: {}", eclipse.gamma);
+        assert!((eclipse.umbral_magnitude - number(&row, "/shadow/umbral_magnitude")).abs() < 2e-5, "{id}: {}", eclipse.umbral_magnitude);
+        assert!((eclipse.penumbral_magnitude - number(&row, "/shadow/penumbral_magnitude")).abs() < 2e-5, "{id}");
+        assert!((eclipse.place.longitude_deg - number(&row, "/sublunar_point/lon_east_deg")).abs() < 0.002, "{id}");
+        let geometric_error_s = seconds_after(eclipse.greatest, instant(&row, "/geometric_no_light_time/tdb_s_past_j2000"));
         assert!(geometric_error_s < -30.0, "{id}: {geometric_error_s} s");
     }
 }

@@ -151,8 +151,8 @@ fn mutual_events_occur_only_in_their_seasons_and_limbs_touch_at_contacts() {
 }
 
 /// Near its greatest elongation one moon passes the other twice within hours. On 10 August 2003 the discs parted in between, and these were two
-/// occultations; on 25 August they did not, and there was one occultation, five hours long. The expected minutes at which the discs meet and part are from tables
-/// of both moons' apparent places at steps of a minute (`orrery ephemeris --apparent`), from which the separation was computed outside of this program.
+/// occultations; on 25 August they did not, and there was one occultation, five hours long. The expected minutes at which the discs meet and part are from
+/// tables of both moons' apparent places at steps of a minute (`orrery ephemeris --apparent`), from which the separation was computed outside of this program.
 #[test]
 fn two_passages_within_hours_are_two_events_or_one() {
     let occultations_of_europa = |from: &str, to: &str, by: NaifId| {

@@ -9,7 +9,7 @@ use std::path::Path;
 const MAY_NARROW: &[&str] = &["scene/camera"];
 
 /// The files that are part of circular imports.
-fn in_circles(imports: &BTreeMap<&str, Vec<&str>>) -> Vec<String> {
+fn files_in_circles(imports: &BTreeMap<&str, Vec<&str>>) -> Vec<String> {
     let reaches_itself = |start: &str| {
         let mut seen = BTreeSet::new();
         let mut pending = imports[start].clone();
@@ -33,7 +33,7 @@ fn files_of_a_module_have_no_circular_imports() {
     let mut found = Vec::new();
     for layer in &layers {
         let imports = tree.imports_within(layer);
-        let circle = in_circles(&imports);
+        let circle = files_in_circles(&imports);
         for file in &circle {
             let circular_imports: Vec<_> = imports[file.as_str()].iter().filter(|to| circle.iter().any(|c| c == *to)).collect();
             println!("{file} -> {circular_imports:?}");
@@ -51,14 +51,14 @@ fn circular_imports_are_detected() {
         ("a/d.rs", "use super::b::B;"),
         ("a/e.rs", "use super::b::B;"),
     ]);
-    assert_eq!(in_circles(&circular.imports_within("a")), ["a/b.rs", "a/c.rs", "a/d.rs"]);
+    assert_eq!(files_in_circles(&circular.imports_within("a")), ["a/b.rs", "a/c.rs", "a/d.rs"]);
     // Imports of test modules do not count.
     let not_circular = SourceTree::new(&[
         ("a/b.rs", "use super::c::C;"),
         ("a/c.rs", "use crate::a::d::D;"),
         ("a/d.rs", "#[cfg(test)]\nmod tests { use super::super::b::B; }"),
     ]);
-    assert!(in_circles(&not_circular.imports_within("a")).is_empty());
+    assert!(files_in_circles(&not_circular.imports_within("a")).is_empty());
 }
 
 /// Paths of the files with more than `limit` lines. `files`: path and number of lines.

@@ -16,12 +16,12 @@ fn module_path(fragment: &str) -> ModulePath {
 }
 
 /// The module that the reference compiler makes of an entry fragment, with these features on.
-fn by_reference(entry: &str, on: &[&str]) -> String {
+fn by_reference(entry: &str, features_on: &[&str]) -> String {
     let mut resolver = VirtualResolver::new();
     for (path, text) in FRAGMENTS.iter() {
         resolver.add_module(module_path(path), (*text).into());
     }
-    let flags = values_of_names(FeatureSet::of(on)).map(|(name, is_on)| (name.to_owned(), Feature::from(is_on))).collect();
+    let flags = values_of_names(FeatureSet::of(features_on)).map(|(name, is_on)| (name.to_owned(), Feature::from(is_on))).collect();
     let options = CompileOptions {
         // Imported modules are included completely, as by `emit_module`; they contain the vertex stages.
         strip: false,
@@ -31,7 +31,7 @@ fn by_reference(entry: &str, on: &[&str]) -> String {
         ..CompileOptions::default()
     };
     let compiled = wesl::compile(&module_path(entry), &resolver, &NoMangler, &options);
-    compiled.unwrap_or_else(|e| panic!("shaders/{entry} with {on:?}: {e}")).to_string()
+    compiled.unwrap_or_else(|e| panic!("shaders/{entry} with {features_on:?}: {e}")).to_string()
 }
 
 /// The declarations of a module, sorted, all printed by the same printer. Blanks and parentheses are ignored, because the reference
@@ -55,16 +55,18 @@ fn entry_and_features(id: &ModuleId) -> (String, Vec<&'static str>) {
 #[test]
 fn modules_equal_those_of_the_reference_compiler() {
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
-    let ids: Vec<ModuleId> = simple.chain(probe_samples()).chain(covering_keys(2).into_iter().map(ModuleId::Keyed)).collect();
+    // Every pair of values of two dimensions occurs in some key.
+    let pairwise = covering_keys(2).into_iter().map(ModuleId::Keyed);
+    let ids: Vec<ModuleId> = simple.chain(probe_samples()).chain(pairwise).collect();
     ids.par_iter().for_each(|id| {
-        let (entry, on) = entry_and_features(id);
+        let (entry, features_on) = entry_and_features(id);
         let emitted = emit_module(id).unwrap_or_else(|e| panic!("{e}"));
-        assert!(declarations(&emitted.wgsl) == declarations(&by_reference(&entry, &on)), "{id}");
+        assert!(declarations(&emitted.wgsl) == declarations(&by_reference(&entry, &features_on)), "{id}");
     });
     // A difference in a single feature is detected.
-    let on = ["surface.lambert", "lights.1", "shape.sphere", "view.shaded"];
-    let with_second_light = [&on[..], &["lights.2"]].concat();
-    let emitted = emit_fragment("entry/planet.wesl", "planet", &on).expect("emits");
-    assert_eq!(declarations(&emitted.wgsl), declarations(&by_reference("entry/planet.wesl", &on)));
+    let features_on = ["surface.lambert", "lights.1", "shape.sphere", "view.shaded"];
+    let with_second_light = [&features_on[..], &["lights.2"]].concat();
+    let emitted = emit_fragment("entry/planet.wesl", "planet", &features_on).expect("emits");
+    assert_eq!(declarations(&emitted.wgsl), declarations(&by_reference("entry/planet.wesl", &features_on)));
     assert_ne!(declarations(&emitted.wgsl), declarations(&by_reference("entry/planet.wesl", &with_second_light)));
 }

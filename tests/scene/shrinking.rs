@@ -9,7 +9,7 @@ use orrery::scene::{Appearance, Scene};
 use orrery::session::Session;
 use orrery::time::Instant;
 
-/// Allowed relative error of a small disc's light against its point's: one sample represents the entire part of the disc inside a pixel.
+/// Allowed relative difference between the light of a small disc and that of its point: one sample represents the entire part of the disc inside a pixel.
 /// Measured: 12 % too much for a full disc of 4 pixels, 10 % too little for a half-lit disc of 3 pixels.
 const TOLERANCE: f64 = 0.125;
 
@@ -23,21 +23,21 @@ struct Subject {
 }
 
 /// Linear light of the entire image times the body's distance squared, the body's diameter in pixels, and its appearance (disc or point).
-fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effects: &str) -> (f64, f64, Appearance) {
-    let px_per_rad = f64::from(side) / (2.0 * (0.5 * FOV_DEG.to_radians()).tan());
+fn light(session: &Session, subject: &Subject, side_px: u32, diameter_px: f64, effects: &str) -> (f64, f64, Appearance) {
+    let px_per_rad = f64::from(side_px) / (2.0 * (0.5 * FOV_DEG.to_radians()).tan());
     let distance_radii = 2.0 * px_per_rad / diameter_px;
     let request = ViewRequest {
         position: Position::AboveTarget { towards: Some(subject.from), distance_radii: Some(distance_radii) },
         fov_deg: Some(FOV_DEG),
         exposure: ExposureRequest::Stops(0.0),
         effects: EffectOverrides::parse(effects).expect("effects"),
-        width: side,
-        height: side,
+        width: side_px,
+        height: side_px,
         ..ViewRequest::of(subject.body, Instant::parse(subject.time).expect("a time"))
     };
     let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn");
     let shown_bodies = |s: &Scene| s.bodies.iter().filter(|b| b.appearance != Appearance::NotShown).count();
-    // Without points, every body is drawn as a disc, however small.
+    // With `-points` every body is drawn as a disc, however small, so that others may be in the image.
     assert!(shown_bodies(&drawn.scene) == 1 || !effects.is_empty(), "another body is in the image");
     let sum: f64 = drawn.frame.hdr.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum();
     let body = drawn.scene.body(subject.body).expect("in the catalog");
@@ -61,12 +61,12 @@ fn a_body_keeps_its_light_while_it_shrinks_to_a_point() {
         let mut appearances = Vec::new();
         let mut previous = f64::INFINITY;
         for step in 0..=34 {
-            let (intrinsic, diameter_px, appearance) = light(session, subject, side, 4.7 - 0.1 * f64::from(step), "");
-            let ratio = intrinsic / point;
+            let (light_at_unit_distance, diameter_px, appearance) = light(session, subject, side, 4.7 - 0.1 * f64::from(step), "");
+            let ratio = light_at_unit_distance / point;
             println!("{:?} side {side}: {diameter_px:.2} px, {appearance:?}: {ratio:.4} of the point's light", subject.body);
             assert!((ratio - 1.0).abs() < TOLERANCE, "{:?} {diameter_px} px: {ratio} of the point's light", subject.body);
-            let received = intrinsic * diameter_px.powi(2);
-            // At 4 pixels a tenth of a pixel is 5 % of the light, minus the sampling error.
+            let received = light_at_unit_distance * diameter_px.powi(2);
+            // At 4 pixels a tenth of a pixel less takes away 5 % of the light, but the sampling error may add to it.
             assert!(received < previous * 1.02, "brighter although farther away at {diameter_px} px");
             previous = received;
             appearances.push(appearance);
@@ -87,6 +87,7 @@ fn the_disc_and_the_point_of_a_body_with_air_share_its_light() {
     let session = &*crate::support::session::SESSION;
     // The Moon is in its last quarter, so that it is not in the images of the Earth.
     let time = "2023-06-11T00:00:00Z";
+    // Titan, Mars and the Earth.
     for body in [606, 499, 399].map(NaifId) {
         let subject = Subject { body, from: NaifId::SUN, time };
         let (disc, ..) = light(session, &subject, 64, 4.0, "");

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 /// Name of the locked file in a run's folder.
 const LOCK: &str = "lock";
-/// A younger folder may belong to a run that has not locked it yet.
+/// Least age of a folder that is removed: a younger one may belong to a run that has not locked it yet.
 const MIN_AGE: Duration = Duration::from_secs(60);
 
 /// The folder of this run, and the file that it keeps locked.

@@ -25,10 +25,10 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     let session: &'static Session = Box::leak(Box::new(Session::open(&sources, |line| panic!("{line}")).expect("a session")));
     let mut harness = harness_of(session, interface(NaifId::EARTH, "2024-03-20T03:00:00Z"));
     settle(&mut harness);
-    let dots = |h: &egui_kittest::Harness<'static, orrery::view::panels::Interface>| {
-        h.state().shown().and_then(|d| d.scene.labels.as_ref()).map_or(0, |l| l.dots.len())
+    let dot_count = |window: &egui_kittest::Harness<'static, orrery::view::panels::Interface>| {
+        window.state().shown().and_then(|rendered| rendered.scene.labels.as_ref()).map_or(0, |labels| labels.dots.len())
     };
-    assert_eq!(dots(&harness), 0);
+    assert_eq!(dot_count(&harness), 0);
     let mut drop_file = |name: &str, text: &str| {
         let path = folder.path().join(name);
         std::fs::write(&path, text).expect("written");
@@ -36,15 +36,15 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
         harness.run_steps(1);
         harness.input_mut().dropped_files.clear();
         settle(&mut harness);
-        (harness.state().reply_text().to_owned(), dots(&harness))
+        (harness.state().reply_text().to_owned(), dot_count(&harness))
     };
-    let (message, dots_shown) = drop_file("own.csv", "lat,lon\n0,135\n5,140\n");
-    assert_eq!((message.as_str(), dots_shown), ("own.csv: 2 points and 0 lines on Earth", 2));
+    let (message, dots) = drop_file("own.csv", "lat,lon\n0,135\n5,140\n");
+    assert_eq!((message.as_str(), dots), ("own.csv: 2 points and 0 lines on Earth", 2));
     // An invalid file changes nothing, and the message names its line and field.
-    let (message, dots_shown) = drop_file("wrong.csv", "lat,lon\n0,135\n95,140\n");
-    assert!(message.contains("wrong.csv:3: field lat_deg: `95`") && dots_shown == 2, "{message}");
-    let (message, dots_shown) = drop_file("own.png", "");
-    assert!(message.contains("not a data layer") && dots_shown == 2, "{message}");
+    let (message, dots) = drop_file("wrong.csv", "lat,lon\n0,135\n95,140\n");
+    assert!(message.contains("wrong.csv:3: field lat_deg: `95`") && dots == 2, "{message}");
+    let (message, dots) = drop_file("own.png", "");
+    assert!(message.contains("not a data layer") && dots == 2, "{message}");
     // A file of the same name replaces the layer; celestial coordinates give points in the sky.
     let (message, _) = drop_file("own.csv", "ra,dec\n10,20\n");
     assert_eq!(message, "own.csv: 1 point and 0 lines in the sky");

@@ -25,10 +25,10 @@ pub(crate) struct DrawOffsets {
 }
 
 impl FrameBytes {
-    /// Appends a draw's bytes. `align`: the alignment of uniform blocks, in bytes.
-    pub(crate) fn append(&mut self, draw: &PlanDraw, align: usize) -> DrawOffsets {
+    /// Appends a draw's bytes. `uniform_alignment`: that of uniform blocks, in bytes.
+    pub(crate) fn append(&mut self, draw: &PlanDraw, uniform_alignment: usize) -> DrawOffsets {
         let uniforms = (!draw.uniform_bytes.is_empty()).then(|| {
-            self.uniforms.resize(self.uniforms.len().next_multiple_of(align), 0);
+            self.uniforms.resize(self.uniforms.len().next_multiple_of(uniform_alignment), 0);
             let offset = self.uniforms.len() as u32;
             self.uniforms.extend_from_slice(&draw.uniform_bytes);
             offset
@@ -71,9 +71,10 @@ impl Buffers {
             }
             if buffer.as_ref().is_none_or(|b| b.size() < size) {
                 // Powers of two, and at least 4 KiB, so that a frame that grows a little seldom needs a new buffer.
-                let size = size.next_power_of_two().max(4096);
+                let capacity = size.next_power_of_two().max(4096);
                 let usage = usage | BufferUsages::COPY_DST;
-                *buffer = Some(device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false }));
+                *buffer =
+                    Some(device.create_buffer(&BufferDescriptor { label: Some(label), size: capacity, usage, mapped_at_creation: false }));
             }
             let mut padded = bytes.to_vec();
             padded.resize(size as usize, 0);

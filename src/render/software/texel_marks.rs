@@ -26,9 +26,9 @@ impl TexelMarks {
         let level = texels.levels.first().filter(|_| texels.format == TexelFormat::Rgba32Float)?.read();
         let count = level.width * level.height;
         let mut is_marked = super::try_vec(count as usize, false, "the marks of texels").ok()?;
-        for (index, is_marked) in (0..count).zip(&mut is_marked) {
+        for (index, mark) in (0..count).zip(&mut is_marked) {
             // SAFETY: the level has `count` texels.
-            *is_marked = Float.channel::<3>(unsafe { Float.texel(&level, index) }) == 1.0;
+            *mark = Float.channel::<3>(unsafe { Float.texel(&level, index) }) == 1.0;
         }
         Some(Self { image, size: [level.width, level.height], is_marked })
     }

@@ -40,7 +40,8 @@ fn write_line(line: std::fmt::Arguments<'_>) {
 }
 
 pub(crate) struct FrameLog {
-    started: WallInstant,
+    /// When the log was opened, at the start of the event loop.
+    opened: WallInstant,
     /// Start of the current interval.
     counting_since: WallInstant,
     /// Number of images shown up to the last frame.
@@ -54,13 +55,13 @@ impl FrameLog {
     pub(crate) fn of_environment() -> Option<Self> {
         std::env::var_os("ORRERY_LOG_FRAMES")?;
         let now = WallInstant::now();
-        Some(Self { started: now, counting_since: now, images_shown: 0, counts: Counts::default(), has_shown_frame: false })
+        Some(Self { opened: now, counting_since: now, images_shown: 0, counts: Counts::default(), has_shown_frame: false })
     }
 
     /// Counts a frame, and writes the lines that are due.
     pub(crate) fn record(&mut self, frame: &PresentedFrame) {
         let now = WallInstant::now();
-        let since_start_s = now.duration_since(self.started).as_secs_f64();
+        let since_start_s = now.duration_since(self.opened).as_secs_f64();
         if !std::mem::replace(&mut self.has_shown_frame, true) {
             write_line(format_args!("frames: the first frame {since_start_s:.3} s after the event loop's start"));
         }
