@@ -90,9 +90,11 @@ fn linear_bounds_are_written_and_foreign_or_unsupported_files_are_refused() {
         ["render", "--target", "mars", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "-o", "mars.png", "--error", "bound.png"];
     let out = orrery(path, &other);
     assert!(out.status.code() == Some(1) && !path.join("mars.png").exists(), "{}", String::from_utf8_lossy(&out.stderr));
-    for (more, message_part) in [(&["--error", "bound.gif"][..], ".png or .exr"), (&["--error", "b.png", "--frames", "2"], "one frame")] {
+    for (extra_options, message_part) in
+        [(&["--error", "bound.gif"][..], ".png or .exr"), (&["--error", "b.png", "--frames", "2"], "one frame")]
+    {
         let args = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "-o", "run-%d.png"];
-        let out = orrery(path, &[&args[..], more].concat());
+        let out = orrery(path, &[&args[..], extra_options].concat());
         let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
         assert!(out.status.code() == Some(1) && stderr_text.contains(message_part), "{stderr_text}");
     }
@@ -107,17 +109,17 @@ fn a_bound_never_takes_the_place_of_an_image() {
     let args = ["render", "--target", "moon", "--time", "2024-04-23T23:49:00Z", "--size", "24x24", "--quality", "draft"];
     run_successfully(path, &[&args[..], &["-o", "moon.png", "--error", "bound.png"]].concat());
     let before = ["moon.png", "bound.png"].map(|name| std::fs::read(path.join(name)).expect("written"));
-    for (more, message_part) in [
+    for (extra_options, message_part) in [
         (&["-o", "moon.png", "--error", "./moon.png"][..], "-o writes the image"),
         (&["-o", "new.png", "--error", "new.png", "--overwrite"], "-o writes the image"),
         (&["-o", "new.png", "--error", "moon.png"], "content none, not bound of the error"),
         (&["-o", "bound.png"], "content bound of the error, not none"),
         (&["-o", "new.png", "--error", "new-bound.png", "--stereo", "anaglyph"], "no bound of the error"),
     ] {
-        let out = orrery(path, &[&args[..], more].concat());
+        let out = orrery(path, &[&args[..], extra_options].concat());
         let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(out.status.code() == Some(1) && stderr_text.contains(message_part), "{more:?}: {stderr_text}");
-        assert!(!path.join("new.png").exists() && !path.join("new-bound.png").exists(), "{more:?}");
+        assert!(out.status.code() == Some(1) && stderr_text.contains(message_part), "{extra_options:?}: {stderr_text}");
+        assert!(!path.join("new.png").exists() && !path.join("new-bound.png").exists(), "{extra_options:?}");
     }
     assert_eq!(before, ["moon.png", "bound.png"].map(|name| std::fs::read(path.join(name)).expect("there")));
 }

@@ -112,9 +112,9 @@ fn a_sequence_resumes_only_from_its_own_frames() {
         let folder = tempfile::tempdir().expect("a folder");
         let path_of = |name: &str| folder.path().join(name);
         let pattern = path_of(&format!("m-%03d.{kind}"));
-        let run = |target: &str, more: &[&str]| {
+        let run = |target: &str, extra_options: &[&str]| {
             let args = ["--target", target, "--time", TIME, "--size", "12x10", "--frames", "4", "--step", "1h", "-o", path_text(&pattern)];
-            render(&[&args[..], more].concat())
+            render(&[&args[..], extra_options].concat())
         };
         // Two shards draw the entire sequence, so another run finds it complete.
         for shard in ["0/2", "1/2"] {
@@ -414,9 +414,9 @@ fn an_animation_has_the_frames_of_a_sequence() {
             .map(str::to_owned)
             .collect::<Vec<_>>()
     };
-    let draw = |out: &Path, more: &[&str]| {
+    let draw = |out: &Path, extra_options: &[&str]| {
         let args = args_for(out);
-        render(&[&args.iter().map(String::as_str).collect::<Vec<_>>()[..], more].concat())
+        render(&[&args.iter().map(String::as_str).collect::<Vec<_>>()[..], extra_options].concat())
     };
     for name in ["out-%d.png", "out.apng", "out.gif"] {
         let out = draw(&path_of(name), &[]);
@@ -440,12 +440,12 @@ fn an_animation_has_the_frames_of_a_sequence() {
     }
     // The overwritten files have the same bytes.
     assert_eq!(files(folder.path()), before);
-    for (more, message_part) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 100")] {
+    for (extra_options, message_part) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 100")] {
         let mut args = args_for(&path_of("other.gif"));
-        if more[0] == "--rate" {
+        if extra_options[0] == "--rate" {
             args.retain(|w| w != "--rate" && w != "10");
         }
-        let out = render(&[&args.iter().map(String::as_str).collect::<Vec<_>>()[..], more].concat());
+        let out = render(&[&args.iter().map(String::as_str).collect::<Vec<_>>()[..], extra_options].concat());
         assert!(
             out.status.code() == Some(1) && stderr_text(&out).contains(message_part) && !path_of("other.gif").exists(),
             "{}",
@@ -459,8 +459,8 @@ fn an_animation_has_the_frames_of_a_sequence() {
 fn a_name_that_the_file_system_refuses_is_reported_as_such() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join(format!("{}.png", "a".repeat(300)));
-    for more in [&[][..], &["--overwrite"]] {
-        let out = render(&[&BASE[..], &["-o", path_text(&path)], more].concat());
+    for extra_options in [&[][..], &["--overwrite"]] {
+        let out = render(&[&BASE[..], &["-o", path_text(&path)], extra_options].concat());
         let message = stderr_text(&out);
         assert!(out.status.code() == Some(1) && message.contains("too long"), "{message}");
         assert!(message.lines().count() == 1 && !message.contains("--overwrite") && !message.contains("exists"), "{message}");

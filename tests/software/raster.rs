@@ -242,9 +242,9 @@ fn depth_orders_distances_from_a_metre_to_a_hundred_au() {
             let draws = order[..count]
                 .iter()
                 .map(|k| {
-                    let mut d = draw(mesh(&whole_image(depths[*k]), &[]), Blend::Replace);
-                    d.depth = DEPTH;
-                    d
+                    let mut tested = draw(mesh(&whole_image(depths[*k]), &[]), Blend::Replace);
+                    tested.depth = DEPTH;
+                    tested
                 })
                 .collect();
             let stages: Vec<_> = fragments[..count].iter().map(|f| (&vertex, f)).collect();

@@ -57,7 +57,8 @@ fn a_click_selects_what_the_image_shows_there() {
             let body = scene.body(id).expect("of the catalog");
             scene.geometry.pixel_of(&scene.camera, body.placement.centre_km).map(|px| (id, px))
         };
-        let places: Vec<(NaifId, DVec2)> = [NaifId(699), NaifId(606), NaifId(608), NaifId(605)].into_iter().filter_map(pixel_of).collect();
+        let [titan, iapetus, rhea] = [606, 608, 605].map(NaifId);
+        let places: Vec<(NaifId, DVec2)> = [SATURN, titan, iapetus, rhea].into_iter().filter_map(pixel_of).collect();
         assert_eq!(places.first().map(|p| p.0), Some(SATURN), "{composition:?}");
         // The target is in the middle of its image; a dome's tilt moves it up or down only.
         let image_count = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
