@@ -13,8 +13,8 @@ use super::read_body::{BodyDraft, body};
 use super::read_ring::{self, RingsOfFile, rings_of_file};
 use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine};
 use super::{
-    AerosolField, AerosolPhase, Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay,
-    PerChannel, PhaseFunction, Species, is_name_of_barycenter, moments, normalized_name,
+    AerosolField, AerosolFunction, AerosolPhase, Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine,
+    NaifId, Overlay, PerChannel, PhaseFunction, Species, is_name_of_barycenter, moments, normalized_name,
 };
 use crate::wording::echo_within;
 use glam::{DVec3, Vec3};
@@ -43,15 +43,27 @@ fn species(mut table: TableReader) -> Option<Species> {
     })
 }
 
-/// Reads the phase function of a species: Rayleigh's, unless the first of `fields` is present; then an aerosol's, to which the other fields belong.
+/// Reads the phase function of a species: Rayleigh's, unless the first of `fields` is present; then an aerosol's, to which `phase` and the other fields belong.
 fn phase_function(table: &mut TableReader, fields: &[AerosolField]) -> PhaseFunction {
     let first_key = fields[0].catalog_key;
     let is_aerosol = table.has(first_key);
-    let mut aerosol = AerosolPhase::with_asymmetry([0.0; 3]);
+    let first_beside_it = format!("`{first_key}` beside it");
+    let allowed = if is_aerosol { AerosolFunction::words(&AerosolFunction::ALL) } else { first_beside_it.clone() };
+    let word = table.optional("phase", &allowed, |word: &String| is_aerosol && AerosolFunction::of_word(word).is_some());
+    let function = word.and_then(|l| AerosolFunction::of_word(&l.value)).unwrap_or(AerosolFunction::OF_CATALOGS);
+    let mut aerosol = AerosolPhase::of(function);
     for field in fields {
-        let allowed = if is_aerosol { field.allowed() } else { format!("`{first_key}` beside it") };
+        let is_of_function = field.functions.contains(&function);
+        let allowed = if !is_aerosol {
+            first_beside_it.clone()
+        } else if is_of_function {
+            field.allowed()
+        } else {
+            format!("`phase = {}` beside it", AerosolFunction::words(field.functions))
+        };
         // `set` returns `None` for a value that the field may not have.
-        let value = table.optional(field.catalog_key, &allowed, |value: &PerChannel| is_aerosol && field.set(aerosol, *value).is_some());
+        let is_allowed = |value: &PerChannel| is_aerosol && is_of_function && field.set(aerosol, *value).is_some();
+        let value = table.optional(field.catalog_key, &allowed, is_allowed);
         aerosol = value.and_then(|l| field.set(aerosol, l.value)).unwrap_or(aerosol);
     }
     if is_aerosol { PhaseFunction::Aerosol(aerosol) } else { PhaseFunction::Rayleigh }
@@ -415,25 +427,33 @@ mod tests {
         }
     }
 
-    /// The field `red` is made up: a single number, which may be equal to its limits, allowed only beside the asymmetry.
+    /// The field `red` is made up: a single number, which may be equal to its limits, allowed only beside the asymmetry and a function that has it.
     #[test]
-    fn a_field_with_one_number_is_read_beside_the_first() {
+    fn a_phase_function_and_a_field_with_one_number_are_read_beside_the_first() {
         let red = AerosolField {
             catalog_key: "red",
             query_key: "red",
+            functions: &AerosolFunction::ALL,
             limits: [0.0, 0.5],
             includes_limits: true,
             numbers: |aerosol| &mut aerosol.asymmetry[..1],
         };
-        let read = |text: &str| {
+        let read_with = |field: AerosolField, text: &str| {
             let problems = Problems::default();
             let file = TomlFile::new("mine.toml", text, &problems);
-            let phase = phase_function(&mut file.root().expect("TOML"), &[AerosolPhase::FIELDS[0], red]);
+            let phase = phase_function(&mut file.root().expect("TOML"), &[AerosolPhase::FIELDS[0], field]);
             problems.into_result().map(|()| phase).map_err(|e| e.problems.into_iter().map(|p| p.message).collect::<Vec<_>>())
         };
+        let read = |text: &str| read_with(red, text);
         let aerosol = |asymmetry: [f64; 3]| Ok(PhaseFunction::Aerosol(AerosolPhase::with_asymmetry(asymmetry)));
         assert_eq!(read(""), Ok(PhaseFunction::Rayleigh));
         assert_eq!(read("asymmetry = 0.25"), aerosol([0.25; 3]));
+        for function in AerosolFunction::ALL {
+            let expected = PhaseFunction::Aerosol(AerosolPhase { asymmetry: [0.25; 3], ..AerosolPhase::of(function) });
+            assert_eq!(read(&format!("asymmetry = 0.25\nphase = \"{}\"", function.query_word())), Ok(expected));
+        }
+        let of_no_function = AerosolField { functions: &[], ..red };
+        assert!(read_with(of_no_function, "asymmetry = 0.25").is_ok() && read_with(of_no_function, "asymmetry = 0.25\nred = 0.5").is_err());
         for red in [0.0, 0.125, 0.5] {
             assert_eq!(read(&format!("asymmetry = 0.25\nred = {red:?}")), aerosol([red, 0.25, 0.25]));
         }

@@ -42,7 +42,7 @@ pub(crate) enum PerChannel {
 }
 
 /// A phase function of aerosols, whose values `scene::atmosphere::phase` computes. For a new function, add a variant, and the match arms that the compiler
-/// then reports as missing. The words of the existing variants in `probe`'s query `scatter` must keep their meaning.
+/// then reports as missing. The words of the existing variants must keep their meaning, because catalogs and queries of others contain them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AerosolFunction {
     /// Henyey and Greenstein 1941, Astrophysical Journal 93, 70.
@@ -50,16 +50,26 @@ pub enum AerosolFunction {
 }
 
 impl AerosolFunction {
-    /// The function of all aerosols of catalogs.
+    /// The function of an aerosol of a catalog that names none.
     pub const OF_CATALOGS: Self = Self::HenyeyGreenstein;
     /// All functions.
     pub const ALL: [Self; 1] = [Self::HenyeyGreenstein];
 
-    /// Its word in the query `scatter`.
+    /// Its word, as `phase` of a species in catalogs and in the query `scatter`.
     pub const fn query_word(self) -> &'static str {
         match self {
             Self::HenyeyGreenstein => "hg",
         }
+    }
+
+    /// The function that has this word.
+    pub fn of_word(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|function| function.query_word() == word)
+    }
+
+    /// The words of these functions, in quotes, for messages.
+    pub fn words(functions: &[Self]) -> String {
+        functions.iter().map(|function| format!("\"{}\"", function.query_word())).collect::<Vec<_>>().join(" or ")
     }
 }
 
@@ -80,6 +90,8 @@ pub struct AerosolField {
     pub catalog_key: &'static str,
     /// Its key in the query `scatter`.
     pub query_key: &'static str,
+    /// The functions that have it. Beside another one the keys are errors.
+    pub functions: &'static [AerosolFunction],
     /// The least and the greatest value.
     pub limits: [f64; 2],
     /// Whether the limits themselves are allowed.
@@ -117,11 +129,12 @@ impl AerosolField {
 }
 
 impl AerosolPhase {
-    /// All numeric fields, in the order of [`AerosolPhase::parameters`]. Catalogs, the query `scatter` and tests loop over this list. A species of a
-    /// catalog has an aerosol's phase function if it has the catalog key of the first field.
+    /// All numeric fields. Catalogs, the query `scatter`, names of stored tables and tests loop over this list. A species of a catalog has an aerosol's phase
+    /// function if it has the catalog key of the first field.
     pub const FIELDS: &[AerosolField] = &[AerosolField {
         catalog_key: "asymmetry",
         query_key: "g",
+        functions: &AerosolFunction::ALL,
         limits: [-1.0, 1.0],
         includes_limits: false,
         numbers: |aerosol| &mut aerosol.asymmetry,
@@ -137,15 +150,22 @@ impl AerosolPhase {
         Self { asymmetry, ..Self::of(AerosolFunction::OF_CATALOGS) }
     }
 
-    /// Samples of each function, with which tests compare all implementations.
+    /// Samples of each function, with which tests compare all implementations: two asymmetries, and its other numbers a quarter above their least values.
     #[doc(hidden)]
     pub fn samples() -> Vec<Self> {
-        let samples_of = |function| [[-0.3, 0.0, 0.76], [0.95, 0.5, -0.3]].map(|asymmetry| Self { asymmetry, ..Self::of(function) });
+        let samples_of = |function| {
+            let mut sample = Self::of(function);
+            for field in Self::FIELDS.iter().filter(|field| field.functions.contains(&function)) {
+                let [least, greatest] = field.limits;
+                (field.numbers)(&mut sample).fill(0.75 * least + 0.25 * greatest);
+            }
+            [[-0.3, 0.0, 0.76], [0.95, 0.5, -0.3]].map(|asymmetry| Self { asymmetry, ..sample })
+        };
         AerosolFunction::ALL.into_iter().flat_map(samples_of).collect()
     }
 
-    /// The four components of the uniform `air_mie_phase_parameters`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads: the numbers, then w, which
-    /// identifies the function.
+    /// The four components of the uniform `air_mie_phase_parameters`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads: the asymmetry, then w, which
+    /// identifies the function or is a number of it.
     pub fn parameters(self) -> [f64; 4] {
         // Destructured without `..`, so that a new field is a compile error here.
         let Self { function, asymmetry: [red, green, blue] } = self;
@@ -153,6 +173,13 @@ impl AerosolPhase {
             AerosolFunction::HenyeyGreenstein => 0.0,
         };
         [red, green, blue, w]
+    }
+
+    /// A number of the function, then those of all fields.
+    fn numbers(mut self) -> Vec<f64> {
+        let function = f64::from(self.function as u8);
+        let of_fields = Self::FIELDS.iter().flat_map(|field| (field.numbers)(&mut self).to_vec());
+        [function].into_iter().chain(of_fields).collect()
     }
 }
 
@@ -174,12 +201,12 @@ impl Species {
     pub(crate) fn optical_numbers(&self) -> impl Iterator<Item = f64> {
         // A pattern without `..`, so that the compiler demands a decision about each new field.
         let Self { name: _, scale_height_km, tent_centre_km, scattering_per_km, absorption_per_km, phase, estimate_percent: _ } = *self;
-        // A missing `tent_centre_km` (the species has no triangular profile) and the Rayleigh phase function are represented by numbers that no species can
-        // have.
+        // A missing `tent_centre_km` (the species has no triangular profile) and the Rayleigh phase function are represented by a number that neither a height
+        // nor a function has.
         let profile = [scale_height_km, tent_centre_km.unwrap_or(-1.0)];
         let phase = match phase {
-            PhaseFunction::Rayleigh => [9.0; 4],
-            PhaseFunction::Aerosol(aerosol) => aerosol.parameters(),
+            PhaseFunction::Rayleigh => vec![-1.0],
+            PhaseFunction::Aerosol(aerosol) => aerosol.numbers(),
         };
         scattering_per_km.into_iter().chain(absorption_per_km).chain(profile).chain(phase)
     }
@@ -189,22 +216,18 @@ impl Species {
 mod tests {
     use super::*;
 
-    /// [`AerosolPhase::parameters`] contains every field, because the compiler demands it. Its first numbers must be those of the listed fields, and the rest
-    /// must not depend on any field but the function. So no numeric field is missing in the list.
+    /// All fields of the struct but the function are numbers. Each of them must be in the list, from which catalogs, samples and names of tables take them.
     #[test]
-    fn every_field_is_listed() {
-        assert!(AerosolFunction::ALL.contains(&AerosolFunction::OF_CATALOGS));
-        for mut aerosol in AerosolPhase::samples() {
-            let (uniform, default_uniform) = (aerosol.parameters(), AerosolPhase::of(aerosol.function).parameters());
-            let listed: Vec<f64> = AerosolPhase::FIELDS.iter().flat_map(|field| (field.numbers)(&mut aerosol).to_vec()).collect();
-            let (numbers, rest) = uniform.split_at(listed.len());
-            assert_eq!(listed, numbers, "{aerosol:?}");
-            assert_eq!(rest, &default_uniform[listed.len()..], "{uniform:?} has numbers that are in no field of the list");
-        }
+    fn every_number_is_in_the_list() {
+        let mut aerosol = AerosolPhase::with_asymmetry([0.0; 3]);
+        let listed: usize = AerosolPhase::FIELDS.iter().map(|field| (field.numbers)(&mut aerosol).len()).sum();
+        let bytes_of_function = size_of::<AerosolFunction>().next_multiple_of(align_of::<f64>());
+        assert_eq!(size_of::<AerosolPhase>(), bytes_of_function + listed * size_of::<f64>(), "AerosolPhase::FIELDS lacks a number");
     }
 
     #[test]
     fn each_function_has_its_own_word() {
+        assert!(AerosolFunction::ALL.contains(&AerosolFunction::OF_CATALOGS));
         for (k, function) in AerosolFunction::ALL.into_iter().enumerate() {
             assert!(AerosolFunction::ALL.into_iter().take(k).all(|other| other.query_word() != function.query_word()), "{function:?}");
         }

@@ -100,8 +100,7 @@ impl TryFrom<String> for PhaseName {
         if word == RAYLEIGH {
             return Ok(Self::Rayleigh);
         }
-        let function = AerosolFunction::ALL.into_iter().find(|function| function.query_word() == word);
-        function.map(Self::Aerosol).ok_or_else(|| {
+        AerosolFunction::of_word(&word).map(Self::Aerosol).ok_or_else(|| {
             let known: Vec<&str> = [RAYLEIGH].into_iter().chain(AerosolFunction::ALL.map(AerosolFunction::query_word)).collect();
             format!("`{}` is not a phase function; {}", echo(&word), suggestion_or_list(&word, &known))
         })
@@ -259,7 +258,7 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
     Ok(())
 }
 
-/// The phase function of an aerosol with these fields: those of [`AerosolPhase::FIELDS`], and no others.
+/// The phase function of an aerosol with these fields: those of [`AerosolPhase::FIELDS`] that the function has, and no others.
 fn aerosol_phase(function: AerosolFunction, fields: &Map<String, Value>) -> Result<AerosolPhase, String> {
     let mut aerosol = AerosolPhase::of(function);
     for (key, value) in fields {
@@ -270,6 +269,9 @@ fn aerosol_phase(function: AerosolFunction, fields: &Map<String, Value>) -> Resu
         };
         let value = PerChannel::deserialize(value).ok();
         aerosol = value.and_then(|value| field.set(aerosol, value)).ok_or_else(|| out_of_range(key, &field.allowed()))?;
+        if !field.functions.contains(&function) {
+            return Err(out_of_range(key, &format!("beside a phase that has it: {}", AerosolFunction::words(field.functions))));
+        }
     }
     Ok(aerosol)
 }
@@ -280,7 +282,7 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> Result<catalog::Atmosphere, St
     let species = |s: &Species| match s {
         Species::Exponential(ExponentialSpecies { scale_height_km, scattering_per_m, extinction_per_m, phase, others, .. }) => {
             let phase = match *phase {
-                // A gas may have the fields of an aerosol, too: they are checked, but have no effect.
+                // A gas may have the fields of an aerosol of catalogs, too: they are checked, but have no effect.
                 PhaseName::Rayleigh => aerosol_phase(AerosolFunction::OF_CATALOGS, others).map(|_| PhaseFunction::Rayleigh)?,
                 PhaseName::Aerosol(function) => PhaseFunction::Aerosol(aerosol_phase(function, others)?),
             };

@@ -8,7 +8,7 @@ use crate::support::random::{self, Random};
 use crate::support::reference_rays::{TABLE, rays, read_phase, vector};
 use crate::support::session::SESSION;
 use glam::DVec3;
-use orrery::catalog::{AerosolPhase, PhaseFunction};
+use orrery::catalog::{AerosolFunction, AerosolPhase, PhaseFunction};
 use orrery::probe::Prober;
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::scene::draw::AtmosphereModel;
@@ -32,8 +32,9 @@ fn write_phase(species: &mut Value, phase: PhaseFunction) {
     match phase {
         PhaseFunction::Rayleigh => species["phase"] = json!("rayleigh"),
         PhaseFunction::Aerosol(mut aerosol) => {
-            species["phase"] = json!(aerosol.function.query_word());
-            for field in AerosolPhase::FIELDS {
+            let function = aerosol.function;
+            species["phase"] = json!(function.query_word());
+            for field in AerosolPhase::FIELDS.iter().filter(|field| field.functions.contains(&function)) {
                 species[field.query_key] = match (field.numbers)(&mut aerosol) {
                     [number] => json!(number),
                     channels => json!(channels),
@@ -71,9 +72,15 @@ fn air_case(name: String, question: Value) -> AirCase {
     AirCase { name, question, air, radius_km, zenith }
 }
 
-/// The atmospheres of the table and of the catalog.
+/// The atmospheres of the table and of the catalog; one of the table also with each function that the table does not have.
 fn all_airs() -> Vec<AirCase> {
     let listed = TABLE["atmospheres"].as_object().expect("a map").iter().map(|(name, a)| air_case(name.clone(), a.clone()));
+    let other_functions = AerosolFunction::ALL.into_iter().filter(|function| *function != AerosolFunction::HenyeyGreenstein);
+    let of_function = |function: AerosolFunction| {
+        let mut question = TABLE["atmospheres"]["earth_full"].clone();
+        question["species"][1]["phase"] = json!(function.query_word());
+        air_case(format!("earth_full, {function:?}"), question)
+    };
     let of_body = |body: &orrery::catalog::Body| {
         let air = body.atmosphere.as_ref()?;
         let species: Vec<Value> = air
@@ -94,7 +101,7 @@ fn all_airs() -> Vec<AirCase> {
         let question = json!({ "planet_radius_km": body.radii_km.x, "top_km": air.top_km, "species": species });
         Some(air_case(body.name.clone(), question))
     };
-    listed.chain(SESSION.catalog().bodies().iter().filter_map(of_body)).collect()
+    listed.chain(other_functions.map(of_function)).chain(SESSION.catalog().bodies().iter().filter_map(of_body)).collect()
 }
 
 /// Families of rays, each difficult in a different way.

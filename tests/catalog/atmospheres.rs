@@ -1,7 +1,7 @@
 //! Atmospheres in catalog files: the gases of the shipped ones agree with each other, and errors in a user's file are reported by line.
 
 use super::entries::problems;
-use orrery::catalog::{AerosolPhase, Catalog, NaifId};
+use orrery::catalog::{AerosolFunction, AerosolPhase, Catalog, NaifId};
 
 /// A species; `kind` is its last lines, from line 7 of the file on if it is the first species.
 fn species(name: &str, kind: &str) -> String {
@@ -56,15 +56,23 @@ fn wrong_parameters_of_an_aerosol_are_refused() {
         format!("mine.toml:{}: atmosphere.species.{wrong}: expected {allowed}", 7 + before)
     };
     let asymmetry = "a number between -1 and 1, or three (red, green, blue)";
+    let words = AerosolFunction::words(&AerosolFunction::ALL);
     for (lines, allowed) in [
         ("asymmetry = 1.0", asymmetry),
         ("asymmetry = nan", asymmetry),
         ("asymmetry = [0.5, 0.6]", asymmetry),
         ("asymmetry = [0.5, 0.6, -1.0]", asymmetry),
+        ("phase = \"hg\"", "`asymmetry` beside it"),
+        ("asymmetry = 0.5\nphase = \"mie\"", words.as_str()),
     ] {
         assert_eq!(problems_of_air(&[species("haze", lines)]), [problem(lines, allowed)]);
     }
     for field in AerosolPhase::FIELDS {
+        let lines_with = |function: AerosolFunction, value: f64| {
+            let asymmetry = if field.catalog_key == "asymmetry" { "" } else { "asymmetry = 0.5\n" };
+            // In TOML, NaN is `nan`.
+            format!("{asymmetry}phase = \"{}\"\n{} = {value:?}", function.query_word(), field.catalog_key).to_lowercase()
+        };
         let [least, greatest] = field.limits;
         let at_limits = field.includes_limits;
         for (value, is_allowed) in [
@@ -75,20 +83,26 @@ fn wrong_parameters_of_an_aerosol_are_refused() {
             (greatest + 0.1, false),
             (f64::NAN, false),
         ] {
-            let before = if field.catalog_key == "asymmetry" { "" } else { "asymmetry = 0.5\n" };
-            // In TOML, NaN is `nan`.
-            let lines = format!("{before}{} = {value:?}", field.catalog_key).to_lowercase();
+            let lines = lines_with(field.functions[0], value);
             let expected = if is_allowed { Vec::new() } else { vec![problem(&lines, &field.allowed())] };
             assert_eq!(problems_of_air(&[species("haze", &lines)]), expected);
+        }
+        for other in AerosolFunction::ALL.into_iter().filter(|function| !field.functions.contains(function)) {
+            let lines = lines_with(other, least);
+            let allowed = format!("`phase = {}` beside it", AerosolFunction::words(field.functions));
+            assert_eq!(problems_of_air(&[species("haze", &lines)]), [problem(&lines, &allowed)]);
         }
     }
 }
 
 #[test]
-fn the_head_of_the_file_explains_each_field_of_an_aerosol() {
+fn the_head_of_the_file_explains_each_function_and_field_of_an_aerosol() {
     let (_, text) = orrery_catalogs::CATALOG_FILES.iter().find(|(name, _)| *name == "atmospheres.toml").expect("listed");
     let head: String = text.lines().take_while(|line| line.starts_with('#')).collect();
     for field in AerosolPhase::FIELDS {
         assert!(head.contains(&format!("`{}`", field.catalog_key)), "{}", field.catalog_key);
+    }
+    for function in AerosolFunction::ALL {
+        assert!(head.contains(&AerosolFunction::words(&[function])), "{function:?}");
     }
 }

@@ -124,6 +124,11 @@ fn an_atmosphere_that_would_be_misread_is_refused() {
             let error = prober.answer(&query).expect_err(&query).to_string();
             assert_eq!(error, format!("field \"atmosphere\": {} must be {}", field.query_key, field.allowed()));
         }
+        for other in AerosolFunction::ALL.into_iter().filter(|function| !field.functions.contains(function)) {
+            let query = scatter_query("", &format!(r#","{}":{least}"#, field.query_key), cam, dir).replace("rayleigh", other.query_word());
+            let error = prober.answer(&query).expect_err(&query).to_string();
+            assert!(error.contains("beside a phase that has it"), "{query}: {error}");
+        }
     }
     // The reference files have further fields, which say the same in other units.
     let more = r#","note":"air","r_top":1.0094"#;

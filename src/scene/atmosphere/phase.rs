@@ -91,7 +91,7 @@ mod tests {
 
     /// Prints, for each function and each aerosol of the catalog: the function's value with the aerosol's asymmetry, relative to Henyey-Greenstein's value, in
     /// three directions; its mean cosine; and the asymmetry that would give it the same mean cosine as Henyey-Greenstein's function has, NaN if none would. For
-    /// Henyey-Greenstein's function itself, this must be the aerosol's own asymmetry.
+    /// Henyey-Greenstein's function itself, this must be the aerosol's own asymmetry. Further numbers are the aerosol's if it has this function.
     #[test]
     fn each_function_compared_with_henyey_greenstein() {
         const COSINES: [(f64, &str); 3] = [(1.0, "forwards"), (0.0, "sideways"), (-1.0, "backwards")];
@@ -99,11 +99,15 @@ mod tests {
         let airs = catalog.bodies().iter().filter_map(|body| Some((&body.name, body.atmosphere.as_ref()?)));
         let aerosols =
             airs.flat_map(|(name, air)| air.species.iter().filter_map(Species::aerosol_phase).map(move |aerosol| (name, aerosol)));
-        let aerosols: Vec<(&String, [f64; 3])> = aerosols.map(|(name, aerosol)| (name, aerosol.asymmetry)).collect();
+        let aerosols: Vec<(&String, AerosolPhase)> = aerosols.collect();
         assert!(aerosols.len() >= 4, "{aerosols:?}");
         for function in AerosolFunction::ALL {
-            let of = |function, asymmetry| PhaseFunction::Aerosol(AerosolPhase { asymmetry, ..AerosolPhase::of(function) });
-            for (name, asymmetry) in &aerosols {
+            for (name, aerosol) in &aerosols {
+                let asymmetry = &aerosol.asymmetry;
+                let of = |function: AerosolFunction, asymmetry: [f64; 3]| {
+                    let with_numbers = if aerosol.function == function { *aerosol } else { AerosolPhase::of(function) };
+                    PhaseFunction::Aerosol(AerosolPhase { asymmetry, ..with_numbers })
+                };
                 let phases = [function, AerosolFunction::HenyeyGreenstein].map(|function| of(function, *asymmetry));
                 let ratios = COSINES.map(|(cos, direction)| {
                     let [value, value_of_hg] = phases.map(|phase| per_steradian(phase, cos));
