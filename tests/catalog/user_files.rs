@@ -28,6 +28,13 @@ fn a_ring_lies_outside_its_body_and_not_too_far_away() {
     }
 }
 
+#[test]
+fn a_byte_order_mark_is_no_part_of_the_file() {
+    assert_eq!(problems(&format!("\u{feff}{}", ring("Mars", "4e3", "5e3"))), Vec::<String>::new());
+    let wrong = ring("Mars", "1e3", "2e3");
+    assert_eq!(problems(&format!("\u{feff}{wrong}")), problems(&wrong));
+}
+
 /// Saturn's shipped rings reach from 66 900 km to 480 000 km.
 #[test]
 fn radii_that_do_not_fit_the_shipped_rings_are_reported_in_the_users_file() {

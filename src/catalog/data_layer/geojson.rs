@@ -247,9 +247,9 @@ fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
     }
 }
 
-/// The points and lines of a document, which may begin with a byte order mark. The error is a line number, from 1, and what is wrong there.
+/// The points and lines of a document. The error is a line number, from 1, and what is wrong there.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
-    let object: Object = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|e| {
+    let object: Object = serde_json::from_str(text).map_err(|e| {
         let message = e.to_string();
         let why = message.rsplit_once(" at line ").map_or(message.as_str(), |(why, _)| why);
         // An error without a place has line 0.

@@ -9,7 +9,7 @@ use super::rows::{
 };
 use super::{SmallBody, SmallBodyFileError, mpcorb};
 use crate::catalog::csv_line::{borrowed_values, comparable_name, unique_columns_of_fields};
-use crate::wording::{echo, echo_within, json_error_text};
+use crate::wording::{echo, echo_within, json_error_text, without_byte_order_mark};
 use serde::Deserialize;
 use std::borrow::Cow;
 
@@ -142,7 +142,7 @@ fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
 /// Reads a table in any of the three formats.
 pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFileError> {
     let file_error = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
-    let text = text.trim_start_matches('\u{feff}');
+    let text = without_byte_order_mark(text);
     let all = if text.trim_start().starts_with('{') {
         read_json(text)
     } else if mpcorb::is_mpcorb(text) {
