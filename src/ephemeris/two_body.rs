@@ -1,7 +1,8 @@
-//! Motion on an ellipse that may itself change. In: mean elements and an instant, or elements with their rates. Out: a state relative to the parent, ICRF, or in
-//! the frame of the elements.
+//! Motion on an ellipse that may itself change. In: mean elements and an instant, or elements with their rates. Out: a state relative to the parent, ICRF, or
+//! in the frame of the elements.
 //!
-//! Always: 0 <= e < 1; the velocity is the derivative of the position. Omitted: all periodic perturbations; the tests of each caller measure the resulting error per body.
+//! Always: 0 <= e < 1; the velocity is the derivative of the position. Omitted: all periodic perturbations; the tests of each caller measure the resulting
+//! error per body.
 
 use super::State;
 use crate::catalog::MeanElements;

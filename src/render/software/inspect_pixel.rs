@@ -2,8 +2,8 @@
 //! the WGSL (`let`, `var`); its last assignment counts.
 //!
 //! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], computed in the renderer's precision. Of a mesh, only the nearest triangle that shades the
-//! pixel is drawn. Triangles of another draw, such as the sprites of stars, are blended in their order. The module is lowered again (compiled to a tape, see [`lower`](super::lower)) with its named values as outputs; rasteriser, kernels and
-//! textures are the same as for images.
+//! pixel is drawn. Triangles of another draw, such as the sprites of stars, are blended in their order. The module is lowered again (compiled to a tape, see
+//! [`lower`](super::lower)) with its named values as outputs; rasteriser, kernels and textures are the same as for images.
 
 use super::RenderError;
 use super::blend::blend_pixel;
@@ -100,8 +100,8 @@ impl SoftwareRenderer {
     }
 }
 
-/// The outputs of a draw's fragment program at the centre of a pixel, once for each triangle that shades it, in the order of drawing. Empty if the draw does not
-/// shade the pixel, or if the last triangle computes NaN for its red. `vertex_grid`: the grid to which the rasteriser moves vertices.
+/// The outputs of a draw's fragment program at the centre of a pixel, once for each triangle that shades it, in the order of drawing. Empty if the draw does
+/// not shade the pixel, or if the last triangle computes NaN for its red. `vertex_grid`: the grid to which the rasteriser moves vertices.
 fn fragment_outputs<R: Real>(
     draw: PlanDraw,
     bound: &BoundStages<'_, R>,

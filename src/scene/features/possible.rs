@@ -55,8 +55,8 @@ fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     let has_rings = Capabilities::of(body).has_rings;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
         let with_overlays = move |overlays| {
-            // Detail, limb profile and thin crescent, in this order. `globe_features` combines neither limb profile and thin crescent with each other nor one of
-            // them with detail. Ring-shine occurs with each: a file of the user's may give relief to a body with rings, or rings to the Moon.
+            // Detail, limb profile and thin crescent, in this order. `globe_features` combines neither limb profile and thin crescent with each other nor one
+            // of them with detail. Ring-shine occurs with each: a file of the user's may give relief to a body with rings, or rings to the Moon.
             let shapes = [(false, false, false), (true, false, false), (false, true, false), (false, false, true)];
             let combinations: Vec<_> = [false, true][..if has_rings { 2 } else { 1 }]
                 .iter()

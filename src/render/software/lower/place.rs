@@ -1,8 +1,8 @@
 //! Resolves pointers to places, and loads and stores the values at these places. A place is either scalars of the environment (`Lowerer::env`, the current
 //! values of all shader variables) or bytes of the uniform block. An index is constant, or dynamic: known only when the shader runs.
 //!
-//! Always: an index out of range counts as that of the last element, also a negative one, for loads and for stores. So does naga's bounds check `Restrict`, with
-//! which wgpu compiles for Vulkan, Metal and Direct3D. naga refuses modules with a constant index out of range; an index that only the lowering knows (the
+//! Always: an index out of range counts as that of the last element, also a negative one, for loads and for stores. So does naga's bounds check `Restrict`,
+//! with which wgpu compiles for Vulkan, Metal and Direct3D. naga refuses modules with a constant index out of range; an index that only the lowering knows (the
 //! counter of an unrolled loop) is treated as a dynamic one.
 
 use super::error::{LowerError, Result};
