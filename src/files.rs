@@ -8,7 +8,7 @@
 pub(crate) mod frame_number;
 mod links;
 
-use crate::wording::echo;
+use crate::wording::{echo, without_byte_order_mark};
 pub(crate) use links::{check_inside, is_there};
 use parking_lot::Mutex;
 use std::collections::BTreeSet;
@@ -20,8 +20,6 @@ use tempfile::NamedTempFile;
 
 /// Prefix of the names of temporary files.
 const TEMPORARY_PREFIX: &str = ".orrery-writing-";
-/// U+FEFF, in front of the texts of some editors.
-const BYTE_ORDER_MARK: char = '\u{feff}';
 /// Age above which a temporary file is taken for one that a killed process left behind, since writing a file never takes this long.
 const STALE_AGE: Duration = Duration::from_secs(86_400);
 
@@ -71,11 +69,6 @@ pub(crate) fn read_part(path: &Path, start: u64, count: usize) -> Result<(Vec<u8
     let mut bytes = Vec::with_capacity(usize::try_from(expected).unwrap_or(0));
     file.take(count as u64).read_to_end(&mut bytes)?;
     Ok((bytes, length))
-}
-
-/// The text without the byte order mark that some editors write in front of it.
-pub(crate) fn without_byte_order_mark(text: &str) -> &str {
-    text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)
 }
 
 /// The text of a regular UTF-8 file of at most `max_bytes`, without a byte order mark.

@@ -1,7 +1,17 @@
-//! Parts of messages and tables: quotations of input, counts, numbers, suggestions of known words, and JSON errors in plain words.
+//! Parts of messages and tables: quotations of input, counts, numbers, suggestions of known words, and JSON errors in plain words. Also the start of a user's
+//! text, whose byte order mark is no part of it.
 //!
 //! In: untrusted text, numbers, known words. Out: text for one line on a terminal. Always: a quotation contains no control character and at most as
 //! many characters as the caller allows. Not here: the sentences of messages.
+
+/// U+FEFF, in front of the texts of some editors.
+const BYTE_ORDER_MARK: char = '\u{feff}';
+
+/// The text without the byte order mark that some editors write in front of it. Every parser of a user's file begins with this, also where `files::read_text`
+/// has removed the mark, because programs that use the library hand in texts of their own. The `toml` crate skips the mark itself.
+pub(crate) fn without_byte_order_mark(text: &str) -> &str {
+    text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)
+}
 
 /// Largest length of a quotation of input in a message, characters.
 pub(crate) const MAX_ECHO_CHARS: usize = 200;

@@ -4,7 +4,7 @@
 
 use super::CliError;
 use super::output::print_result;
-use crate::files::without_byte_order_mark;
+use crate::wording::without_byte_order_mark;
 use serde_json::{Value, json};
 use std::io::BufRead;
 

@@ -1,6 +1,8 @@
-//! Motion on a precessing ellipse. In: mean elements and an instant. Out: a state relative to the parent, ICRF.
+//! Motion on an ellipse that may itself change. In: mean elements and an instant, or elements with their rates. Out: a state relative to the parent, ICRF, or
+//! in the frame of the elements.
 //!
-//! Always: 0 <= e < 1. Omitted: all periodic perturbations; the tests of each caller measure the resulting error per body.
+//! Always: 0 <= e < 1; the velocity is the derivative of the position. Omitted: all periodic perturbations; the tests of each caller measure the resulting
+//! error per body.
 
 use super::State;
 use crate::catalog::MeanElements;
@@ -37,8 +39,20 @@ pub fn eccentric_anomaly(mean_anomaly_rad: f64, e: f64) -> f64 {
     sign * x + turns * TAU
 }
 
-/// State on an ellipse in the frame of its elements. `node_rad`: longitude of the ascending node. `mean_anomaly_rate_per_s`:
-/// radians per second.
+/// An ellipse and the place on it, in some frame; also the rates of these elements, per second.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ellipse {
+    pub semi_major_axis_km: f64,
+    pub eccentricity: f64,
+    pub inclination_rad: f64,
+    /// Longitude of the ascending node.
+    pub node_rad: f64,
+    pub argument_of_periapsis_rad: f64,
+    pub mean_anomaly_rad: f64,
+}
+
+/// State on an ellipse that does not change, in the frame of its elements. `node_rad`: longitude of the ascending node. `mean_anomaly_rate_per_s`: radians per
+/// second.
 pub fn state_in_frame(
     semi_major_axis_km: f64,
     e: f64,
@@ -48,15 +62,32 @@ pub fn state_in_frame(
     mean_anomaly_rad: f64,
     mean_anomaly_rate_per_s: f64,
 ) -> State {
-    let eccentric_anomaly_rad = eccentric_anomaly(mean_anomaly_rad, e);
-    let (sin_anomaly, cos_anomaly) = eccentric_anomaly_rad.sin_cos();
+    let ellipse = Ellipse { semi_major_axis_km, eccentricity: e, inclination_rad, node_rad, argument_of_periapsis_rad, mean_anomaly_rad };
+    state_on_changing_ellipse(&ellipse, &Ellipse { mean_anomaly_rad: mean_anomaly_rate_per_s, ..Ellipse::default() })
+}
+
+/// State on an ellipse in the frame of its elements, which change at the given rates.
+pub fn state_on_changing_ellipse(ellipse: &Ellipse, rates: &Ellipse) -> State {
+    let (a_km, e) = (ellipse.semi_major_axis_km, ellipse.eccentricity);
+    let (sin_anomaly, cos_anomaly) = eccentric_anomaly(ellipse.mean_anomaly_rad, e).sin_cos();
     let axis_ratio = (1.0 - e * e).sqrt();
-    let eccentric_anomaly_rate_per_s = mean_anomaly_rate_per_s / (1.0 - e * cos_anomaly);
-    let in_plane = DVec3::new(cos_anomaly - e, axis_ratio * sin_anomaly, 0.0) * semi_major_axis_km;
-    let in_plane_velocity = DVec3::new(-sin_anomaly, axis_ratio * cos_anomaly, 0.0) * (semi_major_axis_km * eccentric_anomaly_rate_per_s);
-    let frame_from_plane =
-        DMat3::from_rotation_z(node_rad) * DMat3::from_rotation_x(inclination_rad) * DMat3::from_rotation_z(argument_of_periapsis_rad);
-    State { pos_km: frame_from_plane * in_plane, vel_km_s: frame_from_plane * in_plane_velocity }
+    let axis_ratio_rate = -e * rates.eccentricity / axis_ratio;
+    // The derivative of Kepler's equation, E - e sin E = M.
+    let eccentric_anomaly_rate = (rates.mean_anomaly_rad + rates.eccentricity * sin_anomaly) / (1.0 - e * cos_anomaly);
+    let in_plane = DVec3::new(cos_anomaly - e, axis_ratio * sin_anomaly, 0.0) * a_km;
+    // The motion along the ellipse, the change of its shape, and the change of its size.
+    let in_plane_velocity = DVec3::new(-sin_anomaly, axis_ratio * cos_anomaly, 0.0) * (a_km * eccentric_anomaly_rate)
+        + DVec3::new(-rates.eccentricity, axis_ratio_rate * sin_anomaly, 0.0) * a_km
+        + in_plane * (rates.semi_major_axis_km / a_km);
+    let to_node = DMat3::from_rotation_z(ellipse.node_rad);
+    let frame_from_orbit = to_node * DMat3::from_rotation_x(ellipse.inclination_rad);
+    let frame_from_plane = frame_from_orbit * DMat3::from_rotation_z(ellipse.argument_of_periapsis_rad);
+    let pos_km = frame_from_plane * in_plane;
+    // The ellipse rotates: about the orbit's normal with the periapsis, about the line of nodes with the inclination, about the frame's pole with the node.
+    let angular_velocity = frame_from_orbit * DVec3::Z * rates.argument_of_periapsis_rad
+        + to_node * DVec3::X * rates.inclination_rad
+        + DVec3::Z * rates.node_rad;
+    State { pos_km, vel_km_s: frame_from_plane * in_plane_velocity + angular_velocity.cross(pos_km) }
 }
 
 /// Rotation from the frame whose pole is given (x axis at the pole's right ascension + 90 degrees) to ICRF.
@@ -82,23 +113,23 @@ pub fn state(elements: &MeanElements, t: Instant) -> State {
         elements.mean_motion_deg_day - argument_rate_deg_day + if is_retrograde { node_rate_deg_day } else { -node_rate_deg_day };
     let (quadratic_deg_cy2, centuries) = (elements.longitude_quadratic_deg_cy2, days / DAYS_PER_JULIAN_CENTURY);
     let anomaly_rate_deg_day = anomaly_rate_at_epoch_deg_day + 2.0 * quadratic_deg_cy2 * centuries / DAYS_PER_JULIAN_CENTURY;
-    let node_rad = (elements.node_deg + node_rate_deg_day * days).to_radians();
-    let argument_rad = (elements.argument_of_periapsis_deg + argument_rate_deg_day * days).to_radians();
     let anomaly_change_deg = anomaly_rate_at_epoch_deg_day * days + quadratic_deg_cy2 * centuries * centuries;
-    let anomaly_rad = ((elements.mean_anomaly_deg + anomaly_change_deg) % 360.0).to_radians();
-    let mut state = state_in_frame(
-        elements.semi_major_axis_km,
-        elements.eccentricity,
-        elements.inclination_deg.to_radians(),
-        node_rad,
-        argument_rad,
-        anomaly_rad,
-        (anomaly_rate_deg_day / SECONDS_PER_DAY).to_radians(),
-    );
-    // The ellipse itself rotates: about the orbit's normal with the periapsis, about the frame's pole with the node.
-    let normal = DMat3::from_rotation_z(node_rad) * DMat3::from_rotation_x(elements.inclination_deg.to_radians()) * DVec3::Z;
-    let angular_velocity = (normal * argument_rate_deg_day + DVec3::Z * node_rate_deg_day) * (PI / 180.0 / SECONDS_PER_DAY);
-    state.vel_km_s += angular_velocity.cross(state.pos_km);
+    let ellipse = Ellipse {
+        semi_major_axis_km: elements.semi_major_axis_km,
+        eccentricity: elements.eccentricity,
+        inclination_rad: elements.inclination_deg.to_radians(),
+        node_rad: (elements.node_deg + node_rate_deg_day * days).to_radians(),
+        argument_of_periapsis_rad: (elements.argument_of_periapsis_deg + argument_rate_deg_day * days).to_radians(),
+        mean_anomaly_rad: ((elements.mean_anomaly_deg + anomaly_change_deg) % 360.0).to_radians(),
+    };
+    let rad_s = |deg_day: f64| (deg_day / SECONDS_PER_DAY).to_radians();
+    let rates = Ellipse {
+        node_rad: rad_s(node_rate_deg_day),
+        argument_of_periapsis_rad: rad_s(argument_rate_deg_day),
+        mean_anomaly_rad: rad_s(anomaly_rate_deg_day),
+        ..Ellipse::default()
+    };
+    let state = state_on_changing_ellipse(&ellipse, &rates);
     let icrf_from_frame = icrf_from_pole_frame(elements.pole_ra_deg, elements.pole_dec_deg);
     State { pos_km: icrf_from_frame * state.pos_km, vel_km_s: icrf_from_frame * state.vel_km_s }
 }
@@ -134,6 +165,28 @@ mod tests {
             node_period_yr: 0.7,
             argument_period_yr: 0.4,
             longitude_quadratic_deg_cy2: 12.7,
+        }
+    }
+
+    /// Each element in turn changes, and then all of them.
+    #[test]
+    fn velocity_includes_the_rate_of_every_element() {
+        let ellipse = [4e5, 0.2, 0.3, 0.7, 1.4, 5.9];
+        let rates = [2.0, 1e-5, 2e-5, -3e-5, 4e-5, 5e-5];
+        let of = |e: [f64; 6]| Ellipse {
+            semi_major_axis_km: e[0],
+            eccentricity: e[1],
+            inclination_rad: e[2],
+            node_rad: e[3],
+            argument_of_periapsis_rad: e[4],
+            mean_anomaly_rad: e[5],
+        };
+        for changing in (0..6).map(|k| k..k + 1).chain(std::iter::once(0..6)) {
+            let rates: [f64; 6] = std::array::from_fn(|k| if changing.contains(&k) { rates[k] } else { 0.0 });
+            let at = |s: f64| state_on_changing_ellipse(&of(std::array::from_fn(|k| ellipse[k] + rates[k] * s)), &of(rates));
+            let slope = (at(1.0).pos_km - at(-1.0).pos_km) / 2.0;
+            assert!(slope.length() > 1.0, "{changing:?}");
+            assert!((slope - at(0.0).vel_km_s).length() < 1e-7, "{changing:?}: {slope} {}", at(0.0).vel_km_s);
         }
     }
 

@@ -5,6 +5,7 @@
 //! and `f`. Groups, materials, smoothing, lines and points are ignored; any other keyword is an error, so that a truncated file, or one in another format, is
 //! not mistaken for a small shape. Not supported: curves, `v` with a weight, lines continued by a backslash.
 
+use crate::wording::without_byte_order_mark;
 use glam::{DVec2, DVec3};
 
 /// Maximum number of positions, of texture coordinates, of normals and of triangles in one file: 4 million triangles take some 0.5 GB while the mesh is built.
@@ -165,7 +166,7 @@ impl Obj {
 pub fn parse(text: &str) -> Result<Obj, ObjError> {
     let mut obj = Obj::default();
     let mut last_line = 1;
-    for (k, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+    for (k, line) in without_byte_order_mark(text).lines().enumerate() {
         last_line = k + 1;
         let statement = line.split('#').next().unwrap_or_default().trim();
         let words: Vec<&str> = statement.split_whitespace().collect();

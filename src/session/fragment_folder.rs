@@ -88,7 +88,7 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
                 folders.extend((depth < MAX_DEPTH).then_some((path, depth + 1)));
             } else if metadata.is_file() && is_outdated_fragment(folder, &path) {
                 outdated.get_or_insert(path);
-            } else if metadata.is_file() && path.extension().is_some_and(|e| e == "wesl") {
+            } else if metadata.is_file() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("wesl")) {
                 let changed = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
                 found.insert(path, (changed, metadata.len()));
             }

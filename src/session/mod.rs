@@ -156,7 +156,7 @@ fn no_folder(folder: &Path, remedy: &str) -> SessionError {
 /// The built-in catalog, overridden by the `*.toml` files of a folder in order of their names. A `Cargo.toml`, as in catalogs/, is skipped.
 ///
 /// # Errors
-/// A file that cannot be read, or a list of all invalid fields.
+/// A folder without such files, a file that cannot be read, or a list of all invalid fields.
 pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let Some(folder) = folder else { return Ok(Catalog::embedded()) };
     let file_error = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
@@ -164,8 +164,13 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
         return Err(no_folder(folder, "--catalogs takes a folder of catalog files"));
     }
     let entries = std::fs::read_dir(folder).and_then(|all| all.collect::<std::io::Result<Vec<_>>>()).map_err(|e| file_error(folder, e))?;
-    let mut paths: Vec<PathBuf> = entries.iter().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
+    let is_toml = |path: &PathBuf| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
+    let mut paths: Vec<PathBuf> = entries.iter().map(|e| e.path()).filter(is_toml).collect();
     paths.retain(|p| p.file_name().is_some_and(|name| name != "Cargo.toml"));
+    if paths.is_empty() {
+        let why = "no catalog file (*.toml) in it; --catalogs takes a folder of catalog files".to_owned();
+        return Err(SessionError::File { path: echo(&folder.display().to_string()), why });
+    }
     paths.sort();
     let mut files = Vec::new();
     for path in paths {

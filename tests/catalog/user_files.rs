@@ -28,6 +28,28 @@ fn a_ring_lies_outside_its_body_and_not_too_far_away() {
     }
 }
 
+#[test]
+fn a_byte_order_mark_is_no_part_of_the_file() {
+    assert_eq!(problems(&format!("\u{feff}{}", ring("Mars", "4e3", "5e3"))), Vec::<String>::new());
+    let wrong = ring("Mars", "1e3", "2e3");
+    assert_eq!(problems(&format!("\u{feff}{wrong}")), problems(&wrong));
+}
+
+/// A folder without catalog files is probably not the one that was meant.
+#[test]
+fn a_folder_of_catalogs_has_a_catalog() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let read = || orrery::session::read_catalog(Some(folder.path())).map_err(|e| e.to_string());
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write("Cargo.toml", "[package]\n");
+    write("notes.txt", "none\n");
+    let error = read().expect_err("no catalog");
+    assert!(error.contains(&folder.path().display().to_string()) && error.contains("no catalog file (*.toml) in it"), "{error}");
+    // On some systems names of files are in capital letters.
+    write("MINE.TOML", "[[body]]\nid = 401\nname = \"Fear\"\n");
+    assert!(read().expect("a catalog").body_named("Fear").is_ok());
+}
+
 /// Saturn's shipped rings reach from 66 900 km to 480 000 km.
 #[test]
 fn radii_that_do_not_fit_the_shipped_rings_are_reported_in_the_users_file() {

@@ -20,7 +20,7 @@ const TABLE: &[(&str, &[&str], &[&str])] = &[
     ("ephemeris", &["units", "time", "catalog", "ephemeris", "unwinding", "message"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("events", &["units", "time", "catalog", "ephemeris", "scene", "events"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     ("memo", &["memo"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
-    ("mesh", &["units", "mesh"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
+    ("mesh", &["units", "mesh", "wording"], &["naga", "wgpu", "winit", "softbuffer", "std::fs"]),
     (
         "scene",
         &["units", "time", "catalog", "ephemeris", "mesh", "memo", "scene", "wording", "message"],

@@ -469,3 +469,31 @@ fn iterations_run_without_copies_of_loop_variables() {
     assert_eq!(instructions(12) - instructions(2), 10 * (kernels - copies));
     assert_eq!(instructions(3) - instructions(2), kernels, "an odd number of iterations ends with the copies");
 }
+
+/// naga's `Restrict`, which wgpu applies. `b` has an index that is known when the loop is unrolled, the others one that is not.
+#[test]
+fn an_index_out_of_range_reads_and_writes_the_last_element() {
+    let body = "let k = i32(p.y);
+         var a = array<f32, 3>(1.0, 2.0, 3.0); a[k] = p.x; a[u32(k) + 1u] += 50.0;
+         var b = array<f32, 3>(); for (var i = 0; i < 5; i++) { b[i] += f32(i); }
+         var m = mat2x2f(0.0, 0.0, 0.0, 0.0); m[k][k] = 7.0; m[k + 1][0] += 1.0;
+         return vec4f(a[0] + 1000.0 * a[1], a[2], b[0] + 10.0 * b[1] + 100.0 * b[2], m[0].x + 10.0 * m[0].y + 100.0 * m[1].x + 1000.0 * m[1].y);";
+    check("", body, 1e-6, |x, y| {
+        let k = y.trunc() as i64;
+        let within = |k: i64, count: usize| usize::try_from(k).unwrap_or(usize::MAX).min(count - 1);
+        let mut a = [1.0, 2.0, 3.0];
+        a[within(k, 3)] = x;
+        // -1 + 1 wraps to 0.
+        a[within(k + 1, 3)] += 50.0;
+        let mut m = [[0.0; 2]; 2];
+        m[within(k, 2)][within(k, 2)] = 7.0;
+        m[within(k + 1, 2)][0] += 1.0;
+        [a[0] + 1000.0 * a[1], a[2], 10.0 + 100.0 * 9.0, m[0][0] + 10.0 * m[0][1] + 100.0 * m[1][0] + 1000.0 * m[1][1]]
+    });
+    let constant = "@fragment fn main() -> @location(0) vec4f { var a = array<f32, 3>(); a[3] = 1.0; return vec4f(a[0]); }";
+    let is_accepted = naga::front::wgsl::parse_str(constant).is_ok_and(|module| {
+        let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty());
+        validator.validate(&module).is_ok()
+    });
+    assert!(!is_accepted, "naga refuses a constant index out of range");
+}

@@ -160,8 +160,8 @@ fn antialiasing_keeps_the_discs_area() {
     assert!((sum / expected - 1.0).abs() < 1e-3, "{sum} against {expected}");
 }
 
-#[test]
-fn points_keep_their_flux() {
+/// Points of an image of 200 by 100 pixels, whose light is added. For each: the centre (clip x and y, depth), radius in pixels and stretch, and flux.
+fn points(items: &[([f32; 3], (f32, f32), [f32; 3])]) -> PlanDraw {
     let id = ModuleId::Simple("point");
     let module = LIBRARY.module(&id).expect("emitted");
     let mut writer = module.layout.writer();
@@ -177,20 +177,53 @@ fn points_keep_their_flux() {
     points.depth.write = false;
     let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
     points.instances = Instances {
-        count: 3,
+        count: items.len() as u32,
         attributes: vec![
-            attribute(3, vec![-0.613, 0.17, 0.5, 0.3301, -0.2, 0.5, 0.8, 0.77, 0.5]),
-            // A sharp point, a point with a little glare, and a point with much glare.
-            attribute(4, [(2.0, 1.0), (3.1, 2.0), (9.0, 1.5)].map(sprite).concat()),
-            attribute(3, vec![1.0, 0.5, 0.0, 0.0, 0.25, 0.0, 0.0, 0.0, 2.0]),
+            attribute(3, items.iter().flat_map(|(centre, ..)| *centre).collect()),
+            attribute(4, items.iter().flat_map(|(_, size, _)| sprite(*size)).collect()),
+            attribute(3, items.iter().flat_map(|(.., flux)| *flux).collect()),
         ],
     };
+    points
+}
+
+#[test]
+fn points_keep_their_flux() {
+    // A sharp point, a point with a little glare, and a point with much glare.
+    let points = points(&[
+        ([-0.613, 0.17, 0.5], (2.0, 1.0), [1.0, 0.5, 0.0]),
+        ([0.3301, -0.2, 0.5], (3.1, 2.0), [0.0, 0.25, 0.0]),
+        ([0.8, 0.77, 0.5], (9.0, 1.5), [0.0, 0.0, 2.0]),
+    ]);
     let plan = Plan { passes: vec![pass("points", [200, 100], ColourFormat::Hdr, 4, [0.0; 4], vec![points])] };
     let frame = render(&plan, Options::default());
     for (k, flux) in [1.0, 0.75, 2.0].into_iter().enumerate() {
         let sum: f64 = frame.hdr.iter().map(|p| f64::from(p[k])).sum();
         // The error that shaders/entry/point.wesl states.
         assert!((sum / flux - 1.0).abs() < 0.003, "channel {k}: {sum} against {flux}");
+    }
+}
+
+/// More points than a batch of the renderer holds quads (32), each with another centre and flux, share a pixel.
+#[test]
+fn the_values_of_a_pixel_contain_the_light_of_all_points_there() {
+    let point = |k: u16| {
+        let k = f32::from(k);
+        ([0.005 + 1e-4 * k, 0.01 - 1e-4 * k, 0.5], (4.0, 1.0), [1.0 + k, 2.0, 0.1 * k])
+    };
+    let (size, pixel) = ([200, 100], [100, 49]);
+    for count in [1, 2, 40, 70] {
+        let draw = points(&(0..count).map(point).collect::<Vec<_>>());
+        for precision in [Precision::F32, Precision::F64] {
+            let renderer = SoftwareRenderer::new(Options { precision, ..with_threads(1) }).expect("a renderer");
+            let values = renderer.pixel_values(&draw, &*LIBRARY, size, pixel).expect("runs").expect("the points shade the pixel");
+            let plan = Plan { passes: vec![pass("points", size, ColourFormat::Hdr, 1, [0.0; 4], vec![draw.clone()])] };
+            let (frame, _) = renderer.render(&plan, &*LIBRARY, FrameImages::DisplayAndHdr).expect("a frame");
+            let drawn = frame.hdr[(pixel[1] * size[0] + pixel[0]) as usize];
+            for (value, drawn) in values.colour.iter().zip(drawn) {
+                assert!((value - f64::from(drawn)).abs() <= 1e-5 * value.abs(), "{count} points: {:?}, drawn {drawn:?}", values.colour);
+            }
+        }
     }
 }
 

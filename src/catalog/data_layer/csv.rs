@@ -10,7 +10,7 @@ use crate::wording::echo_within;
 /// The points of a table. `on_body`: its columns are latitude and longitude, not declination and right ascension. The error is a line number and what is wrong
 /// there.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
-    let mut lines = (1..).zip(text.trim_start_matches('\u{feff}').lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
+    let mut lines = (1..).zip(text.lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
     let (head_line_number, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
     let names = values(head).map_err(|why| (head_line_number, why))?;
     let columns = PointColumns::of(&names, on_body).map_err(|why| (head_line_number, format!("the line of column names {why}")))?;

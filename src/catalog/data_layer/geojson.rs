@@ -178,6 +178,9 @@ impl<'de> Deserialize<'de> for Geometry {
     }
 }
 
+/// The members that are read. Each may occur once; of two, it is unknown which is meant.
+const MEMBERS: [&str; 7] = ["type", "coordinates", "geometry", "geometries", "properties", "features", "crs"];
+
 /// The geometries of an object itself, and its property `time`; `None` if it has none.
 type TimedGeometries = (Geometries, Option<Instant>);
 
@@ -191,7 +194,15 @@ fn read_object<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeome
         }
         fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
             let mut members = Members::default();
+            // Bit k: the k-th of `MEMBERS` has occurred.
+            let mut seen = 0_u8;
             while let Some(key) = map.next_key::<String>()? {
+                if let Some(k) = MEMBERS.iter().position(|member| *member == key) {
+                    if seen >> k & 1 == 1 {
+                        return Err(A::Error::custom(format!("field {key}: given twice")));
+                    }
+                    seen |= 1 << k;
+                }
                 match key.as_str() {
                     "type" => members.kind = Some(map.next_value()?),
                     "coordinates" => members.coordinates = Some(map.next_value()?),
@@ -247,9 +258,9 @@ fn check_crs(crs: &serde_json::Value) -> Result<(), String> {
     }
 }
 
-/// The points and lines of a document, which may begin with a byte order mark. The error is a line number, from 1, and what is wrong there.
+/// The points and lines of a document. The error is a line number, from 1, and what is wrong there.
 pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
-    let object: Object = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|e| {
+    let object: Object = serde_json::from_str(text).map_err(|e| {
         let message = e.to_string();
         let why = message.rsplit_once(" at line ").map_or(message.as_str(), |(why, _)| why);
         // An error without a place has line 0.
@@ -259,4 +270,21 @@ pub(super) fn read(text: &str) -> Result<Content, (usize, String)> {
         return Err((1, "no geometry in it".to_owned()));
     }
     Ok(object.content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_member_that_is_given_twice_is_an_error() {
+        let point = "{\"type\":\"Point\",\n\"coordinates\":[10,20]}";
+        assert_eq!(read(point).expect("a point").points.len(), 1);
+        // A member of another program may occur any number of times.
+        assert!(read(&point.replace('{', "{\"note\":1,\"note\":2,")).is_ok());
+        let why = |text: &str| read(text).expect_err("a member is given twice");
+        assert_eq!(why(&point.replace('}', ",\n\"coordinates\":[1,2]}")), (3, "field coordinates: given twice".to_owned()));
+        let feature = format!("{{\"type\":\"Feature\",\"geometry\":{point},\"geometry\":null}}");
+        assert_eq!(why(&feature), (2, "field geometry: given twice".to_owned()));
+    }
 }

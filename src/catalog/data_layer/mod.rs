@@ -20,7 +20,7 @@ mod xml;
 use super::fields::{ALLOWED_NAME, is_file_name, is_name, optional_word};
 use super::table::{TableReader, WithLine};
 use super::{Overlay, OverlayProjection, Problem};
-use crate::wording::echo_within;
+use crate::wording::{echo_within, without_byte_order_mark};
 pub use fits::{ImageWcs, PlacedImage};
 pub use image_style::{ColourMap, ImageStyle, Stretch};
 pub(super) use layer::TotalSize;
@@ -143,6 +143,7 @@ impl DataLayer {
             let line = 1 + bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count();
             problem((line, "not UTF-8 text".to_owned()))
         })?;
+        let text = without_byte_order_mark(text);
         let on_body = self.body.is_some();
         let on_body_only = |read: fn(&str) -> Result<Content, (usize, String)>| match on_body {
             true => read(text),
@@ -235,6 +236,26 @@ mod tests {
         <FIELD name=\"delta\" ucd=\"pos.eq.dec;meta.main\" datatype=\"double\"/>\n<FIELD name=\"time\" datatype=\"char\" arraysize=\"*\"/>\n\
         <DATA><TABLEDATA>\n<TR><TD>A &amp; &#66;</TD><TD> 10.5 </TD><TD>-20</TD><TD>2024-04-08T18:00:00Z</TD></TR>\n\
         <TR><TD/><TD>11</TD><TD>-21</TD><TD></TD></TR>\n</TABLEDATA></DATA>\n</TABLE>\n</RESOURCE>\n</VOTABLE>\n";
+
+    /// A mark changes neither the content nor the line of a mistake.
+    #[test]
+    fn a_byte_order_mark_is_no_part_of_the_text() {
+        let geojson = "{\"type\": \"Point\",\n\"coordinates\": [10, 20]}";
+        for (file, body, text) in [
+            ("a.csv", IN_SKY, "ra,dec\n10,20\n"),
+            ("a.vot", IN_SKY, VOTABLE),
+            ("a.geojson", Some(NaifId::EARTH), geojson),
+            ("a.kml", Some(NaifId::EARTH), KML),
+        ] {
+            let content = |text: &str| read(file, body, text).map(|layer| (layer.points, layer.lines));
+            let plain = content(text).unwrap_or_else(|e| panic!("{e}"));
+            assert!(!plain.0.is_empty());
+            assert_eq!(content(&format!("\u{feff}{text}")), Ok(plain), "{file}");
+            let wrong = text.replace("20", "x");
+            let expected = content(&wrong).expect_err(file);
+            assert_eq!(content(&format!("\u{feff}{wrong}")), Err(expected), "{file}");
+        }
+    }
 
     #[test]
     fn votables_are_read_by_name_and_ucd() {

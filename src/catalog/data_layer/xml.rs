@@ -72,8 +72,6 @@ fn element(start: &BytesStart<'_>, line: usize) -> Result<Element, String> {
 /// # Errors
 /// The line number, and what is wrong there.
 pub(super) fn walk(document: &str, handler: &mut impl ElementHandler) -> Result<(), (usize, String)> {
-    // Offsets of the reader and of `line_counter` must count from the same byte, so the byte order mark is removed for both.
-    let document = document.trim_start_matches('\u{feff}');
     let mut reader = Reader::from_str(document);
     let mut line_counter = LineCounter { text: document.as_bytes(), counted_to: 0, line: 1 };
     let mut path: Vec<Element> = Vec::new();

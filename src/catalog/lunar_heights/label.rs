@@ -200,6 +200,9 @@ pub(super) fn heights(label: &str, image: &[u8]) -> Result<LabelledHeights, Stri
     }
     // Columns run eastward even if longitudes are positive west; only the sign of the longitude differs.
     let west_deg = number_or(label, "WESTERNMOST_LONGITUDE", 0.0)?;
+    if west_deg.abs() > 360.0 {
+        return Err(format!("WESTERNMOST_LONGITUDE = {west_deg:?}: expected degrees from -360 to 360"));
+    }
     let west_deg = match value(label, "POSITIVE_LONGITUDE_DIRECTION").map(str::to_ascii_uppercase).as_deref() {
         None | Some("EAST") => west_deg,
         Some("WEST") => -west_deg,
@@ -352,6 +355,7 @@ END_OBJECT\r
             ("SIMPLE CYLINDRICAL", "Polar Stereographic", "MAP_PROJECTION_TYPE"),
             ("LINES = 2", "BANDS = 2\r\n  LINES = 2", "BANDS"),
             ("MAXIMUM_LATITUDE = 90", "MAXIMUM_LATITUDE = 60", "MAXIMUM_LATITUDE"),
+            ("WESTERNMOST_LONGITUDE = 0", "WESTERNMOST_LONGITUDE = 1e30", "WESTERNMOST_LONGITUDE"),
             ("METER", "FATHOM", "UNIT"),
             ("0.5", "much", "SCALING_FACTOR"),
             ("LINE_SAMPLES = 4", "LINE_SAMPLES = 4000000000", "twice as wide"),

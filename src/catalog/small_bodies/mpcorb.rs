@@ -1,7 +1,7 @@
 //! MPCORB.DAT of the Minor Planet Center: fixed columns, packed dates.
 //!
 //! In: one line. Out: a [`SmallBody`], or the field that is wrong. Columns are those of the Center's "Export format for minor-planet orbits". Everything down
-//! to the first line of dashes is the heading.
+//! to the first line of dashes is the heading, unless the first line is a body: then there is no heading, and dashes further down are an error.
 
 use super::SmallBody;
 use super::rows::{
@@ -31,15 +31,21 @@ const EPOCH_COLUMNS: Range<usize> = 20..25;
 /// Byte range of the number in brackets and the name; a line may end within or before it.
 const READABLE_DESIGNATION: Range<usize> = 166..194;
 
+/// Whether the first line can be read as a body.
+fn starts_with_body(text: &str) -> bool {
+    text.lines().next().is_some_and(|line| !line.contains(',') && body(line).is_ok())
+}
+
 /// Whether a text is in this format: a line of dashes ends its heading (of at most 100 lines), or its first line can be read as a body.
 pub(super) fn is_mpcorb(text: &str) -> bool {
     let is_dashes = |line: &str| line.len() > 100 && line.bytes().all(|b| b == b'-');
-    text.lines().take(100).any(is_dashes) || text.lines().next().is_some_and(|line| !line.contains(',') && body(line).is_ok())
+    text.lines().take(100).any(is_dashes) || starts_with_body(text)
 }
 
 /// The lines that describe bodies, with line numbers starting at 1.
 pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let heading = text.lines().position(|l| l.starts_with("----------")).map_or(0, |k| k + 1);
+    let end_of_heading = || text.lines().position(|l| l.starts_with("----------"));
+    let heading = if starts_with_body(text) { 0 } else { end_of_heading().map_or(0, |k| k + 1) };
     text.lines().enumerate().skip(heading).map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty())
 }
 

@@ -9,7 +9,7 @@ use super::rows::{
 };
 use super::{SmallBody, SmallBodyFileError, mpcorb};
 use crate::catalog::csv_line::{borrowed_values, comparable_name, unique_columns_of_fields};
-use crate::wording::{echo, echo_within, json_error_text};
+use crate::wording::{echo, echo_within, json_error_text, without_byte_order_mark};
 use serde::Deserialize;
 use std::borrow::Cow;
 
@@ -142,7 +142,7 @@ fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
 /// Reads a table in any of the three formats.
 pub(super) fn read(file: &str, text: &str) -> Result<Vec<SmallBody>, SmallBodyFileError> {
     let file_error = |(line, message): (usize, String)| SmallBodyFileError { file: echo(file), line, message };
-    let text = text.trim_start_matches('\u{feff}');
+    let text = without_byte_order_mark(text);
     let all = if text.trim_start().starts_with('{') {
         read_json(text)
     } else if mpcorb::is_mpcorb(text) {
@@ -203,6 +203,25 @@ mod tests {
                     && (reference.orbit.perihelion_au - found.orbit.perihelion_au).abs() < 1e-12
             );
         }
+    }
+
+    /// Two lists in one file, the second with its heading: its bodies alone would not be the whole file.
+    #[test]
+    fn bodies_before_a_heading_are_not_skipped() {
+        let body = |name: &str| {
+            let columns = [(0, "00001"), (8, "3.34"), (14, "0.15"), (20, "K239D"), (26, "60.07881"), (37, "73.42179"), (48, "80.25498")];
+            let mut line = String::new();
+            for (start, text) in columns.into_iter().chain([(59, "10.58769"), (70, "0.0789125"), (92, "2.7672543"), (166, name)]) {
+                line = format!("{line:<start$}{text}");
+            }
+            line
+        };
+        let dashes = "-".repeat(160);
+        let names = |text: &str| read("MPCORB.DAT", text).map(|bodies| bodies.into_iter().map(|b| b.name).collect::<Vec<_>>());
+        let (first, second) = (body("(1) Ceres"), body("(2) Pallas"));
+        assert_eq!(names(&format!("a heading\n{dashes}\n{first}\n\n{second}\n")), Ok(vec!["Ceres".to_owned(), "Pallas".to_owned()]));
+        let error = names(&format!("{first}\na heading\n{dashes}\n{second}\n")).expect_err("a heading among the bodies");
+        assert_eq!(error.line, 2, "{error}");
     }
 
     /// Magnitudes in columns `i` and `m` are not taken for the inclination and the mean anomaly.

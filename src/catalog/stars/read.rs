@@ -7,7 +7,7 @@
 use super::{Star, StarFileError, julian_epoch};
 use crate::catalog::csv_line::{borrowed_values, comparable_name, unique_columns_of_fields};
 use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, RAD_PER_ARCSEC, SECONDS_PER_DAY};
-use crate::wording::{echo, echo_within};
+use crate::wording::{echo, echo_within, without_byte_order_mark};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -203,9 +203,10 @@ fn star_from_hip2(line: &str) -> Result<Star, String> {
 /// Reads a catalog: its epoch as a Julian date (TT), and its stars. `file_name`: for errors.
 pub(super) fn read(file_name: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileError> {
     let file_error = |line: usize, message: String| StarFileError { file: echo(file_name), line, message };
+    let text = without_byte_order_mark(text);
     let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty()).peekable();
     let Some((first_line_number, line)) = lines.peek().copied() else { return Err(file_error(1, "no stars: the file is empty".into())) };
-    let columns = Columns::named(line.trim_start_matches(['#', '\u{feff}'])).transpose().map_err(|e| file_error(first_line_number, e))?;
+    let columns = Columns::named(line.trim_start_matches('#')).transpose().map_err(|e| file_error(first_line_number, e))?;
     if columns.is_some() {
         lines.next();
     }
@@ -245,7 +246,11 @@ mod tests {
             "# name,RA_deg(ICRS, J1991.25),dec_deg,V,plx,pmRA,pmDec,B-V\nVega,{ra_deg},{dec_deg},0.03,130.23,200.94,286.23,-0.001\n"
         );
         let (epoch, table_stars) = read("a.csv", &table).expect("a table");
-        let (hip2_epoch, hip2_stars) = read("hip2.dat", &hip2(ra_deg.to_radians(), dec_deg.to_radians(), "0.0868")).expect("hip2.dat");
+        let hip2_text = hip2(ra_deg.to_radians(), dec_deg.to_radians(), "0.0868");
+        let (hip2_epoch, hip2_stars) = read("hip2.dat", &hip2_text).expect("hip2.dat");
+        for (text, stars) in [(&table, &table_stars), (&hip2_text, &hip2_stars)] {
+            assert_eq!(&read("marked", &format!("\u{feff}{text}")).expect("a byte order mark").1, stars, "{text}");
+        }
         assert!(epoch == hip2_epoch && epoch == julian_epoch(1991.25));
         let (a, b) = (table_stars[0], hip2_stars[0]);
         assert!(a.direction.distance(b.direction) < 1e-9 && a.motion_per_year.distance(b.motion_per_year) < 1e-12);

@@ -4,14 +4,18 @@
 //! target's new colour.
 
 use crate::render::plan::Blend;
+use std::ops::{Add, Mul, Sub};
 
 /// The new colour of the target at one pixel or sample. `source`: the fragment's colour; `target`: the old colour.
 #[inline(always)]
-pub(crate) fn blend_pixel(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
+pub(crate) fn blend_pixel<T>(blend: Blend, source: [T; 4], target: [T; 4]) -> [T; 4]
+where
+    T: Copy + From<f32> + Add<Output = T> + Sub<Output = T> + Mul<Output = T>,
+{
     match blend {
         Blend::Replace => source,
         Blend::PremultipliedOver => {
-            let transmittance = 1.0 - source[3];
+            let transmittance = T::from(1.0_f32) - source[3];
             std::array::from_fn(|k| source[k] + target[k] * transmittance)
         }
         Blend::Add => std::array::from_fn(|k| source[k] + target[k]),

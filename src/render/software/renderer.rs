@@ -324,7 +324,7 @@ fn outputs_of(earlier: &[(PassImage, u32, u32)]) -> Vec<Result<Arc<Texels<'_>>, 
 ///
 /// # Errors
 /// A stage that was stopped at a loop limit: the image is incomplete.
-fn check_loop_limits<R: Real>(pass: &Pass, bound: &[BoundStages<'_, R>]) -> Result<(), RenderError> {
+pub(super) fn check_loop_limits<R: Real>(pass: &Pass, bound: &[BoundStages<'_, R>]) -> Result<(), RenderError> {
     for (draw, bound) in pass.draws.iter().zip(bound) {
         for (stage, was_stopped) in [("vertex", bound.vertex.hit_loop_limit()), ("fragment", bound.fragment.hit_loop_limit())] {
             if was_stopped {

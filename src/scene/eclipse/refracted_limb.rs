@@ -1,12 +1,14 @@
 //! The refracted limb: the Sun's refracted image in the atmosphere of a body in front of the Sun, at the body's limb.
 //!
 //! In: the placed bodies. Out: the decision for each body with a refracting atmosphere, and a [`RefractedLimb`] for each that is drawn. The camera must be
-//! outside the atmosphere. The air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore that
-//! model gives a point in the shadow the light of the refracted limb that a camera at this point sees. Below the top of the atmosphere only the
-//! refracted limb shows the Sun: the part of the Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths
-//! are in the body's equatorial radii. On small discs the light fades, because a body drawn as a point shows no refracted limb.
-//! shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: other bodies that hide the Sun from the limb, and the Sun's albedo
-//! map. A *reduced* bending angle is the shift of the Sun's image that a bending angle causes (`refraction::shift_per_bending`).
+//! outside the atmosphere. The air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore that model
+//! gives a point in the shadow the light of the refracted limb that a camera at this point sees. Below the top of the atmosphere only the refracted limb shows
+//! the Sun: the part of the Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths are in the body's
+//! equatorial radii; the shader takes heights for those of the unit-sphere frame, as that of all air does. So the layers of a flattened body are lower at its
+//! poles by the flattening: 10 % on Saturn, where layers that follow gravity would be a quarter lower. On small discs the light fades, because a body drawn as
+//! a point shows no refracted limb. shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: other bodies that hide the Sun from
+//! the limb, the Sun's albedo map, and that air bends light more at the poles (on Saturn by a fifth), where it is thinner and the limb less curved along the
+//! ray. A *reduced* bending angle is the shift of the Sun's image that a bending angle causes (`refraction::shift_per_bending`).
 
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};

@@ -52,22 +52,20 @@ fn possible_meshes(body: &Body) -> Vec<Option<MeshFlags>> {
 /// and thin crescent.
 fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
+    let has_rings = Capabilities::of(body).has_rings;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
         let with_overlays = move |overlays| {
-            // Ring-shine, detail, limb profile and thin crescent, in this order. `globe_features` combines neither limb profile and thin crescent with each
-            // other nor one of them with detail. In the built-in catalog no body with rings has detail or a limb profile.
-            let combinations = [
-                (false, false, false, false),
-                (true, false, false, false),
-                (false, true, false, false),
-                (false, false, true, false),
-                (false, false, false, true),
-                (true, false, false, true),
-            ];
+            // Detail, limb profile and thin crescent, in this order. `globe_features` combines neither limb profile and thin crescent with each other nor one
+            // of them with detail. Ring-shine occurs with each: a file of the user's may give relief to a body with rings, or rings to the Moon.
+            let shapes = [(false, false, false), (true, false, false), (false, true, false), (false, false, true)];
+            let combinations: Vec<_> = [false, true][..if has_rings { 2 } else { 1 }]
+                .iter()
+                .flat_map(|ring_shine| shapes.map(|(detail, limb_heights, crescent)| (*ring_shine, detail, limb_heights, crescent)))
+                .collect();
             // Whether the body's custom surface is drawn; 0 is the number of no such surface.
             let custom = [false, true].into_iter().filter(|custom| !custom || body.custom_surface > 0);
             custom.flat_map(move |custom_surface| {
-                combinations.map(|(ring_shine, detail, limb_heights, thin_crescent)| {
+                combinations.clone().into_iter().map(move |(ring_shine, detail, limb_heights, thin_crescent)| {
                     let base = FeatureSelection { overlays, custom_surface, mesh, ..chosen };
                     FeatureSelection { ring_shine, detail, limb_heights, thin_crescent, ..base }.globe_features(body, view)
                 })
@@ -163,7 +161,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::draw::features::{Shape, Surface};
+    use crate::scene::draw::features::{Detail, Shape, Surface};
 
     /// An eclipse changes only the eclipse features of a draw and, under an atmosphere, the number of lights, which it can only increase.
     #[test]
@@ -210,6 +208,27 @@ mod tests {
         // A flag of a mesh on a draw of a sphere is impossible.
         let with_mesh_flag = DrawFeatures { flags: MeshFlags { two_sided: true, ..MeshFlags::default() }, ..features };
         assert!(!all.contains(&with_mesh_flag));
+    }
+
+    /// Saturn with relief and the Moon with a ring, which only a file of the user's has.
+    #[test]
+    fn ring_shine_is_possible_with_detail_and_a_limb_profile() {
+        let relief = "[[body]]\nid = 699\ninvented_relief = \"hills\"\n";
+        let ring = "[[ring]]\nbody = \"Moon\"\nname = \"X\"\ninner_km = 3e3\nouter_km = 5e3\ntau_normal = 1.0\n";
+        let catalog = Catalog::with_files(&[("mine.toml".into(), format!("{relief}{ring}"))]).expect("a valid catalog");
+        let all = possible_features(&catalog);
+        let (mut with_detail, mut with_profile) = (0, 0);
+        for body in [699, 301].map(|id| catalog.body(crate::catalog::NaifId(id)).expect("in the catalog")) {
+            for bits in 0..16_u8 {
+                let [ring_shine, detail, limb_heights, thin_crescent] = [0, 1, 2, 3].map(|k| bits >> k & 1 == 1);
+                let chosen = FeatureSelection { ring_shine, detail, limb_heights, thin_crescent, ..FeatureSelection::default() };
+                let features = chosen.globe_features(body, PixelView::Final);
+                assert!(all.binary_search(&features).is_ok(), "{}: {features:?}", body.name);
+                with_detail += usize::from(features.ring_shine && features.detail == Detail::Hills);
+                with_profile += usize::from(features.ring_shine && features.limb_heights);
+            }
+        }
+        assert!(with_detail > 0 && with_profile > 0, "{with_detail} {with_profile}");
     }
 
     #[test]

@@ -6,7 +6,7 @@
 use crate::catalog::Catalog;
 use crate::scene::error::SceneError;
 use crate::scene::request::view_request::{Axes, EYE_HEIGHT_KM, Look, Position, Up, ViewRequest};
-use crate::wording::{echo, json_error_text, suggestion_or_list};
+use crate::wording::{echo, json_error_text, suggestion_or_list, without_byte_order_mark};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -137,7 +137,7 @@ pub fn up_by_name(name: &str) -> Result<Up, SceneError> {
 impl CameraFile {
     /// Reads the JSON text; `file` names it in errors.
     pub fn parse(file: &str, text: &str) -> Result<Self, SceneError> {
-        let object: Object<Self> = serde_json::from_str(text).map_err(|e| {
+        let object: Object<Self> = serde_json::from_str(without_byte_order_mark(text)).map_err(|e| {
             let (line, column) = (e.line().max(1), e.column().max(1));
             SceneError::Request(format!("{file}:{line}:{column}: {}", echo(&json_error_text(&e))))
         })?;
@@ -191,6 +191,17 @@ impl CameraFile {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_byte_order_mark_is_no_part_of_the_file() {
+        let why = |text: &str| CameraFile::parse("a.json", text).expect_err("no camera").to_string();
+        assert_eq!(why("\u{feff}{\n\"positions\": 1}"), why("{\n\"positions\": 1}"));
+        let text = r#"{"position": {"body": "Mars", "radii": [3, 0, 0]}, "look": {"at": "Mars"}}"#;
+        for start in ["", "\u{feff}"] {
+            let camera = CameraFile::parse("a.json", &format!("{start}{text}")).unwrap_or_else(|e| panic!("{start:?}: {e}"));
+            assert_eq!(camera.position.0.radii, Some([3.0, 0.0, 0.0]));
+        }
+    }
 
     #[test]
     fn a_direction_of_any_length_but_zero_can_be_normalised() {

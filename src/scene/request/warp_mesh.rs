@@ -6,6 +6,7 @@
 //! brightness, 0 to 1, and negative where nothing is drawn. Always: all cells that are drawn are convex and have the same orientation, so that no fold
 //! lights a part of the screen twice; in a polar mesh the last column is joined to the first. Not supported: the binary form.
 
+use crate::wording::without_byte_order_mark;
 use glam::DVec2;
 
 /// Maximum number of nodes of a mesh.
@@ -56,6 +57,7 @@ impl WarpMesh {
     /// The first invalid line.
     pub fn parse(file: &str, text: &str) -> Result<Self, WarpError> {
         let error_at = |line: usize, what: String| WarpError { file: file.to_owned(), line, what };
+        let text = without_byte_order_mark(text);
         let mut lines = text.lines().enumerate().map(|(k, l)| (k + 1, l.trim())).filter(|(_, l)| !l.is_empty());
         let last_line = text.lines().count().max(1);
         let (line, kind) =
@@ -256,6 +258,7 @@ mod tests {
         }
         // Mirrored meshes, as used for rear projection, are not folds.
         assert!(WarpMesh::parse("m", &text(5, 4, |x, y| (-x, y))).is_ok());
+        assert!(WarpMesh::parse("m", &format!("\u{feff}{}", text(5, 4, |x, y| (x, y)))).is_ok(), "a byte order mark does not count");
     }
 
     /// Four nodes on each of two circles. The rectangular mesh lacks the cell between the last column and the first: three cells of six indices, not four.

@@ -1,7 +1,9 @@
 //! Resolves pointers to places, and loads and stores the values at these places. A place is either scalars of the environment (`Lowerer::env`, the current
 //! values of all shader variables) or bytes of the uniform block. An index is constant, or dynamic: known only when the shader runs.
 //!
-//! Always: a load with an index out of range reads the last element; a store with a dynamic index out of range has no effect.
+//! Always: an index out of range counts as that of the last element, also a negative one, for loads and for stores. So does naga's bounds check `Restrict`,
+//! with which wgpu compiles for Vulkan, Metal and Direct3D. naga refuses modules with a constant index out of range; an index that only the lowering knows (the
+//! counter of an unrolled loop) is treated as a dynamic one.
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
@@ -179,8 +181,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Stores scalars in the lanes (shader invocations) where `cond` holds; `base` and `indices` as in [`Lowerer::load_local`]. An index out of range stores
-    /// nothing.
+    /// Stores scalars in the lanes (shader invocations) where `cond` holds; `base` and `indices` as in [`Lowerer::load_local`]. An index out of range stores to
+    /// the last element.
     fn store_local(&mut self, base: usize, indices: &[DynamicIndex], values: &[SsaValue], cond: SsaValue) {
         let Some((index, rest)) = indices.split_first() else {
             for (k, v) in values.iter().enumerate() {
@@ -190,7 +192,11 @@ impl Lowerer<'_> {
         };
         for k in 0..index.count {
             let position = self.builder.int(k);
-            let is_selected = self.builder.binary(Op::IEq, index.value, position);
+            let is_selected = if k + 1 == index.count {
+                self.builder.binary(Op::ULe, position, index.value)
+            } else {
+                self.builder.binary(Op::IEq, index.value, position)
+            };
             let is_stored = self.builder.binary(Op::And, cond, is_selected);
             self.store_local(base + k as usize * index.stride, rest, values, is_stored);
         }

@@ -17,8 +17,7 @@ pub struct DynamicIndex {
 #[derive(Clone, Debug)]
 pub enum Place {
     /// Scalars of the environment (`Lowerer::env`: the current values of all variables in scope), as many as `inner` has. Position of
-    /// the first in `env`: `base` plus the sum of each index times its stride. A load with an index out of range reads the last element; a store with an index
-    /// out of range has no effect.
+    /// the first in `env`: `base` plus the sum of each index times its stride. An index out of range counts as that of the last element.
     Variable { base: usize, indices: Vec<DynamicIndex>, inner: TypeInner },
     /// The uniform block from byte `byte_offset` plus `word_offset` words of 4 bytes. The word offset is computed from dynamic indices, each already
     /// clamped to the last element; `None` if there are none.
