@@ -103,7 +103,8 @@ fn main() {
     for [a, b, c] in &faces {
         let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
     }
-    let catalog = "[[body]]\nid = 401 # Phobos\n[body.mesh]\nfile = \"lumpy.obj\"\ninvented = \"lumps and craters by chance; nothing of it is Phobos but its size\"\n";
+    let catalog = "[[body]]\nid = 401 # Phobos\n[body.mesh]\nfile = \"lumpy.obj\"\n\
+                   invented = \"lumps and craters by chance; nothing of it is Phobos but its size\"\n";
     let write = |name: &str, text: &str| std::fs::write(std::path::Path::new(&folder).join(name), text);
     if let Err(e) = std::fs::create_dir_all(&folder).and_then(|()| write("lumpy.obj", &text)).and_then(|()| write("lumpy.toml", catalog)) {
         eprintln!("{folder}: {e}");

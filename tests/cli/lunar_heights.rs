@@ -40,7 +40,8 @@ fn limb_profile_contacts_are_listed_beside_mean_limb_contacts() {
     let sixteen_bit = write_file(folder.path(), "sixteen.png", &grey_png(png::BitDepth::Sixteen, 72, 36, &zero_heights));
     let eight_bit = write_file(folder.path(), "eight.png", &grey_png(png::BitDepth::Eight, 72, 36, &[51; 72 * 36]));
     write_file(folder.path(), "ldem.img", &[0; 72 * 36 * 2]);
-    let label = "^IMAGE = \"LDEM.IMG\"\nLINES = 36\nLINE_SAMPLES = 72\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\nOFFSET = 1737400.\n";
+    let label = "^IMAGE = \"LDEM.IMG\"\nLINES = 36\nLINE_SAMPLES = 72\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\n\
+                 UNIT = METER\nSCALING_FACTOR = 0.5\nOFFSET = 1737400.\n";
     let label = write_file(folder.path(), "ldem.lbl", label.as_bytes());
     let image = folder.path().join("ldem.img");
     let formats = [sixteen_bit, format!("{eight_bit},-2,8"), label, image.to_str().expect("a plain name").to_owned()];

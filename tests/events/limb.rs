@@ -190,7 +190,8 @@ fn level_ground_shifts_contacts_like_a_larger_moon() {
 fn the_rendered_sun_goes_dark_with_the_last_bead() {
     let folder = tempfile::tempdir().expect("a folder");
     let label = format!(
-        "PDS_VERSION_ID = \"PDS3\"\n^IMAGE = \"MADE.IMG\"\nLINES = {ROWS}\nLINE_SAMPLES = {COLUMNS}\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\n\
+        "PDS_VERSION_ID = \"PDS3\"\n^IMAGE = \"MADE.IMG\"\nLINES = {ROWS}\nLINE_SAMPLES = {COLUMNS}\n\
+         SAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\n\
          OFFSET = 1737400.\nWESTERNMOST_LONGITUDE = 0.0\n"
     );
     std::fs::write(folder.path().join("MADE.LBL"), label).expect("written");

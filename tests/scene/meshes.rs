@@ -147,15 +147,20 @@ fn decision(scene: &Scene, effect: &str) -> (bool, String) {
     (found.on, found.reason.to_string())
 }
 
+/// From the body's centre to the camera.
+fn camera_distance_km() -> f64 {
+    4.0 * radii_km().x
+}
+
 /// A viewpoint above longitude 0, in the body's axes.
 fn above_prime_meridian_km() -> DVec3 {
-    4.0 * radii_km().x * DVec3::X
+    camera_distance_km() * DVec3::X
 }
 
 /// Viewpoints above longitude 0, above the map's seam at longitude 180, above a pole, and between axes. In the body's axes, km.
 fn viewpoints_km() -> [DVec3; 4] {
-    let distance_km = 4.0 * radii_km().x;
-    [DVec3::X, DVec3::new(-1.0, 0.05, 0.2), DVec3::new(0.02, 0.01, 1.0), DVec3::new(0.5, -0.6, -0.6)].map(|d| distance_km * d.normalize())
+    [DVec3::X, DVec3::new(-1.0, 0.05, 0.2), DVec3::new(0.02, 0.01, 1.0), DVec3::new(0.5, -0.6, -0.6)]
+        .map(|direction| camera_distance_km() * direction.normalize())
 }
 
 #[test]
@@ -304,7 +309,7 @@ fn a_mesh_decision_is_explained_and_a_far_mesh_is_a_point() {
     let demanded = UserMesh::request("+mesh", PixelView::Final, above_prime_meridian_km());
     let scene = Scene::build(user_mesh.session.catalog(), user_mesh.session.ephemeris(), &demanded).expect("a scene");
     assert_eq!(decision(&scene, "mesh"), (false, "shape.obj was not loaded: drawn as its ellipsoid".into()));
-    // The camera is on the side away from Mars: Mars would hide the point.
+    // The camera is on the side away from Mars. On the other side, Mars would hide the point.
     let (scene, _) = user_mesh.draw("", PixelView::Final, DVec3::NEG_X * 2e4);
     assert!(scene.draws.iter().all(|d| d.body != PHOBOS) && scene.points.iter().any(|p| p.body == PHOBOS));
     // A body without a mesh reports that.
@@ -350,7 +355,7 @@ fn the_shadow_of_a_part_on_the_mesh_is_right_to_within_one_triangle_edge() {
         let (lat, lon) = (p.lat_centric_deg.to_radians(), p.lon_east_deg.to_radians());
         DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
     };
-    let viewpoint_km = 4.0 * radii_km().x * (sun + 0.6 * sun.any_orthonormal_vector()).normalize();
+    let viewpoint_km = camera_distance_km() * (sun + 0.6 * sun.any_orthonormal_vector()).normalize();
     // A ball of 8 km in radius with triangles of 2 degrees. Between it and the Sun is a ball of 2 km, whose shadow falls beside the middle.
     let (large_km, small_km, columns) = (8.0, 2.0, 180);
     let small_centre_km = 14.0 * sun + 3.0 * sun.any_orthonormal_vector();
