@@ -1,23 +1,22 @@
-//! Writes an invented shape for Phobos, with lumps and craters, and the catalog file that uses it.
+//! Writes an invented shape for Phobos, with lumps and craters, and the catalog file that makes Orrery draw it.
 //!
 //!     cargo run --release --example lumpy_moon -- FOLDER
 //!     orrery render --catalogs FOLDER --target phobos -o phobos.png
 //!
-//! The shape is not that of Phobos; it only shows what the files of a shape model contain. It has 82 000 triangles (6 MB).
+//! The shape is not that of Phobos. The example only shows what the files of a shape model contain. The shape has 82 000 triangles (6 MB).
 
 use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
-/// Each edge of the icosahedron is halved this many times.
+/// How often each edge of the icosahedron is halved.
 const HALVINGS: u32 = 6;
 /// Semi-axes of Phobos' ellipsoid, as in the catalog.
 const RADII_KM: DVec3 = DVec3::new(13.0, 11.4, 9.1);
-/// Number of craters.
-const CRATERS: usize = 240;
+const CRATER_COUNT: usize = 240;
 
-/// Vertices on the unit sphere, and triangles, counter-clockwise seen from outside.
+/// An icosahedron, subdivided: vertices on the unit sphere, and triangles, counter-clockwise seen from outside.
 fn icosphere() -> (Vec<DVec3>, Vec<[usize; 3]>) {
     let golden_ratio = f64::midpoint(1.0, 5.0_f64.sqrt());
     let mut vertices = Vec::new();
@@ -52,28 +51,28 @@ fn icosphere() -> (Vec<DVec3>, Vec<[usize; 3]>) {
     (vertices, faces)
 }
 
-/// A generator of uniform numbers from 0 to 1, the same in each run.
+/// A generator of uniform random numbers from 0 to 1, the same in each run.
 struct Random(u64);
 
 impl Random {
     fn uniform(&mut self) -> f64 {
-        // Knuth's multiplier; the upper bits have the better quality.
+        // Multiplier and increment are Knuth's (MMIX). The lower bits are less random, so they are dropped.
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
     fn direction(&mut self) -> DVec3 {
         let (z, longitude) = (2.0 * self.uniform() - 1.0, TAU * self.uniform());
-        let r = (1.0 - z * z).sqrt();
-        DVec3::new(r * longitude.cos(), r * longitude.sin(), z)
+        let cos_latitude = (1.0 - z * z).sqrt();
+        DVec3::new(cos_latitude * longitude.cos(), cos_latitude * longitude.sin(), z)
     }
 }
 
-/// Height of a crater's profile (negative in the bowl, positive at the rim), in crater radii, at `x` radii from its centre: a parabolic bowl 0.24 radii deep,
-/// and a rim 0.06 radii high.
-fn crater_profile(x: f64) -> f64 {
-    let bowl = if x < 1.0 { 0.24 * (x * x - 1.0) } else { 0.0 };
-    bowl + 0.06 * (-((x - 1.0) / 0.25).powi(2)).exp()
+/// The height of a crater at a distance from its centre, both in crater radii. The crater is a parabolic bowl 0.24 radii deep (negative heights), with a rim
+/// 0.06 radii high.
+fn crater_height(distance: f64) -> f64 {
+    let bowl = if distance < 1.0 { 0.24 * (distance * distance - 1.0) } else { 0.0 };
+    bowl + 0.06 * (-((distance - 1.0) / 0.25).powi(2)).exp()
 }
 
 fn main() {
@@ -83,17 +82,17 @@ fn main() {
     };
     let (directions, faces) = icosphere();
     let mut random = Random(2024);
-    // Wave vector, phase (radians), amplitude: shorter waves are lower. All numbers are invented.
+    // Wave vector, phase in radians, amplitude: shorter waves are lower. All numbers are invented.
     let waves: Vec<(DVec3, f64, f64)> = (0..24)
         .map(|k| (random.direction() * (2.0 + 0.4 * f64::from(k)), random.uniform() * TAU, 0.05 / (1.0 + 0.25 * f64::from(k))))
         .collect();
-    // Centre, and radius relative to the body's. The number of craters larger than r is proportional to 1 / r², so that most are small.
-    let craters: Vec<(DVec3, f64)> = (0..CRATERS).map(|_| (random.direction(), 0.035 / random.uniform().max(0.006).sqrt())).collect();
+    // The centre's direction, and the radius relative to the body's. The number of craters larger than r is proportional to 1 / r²: most are small.
+    let craters: Vec<(DVec3, f64)> = (0..CRATER_COUNT).map(|_| (random.direction(), 0.035 / random.uniform().max(0.006).sqrt())).collect();
     // Distance of the surface from the centre in a direction, relative to that of the ellipsoid.
     let relative_radius = |direction: DVec3| {
         let lumps: f64 = waves.iter().map(|(wave_vector, phase, amplitude)| amplitude * (wave_vector.dot(direction) + phase).sin()).sum();
         let crater_heights: f64 =
-            craters.iter().map(|(centre, radius)| radius * crater_profile((direction - *centre).length() / radius)).sum();
+            craters.iter().map(|(centre, radius)| radius * crater_height((direction - *centre).length() / radius)).sum();
         1.0 + lumps + crater_heights
     };
     let mut text = String::from("# An invented shape, kilometres, body axes: x through the prime meridian, z the pole.\n");
@@ -104,7 +103,8 @@ fn main() {
     for [a, b, c] in &faces {
         let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);
     }
-    let catalog = "[[body]]\nid = 401 # Phobos\n[body.mesh]\nfile = \"lumpy.obj\"\ninvented = \"lumps and craters by chance; nothing of it is Phobos but its size\"\n";
+    let catalog = "[[body]]\nid = 401 # Phobos\n[body.mesh]\nfile = \"lumpy.obj\"\n\
+                   invented = \"lumps and craters by chance; nothing of it is Phobos but its size\"\n";
     let write = |name: &str, text: &str| std::fs::write(std::path::Path::new(&folder).join(name), text);
     if let Err(e) = std::fs::create_dir_all(&folder).and_then(|()| write("lumpy.obj", &text)).and_then(|()| write("lumpy.toml", catalog)) {
         eprintln!("{folder}: {e}");

@@ -1,6 +1,6 @@
-//! Vectors of f32 in registers, for the shader by hand: eight lanes with AVX2 and FMA, sixteen with AVX-512. x86-64 only.
+//! Vectors of f32 for the hand-written shader: eight lanes with AVX2 and FMA, sixteen with AVX-512. x86-64 only.
 //!
-//! Both modules export the same names, so that `by_hand.rs` has one text for both. Always: a mask has a lane for each lane of a vector.
+//! Both modules export the same names, so that the macro in `by_hand.rs` writes the shader for both. A mask has one truth value per lane.
 
 macro_rules! two_operands {
     ($features:literal, $vector:ty, $($name:ident = $intrinsic:ident),*) => { $(
@@ -33,17 +33,17 @@ pub mod avx2 {
     pub fn splat(x: f32) -> Vector {
         _mm256_set1_ps(x)
     }
-    /// a b + c
+    /// `a` times `b` plus `c`.
     #[target_feature(enable = "avx2,fma")]
     pub fn fma(a: Vector, b: Vector, c: Vector) -> Vector {
         _mm256_fmadd_ps(a, b, c)
     }
-    /// a b - c
+    /// `a` times `b` minus `c`.
     #[target_feature(enable = "avx2,fma")]
     pub fn fma_minus(a: Vector, b: Vector, c: Vector) -> Vector {
         _mm256_fmsub_ps(a, b, c)
     }
-    /// c - a b
+    /// `c` minus `a` times `b`.
     #[target_feature(enable = "avx2,fma")]
     pub fn minus_product(a: Vector, b: Vector, c: Vector) -> Vector {
         _mm256_fnmadd_ps(a, b, c)
@@ -61,13 +61,13 @@ pub mod avx2 {
     pub fn round(a: Vector) -> Vector {
         _mm256_round_ps::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(a)
     }
-    /// a 2^n for whole n from -126 to 127.
+    /// `a` times 2^n. `n` is whole, from -126 to 127.
     #[target_feature(enable = "avx2,fma")]
     pub fn scale_by_power(a: Vector, n: Vector) -> Vector {
         let power = _mm256_slli_epi32::<23>(_mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127)));
         _mm256_mul_ps(a, _mm256_castsi256_ps(power))
     }
-    /// a < b
+    /// Where `a` is less than `b`.
     #[target_feature(enable = "avx2,fma")]
     pub fn less(a: Vector, b: Vector) -> Mask {
         _mm256_cmp_ps::<_CMP_LT_OQ>(a, b)
@@ -77,7 +77,7 @@ pub mod avx2 {
     pub fn select(no: Vector, yes: Vector, mask: Mask) -> Vector {
         _mm256_blendv_ps(no, yes, mask)
     }
-    /// Whether the mask is set in a lane.
+    /// Whether the mask is set in at least one lane.
     #[target_feature(enable = "avx2,fma")]
     pub fn any(mask: Mask) -> bool {
         _mm256_movemask_ps(mask) != 0
@@ -90,28 +90,28 @@ pub mod avx2 {
     pub fn neg(a: Vector) -> Vector {
         _mm256_xor_ps(splat(-0.0), a)
     }
-    /// `a`, whose sign bit is 0, with the sign of `b`.
+    /// `a` with the sign of `b`. The sign bit of `a` must be 0.
     #[target_feature(enable = "avx2,fma")]
     pub fn with_sign(a: Vector, b: Vector) -> Vector {
         _mm256_or_ps(a, _mm256_and_ps(b, splat(-0.0)))
     }
     #[target_feature(enable = "avx2,fma")]
     pub fn load(values: &[f32; LANES]) -> Vector {
-        // SAFETY: the array has as many numbers as the vector.
+        // SAFETY: the array has as many numbers as the vector has lanes.
         unsafe { _mm256_loadu_ps(values.as_ptr()) }
     }
     #[target_feature(enable = "avx2,fma")]
     pub fn store(a: Vector) -> [f32; LANES] {
         let mut values = [0.0; LANES];
-        // SAFETY: the array has as many numbers as the vector.
+        // SAFETY: the array has as many numbers as the vector has lanes.
         unsafe { _mm256_storeu_ps(values.as_mut_ptr(), a) };
         values
     }
-    /// Rounded to whole numbers.
+    /// The lanes, rounded to whole numbers, ties to even.
     #[target_feature(enable = "avx2,fma")]
     pub fn store_i32(a: Vector) -> [i32; LANES] {
         let mut values = [0; LANES];
-        // SAFETY: the array has as many numbers as the vector.
+        // SAFETY: the array has as many numbers as the vector has lanes.
         unsafe { _mm256_storeu_si256(values.as_mut_ptr().cast(), _mm256_cvtps_epi32(a)) };
         values
     }
@@ -141,17 +141,17 @@ pub mod avx512 {
     pub fn splat(x: f32) -> Vector {
         _mm512_set1_ps(x)
     }
-    /// a b + c
+    /// `a` times `b` plus `c`.
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn fma(a: Vector, b: Vector, c: Vector) -> Vector {
         _mm512_fmadd_ps(a, b, c)
     }
-    /// a b - c
+    /// `a` times `b` minus `c`.
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn fma_minus(a: Vector, b: Vector, c: Vector) -> Vector {
         _mm512_fmsub_ps(a, b, c)
     }
-    /// c - a b
+    /// `c` minus `a` times `b`.
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn minus_product(a: Vector, b: Vector, c: Vector) -> Vector {
         _mm512_fnmadd_ps(a, b, c)
@@ -169,12 +169,12 @@ pub mod avx512 {
     pub fn round(a: Vector) -> Vector {
         _mm512_roundscale_ps::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(a)
     }
-    /// a 2^n for whole n.
+    /// `a` times 2^n. `n` is whole.
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn scale_by_power(a: Vector, n: Vector) -> Vector {
         _mm512_scalef_ps(a, n)
     }
-    /// a < b
+    /// Where `a` is less than `b`.
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn less(a: Vector, b: Vector) -> Mask {
         _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b)
@@ -184,7 +184,7 @@ pub mod avx512 {
     pub fn select(no: Vector, yes: Vector, mask: Mask) -> Vector {
         _mm512_mask_blend_ps(mask, no, yes)
     }
-    /// Whether the mask is set in a lane.
+    /// Whether the mask is set in at least one lane.
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn any(mask: Mask) -> bool {
         mask != 0
@@ -197,28 +197,28 @@ pub mod avx512 {
     pub fn neg(a: Vector) -> Vector {
         _mm512_xor_ps(splat(-0.0), a)
     }
-    /// `a`, whose sign bit is 0, with the sign of `b`.
+    /// `a` with the sign of `b`. The sign bit of `a` must be 0.
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn with_sign(a: Vector, b: Vector) -> Vector {
         _mm512_or_ps(a, _mm512_and_ps(b, splat(-0.0)))
     }
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn load(values: &[f32; LANES]) -> Vector {
-        // SAFETY: the array has as many numbers as the vector.
+        // SAFETY: the array has as many numbers as the vector has lanes.
         unsafe { _mm512_loadu_ps(values.as_ptr()) }
     }
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn store(a: Vector) -> [f32; LANES] {
         let mut values = [0.0; LANES];
-        // SAFETY: the array has as many numbers as the vector.
+        // SAFETY: the array has as many numbers as the vector has lanes.
         unsafe { _mm512_storeu_ps(values.as_mut_ptr(), a) };
         values
     }
-    /// Rounded to whole numbers.
+    /// The lanes, rounded to whole numbers, ties to even.
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn store_i32(a: Vector) -> [i32; LANES] {
         let mut values = [0; LANES];
-        // SAFETY: the array has as many numbers as the vector.
+        // SAFETY: the array has as many numbers as the vector has lanes.
         unsafe { _mm512_storeu_si512(values.as_mut_ptr().cast(), _mm512_cvtps_epi32(a)) };
         values
     }

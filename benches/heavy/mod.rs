@@ -1,4 +1,5 @@
-//! The heavy fragment shader (heavy.wgsl) as a plan for the software renderer. In: the image's width and height in pixels. Out: plan and module, ready to run.
+//! The heavy fragment shader (heavy.wgsl) as a plan for the software renderer. In: the side of the square image in pixels. Out: plan and module, ready to run.
+//! Also a plan of the tone map, and functions that measure time.
 
 #[cfg(target_arch = "x86_64")]
 pub mod lanes;
@@ -21,14 +22,14 @@ pub const WGSL: &str = include_str!("heavy.wgsl");
 /// air. Lengths are in body radii.
 pub const UNIFORMS: [[f32; 4]; 3] = [[0.6, 0.3, 0.741_62, 0.0], [9.0, 4.6, 11.3, 0.9], [0.01, 6.0, 13.0, 30.0]];
 
-/// A map with detail at every scale, 1024 x 512, sRGB.
+/// A map of 1024 x 512 texels, sRGB: gradients in red and green, noise in blue.
 pub fn map() -> Texture {
     let (width, height) = (1024u32, 512u32);
     let mut rgba = Vec::new();
     for y in 0..height {
         for x in 0..width {
-            let mixed = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35) >> 24;
-            rgba.extend([(x >> 2) as u8, (y >> 1) as u8, mixed as u8, 255]);
+            let noise = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35) >> 24;
+            rgba.extend([(x >> 2) as u8, (y >> 1) as u8, noise as u8, 255]);
         }
     }
     Texture::from_rgba8(width, height, rgba, TexelFormat::Rgba8Srgb).expect("a texture of this size")
@@ -65,8 +66,8 @@ pub fn simple_module(name: &'static str) -> SingleModule {
     SingleModule(Arc::new(ShaderModule::build(&ModuleId::Simple(name), &lowering()).expect("a simple module builds")))
 }
 
-/// Plan of one pass of `size` x `size` pixels that the heavy shader fills.
-pub fn plan(size: u32) -> Plan {
+/// Plan of one pass in which the heavy shader fills an image of `side_px` x `side_px` pixels.
+pub fn plan(side_px: u32) -> Plan {
     let uniform_bytes = UNIFORMS.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
     let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
     let draw = PlanDraw {
@@ -82,13 +83,13 @@ pub fn plan(size: u32) -> Plan {
         shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
         depth: DepthState { test: false, write: false },
-        scissor: [0, 0, size, size],
+        scissor: [0, 0, side_px, side_px],
         extent: None,
     };
     let pass = Pass {
         name: "heavy",
-        width: size,
-        height: size,
+        width: side_px,
+        height: side_px,
         format: ColourFormat::Hdr,
         samples: 1,
         clear: [0.0; 4],
@@ -98,16 +99,17 @@ pub fn plan(size: u32) -> Plan {
     Plan { passes: vec![pass] }
 }
 
-/// Plan of the tone map over an image with values up to ten times white, `size` x `size`.
-pub fn tone_map_plan(size: u32) -> Plan {
+/// Plan of the tone map of an image of `side_px` x `side_px` pixels with values up to ten times white.
+pub fn tone_map_plan(side_px: u32) -> Plan {
     let mut bytes = Vec::new();
-    for k in 0..size * size {
-        let value = |n: u32| (k.wrapping_mul(n) >> 8) as f32 / (1 << 24) as f32;
+    for k in 0..side_px * side_px {
+        // A value from 0 to 1.
+        let value = |factor: u32| (k.wrapping_mul(factor) >> 8) as f32 / (1 << 24) as f32;
         let pixel = [value(0x9e37_79b9), 10.0 * value(0x85eb_ca6b).powi(3), value(0xc2b2_ae35).powi(2), 1.0];
         bytes.extend(pixel.iter().flat_map(|v| v.to_le_bytes()));
     }
-    let hdr = Texture { format: TexelFormat::Rgba32Float, levels: vec![Level::new(size, size, bytes)] };
-    let mut plan = plan(size);
+    let hdr = Texture { format: TexelFormat::Rgba32Float, levels: vec![Level::new(side_px, side_px, bytes)] };
+    let mut plan = plan(side_px);
     let pass = &mut plan.passes[0];
     (pass.name, pass.format) = ("tone map", ColourFormat::Rgba8Unorm);
     let draw = &mut pass.draws[0];

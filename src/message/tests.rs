@@ -11,8 +11,8 @@ fn messages_substitute_their_arguments() {
     assert_eq!(serde_json::to_string(&both).expect("JSON"), "\"it is inside the Sun; at most 1.00e-3 × white (threshold 2)\"");
     let names = reason!("eclipse-penumbra-of", bodies = vec!["Io".to_owned(), "Europa".to_owned()]);
     assert_eq!(names.to_string(), "penumbra of Io, Europa on its lit side");
-    // `reason!` adds `reason-` to the id; `message!` does not.
-    // An unknown id is its own text, and a missing argument its name: a mistake stays readable until the tests find it.
+    // The text of an unknown id is the id, and that of a missing argument is its name: a mistake stays readable until the tests find it. `reason!` adds
+    // `reason-` to the id, `message!` does not.
     assert_eq!(message!("nobody-wrote-this").to_string(), "nobody-wrote-this");
     assert_eq!(message!("reason-of-white", light = 1).to_string(), "1 × white (threshold threshold)");
 }
@@ -20,9 +20,10 @@ fn messages_substitute_their_arguments() {
 #[test]
 fn german_has_its_own_numbers_names_and_times() {
     let german = TextLanguage::German;
-    for (english, text) in [("20 000 km", "20.000 km"), ("0.5 au", "0,5 au"), ("1.00\"", "1,00\""), ("5 km", "5 km"), ("end. 7", "end. 7")]
+    for (english, expected) in
+        [("20 000 km", "20.000 km"), ("0.5 au", "0,5 au"), ("1.00\"", "1,00\""), ("5 km", "5 km"), ("end. 7", "end. 7")]
     {
-        assert_eq!((german.number(english).as_str(), TextLanguage::English.number(english).as_str()), (text, english));
+        assert_eq!((german.number(english).as_str(), TextLanguage::English.number(english).as_str()), (expected, english));
     }
     // The compass point E is O (Osten) in German.
     assert_eq!((german.name("body", "Earth"), german.name("compass", "E"), german.name("body", "Himalia")), ("Erde", "O", "Himalia"));
@@ -37,7 +38,7 @@ fn german_has_its_own_numbers_names_and_times() {
     assert_eq!(message!("reason-lines-shadow-path", body = "Moon", time = Argument::Time("x".into())).to_string().matches('x').count(), 1);
 }
 
-/// After each argument that is a quantity, both languages have its unit; both call the same numbers thresholds.
+/// In both languages each argument that is a quantity is followed by its unit, and the same numbers are called thresholds.
 #[test]
 fn quantities_have_the_same_units_in_both_languages() {
     let units = [
@@ -58,7 +59,7 @@ fn quantities_have_the_same_units_in_both_languages() {
             compared += english.matches(unit).count();
         }
     }
-    assert!(compared > 50, "{compared}");
+    assert!(compared > 50, "only {compared} units");
 }
 
 /// Every text that is drawn into an image exists in both languages. No line of either file chooses between plural forms, because this module cannot evaluate

@@ -1,7 +1,7 @@
 //! Reads a folder of shader fragments that override the built-in fragments.
 //!
-//! In: a folder. Out: its `*.wesl` files that are not hidden, by their paths inside the folder, and when each was changed. Always: every such file
-//! replaces a built-in fragment or is imported by a fragment; any other `*.wesl` file is an error. Not here: checks of the files' contents.
+//! In: a folder. Out: when each of its `*.wesl` files was changed, and their texts by their paths inside the folder. Hidden files are ignored. Always: every
+//! `*.wesl` file replaces a built-in fragment or is imported by a fragment; any other is an error. Not here: checks of the files' contents.
 
 use crate::files::read_text;
 use crate::shader::fragments::{FRAGMENTS, Fragments};
@@ -13,14 +13,14 @@ use std::time::SystemTime;
 /// Time of the last change, and length in bytes, of each file.
 pub type FragmentTimes = BTreeMap<PathBuf, (SystemTime, u64)>;
 
-/// Largest depth of folders in the search; the limit also ends cycles of links.
+/// The search follows this many levels of subfolders. The limit also ends cycles of links.
 const MAX_DEPTH: usize = 8;
-/// Largest number of files.
+/// Largest number of fragment files.
 const MAX_FILES: usize = 2000;
 /// Largest fragment file, bytes; the longest built-in fragment has 14 kB.
 const MAX_FILE_BYTES: u64 = 1 << 20;
 
-/// Why a folder's fragments cannot be used: the file or folder, and what is wrong with it.
+/// Why a folder's fragments cannot be used. Each variant names the file or folder.
 #[derive(Debug, thiserror::Error)]
 pub enum FragmentFolderError {
     /// The system cannot read a file or folder.
@@ -34,7 +34,7 @@ pub enum FragmentFolderError {
     /// There is no such folder.
     #[error("{0}: there is no such folder; `orrery shader export` writes the shader sources into a folder")]
     NoFolder(String),
-    /// The folder has more files than the limit.
+    /// The folder has more fragment files than the limit.
     #[error("{0}: more than {MAX_FILES} *.wesl files")]
     TooMany(String),
     /// The folder has a `.wgsl` fragment of an earlier version.
@@ -89,8 +89,9 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
             } else if metadata.is_file() && is_outdated_fragment(folder, &path) {
                 outdated.get_or_insert(path);
             } else if metadata.is_file() && path.extension().is_some_and(|e| e.eq_ignore_ascii_case("wesl")) {
-                let changed = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
-                found.insert(path, (changed, metadata.len()));
+                // On a file system without times, only the length shows a change.
+                let change_time = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+                found.insert(path, (change_time, metadata.len()));
             }
         }
         if found.len() > MAX_FILES {

@@ -1,8 +1,8 @@
-//! An invented shape model in place of Phobos, for measurements: a bumpy sphere of any number of triangles.
+//! An invented shape model in place of that of Phobos, for measurements: a bumpy sphere. Its number of triangles is chosen.
 //!
-//! In: what the user's session was opened with, and the number of latitude bands. Out: what a session with the model is opened with, and the temporary folder
-//! that contains the model. Always: the session uses the built-in catalog, not the user's catalogs. It has no custom surfaces either, because they may belong
-//! to bodies that only the user's catalogs have.
+//! In: the sources of the user's session, and the number of latitude bands. Out: the sources of a session with the model, and the temporary folder that
+//! contains the model. Always: the session uses the built-in catalog, not the user's catalogs. It has no custom surfaces either, because they may belong to
+//! bodies that only the user's catalogs have.
 
 use super::{SessionError, Sources};
 use crate::catalog::NaifId;
@@ -21,21 +21,21 @@ const RADIUS_KM: f64 = 11.0;
 /// is 0 at the southern pole and `bands`, at least 2, at the northern pole.
 fn bumpy_sphere(bands: u32) -> (String, u32) {
     let columns = 2 * bands;
-    let position = |column: u32, row: u32| {
+    let position_km = |column: u32, row: u32| {
         let (latitude, longitude) = (PI * (f64::from(row) / f64::from(bands) - 0.5), TAU * f64::from(column) / f64::from(columns));
         let direction = DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
-        // Arbitrary waves, -2 to 2. They change the radius by at most 8 %, which is enough for the shape to cast shadows on itself.
+        // Arbitrary waves from -2 to 2. They change the radius by at most 8 %, enough for the shape to cast shadows on itself.
         let bumps = (9.0 * direction.x).sin() * (7.0 * direction.y).sin() + (11.0 * direction.z).sin() * (8.0 * direction.x).cos();
         direction * RADIUS_KM * (1.0 + 0.04 * bumps)
     };
     let mut text = String::new();
-    let mut vertex = |p: DVec3| {
-        let _ = writeln!(text, "v {:.6} {:.6} {:.6}", p.x, p.y, p.z);
+    let mut vertex = |position_km: DVec3| {
+        let _ = writeln!(text, "v {:.6} {:.6} {:.6}", position_km.x, position_km.y, position_km.z);
     };
-    vertex(position(0, 0));
-    (1..bands).for_each(|row| (0..columns).for_each(|column| vertex(position(column, row))));
-    vertex(position(0, bands));
-    // Indices of vertices. OBJ counts from 1; vertex 1 is the southern pole.
+    vertex(position_km(0, 0));
+    (1..bands).for_each(|row| (0..columns).for_each(|column| vertex(position_km(column, row))));
+    vertex(position_km(0, bands));
+    // Indices of vertices, which OBJ counts from 1.
     let inner_vertex = |column: u32, row: u32| 2 + (row - 1) * columns + column % columns;
     let (south_pole, north_pole) = (1, 2 + (bands - 1) * columns);
     let mut triangle_count = 0;
@@ -98,12 +98,12 @@ mod tests {
         let mut edges = std::collections::HashSet::new();
         for [a, b, c] in &faces {
             assert!(
-                [(*a, *b), (*b, *c), (*c, *a)].into_iter().all(|e| edges.insert(e)),
+                [(*a, *b), (*b, *c), (*c, *a)].into_iter().all(|edge| edges.insert(edge)),
                 "two triangles have an edge in the same direction"
             );
             let normal = (vertices[*b] - vertices[*a]).cross(vertices[*c] - vertices[*a]);
-            assert!(normal.dot(vertices[*a]) > 0.0);
+            assert!(normal.dot(vertices[*a]) > 0.0, "a triangle faces inwards");
         }
-        assert!(edges.iter().all(|(a, b)| edges.contains(&(*b, *a))));
+        assert!(edges.iter().all(|(a, b)| edges.contains(&(*b, *a))), "an edge belongs to one triangle only");
     }
 }

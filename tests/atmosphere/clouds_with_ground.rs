@@ -1,5 +1,5 @@
-//! Clouds shaded by the ground's draw against clouds shaded by their own draw, from 1.5 to 9 radii; and the stated reasons where the
-//! ground's draw does not shade them.
+//! Clouds that the ground's draw shades look like clouds that their own draw shades, from 1.5 to 9 radii. Where the ground's draw does not
+//! shade them, the decision states the reason.
 
 use super::air_pass::{self, image, over, view_of_earth};
 use crate::support::session::SESSION;
@@ -10,25 +10,28 @@ use orrery::scene::draw::{AirPass, BodyPart};
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Layers, Quality, ViewRequest};
 
-/// Largest differences in an image: in levels of 255, and the fraction of pixels whose light differs by more than the threshold of a
-/// display. In an eclipse the clouds get the sunlight of the ground below them.
+/// The largest difference that is allowed in an image, in levels of 255.
 const MAX_LEVELS: u8 = 1;
-const MAX_CHANGED: f64 = 1e-4;
-const MAX_CHANGED_IN_ECLIPSE: f64 = 5e-3;
+/// The fraction of pixels whose light may differ by more than the threshold of a display.
+const MAX_CHANGED_FRACTION: f64 = 1e-4;
+/// The same in an eclipse, where clouds that the ground's draw shades get the sunlight of the ground below them.
+const MAX_CHANGED_FRACTION_IN_ECLIPSE: f64 = 5e-3;
 
-fn view(time: &str, place: [f64; 2], radii: f64, quality: Quality) -> ViewRequest {
-    view_of_earth(time, over(place, radii), quality)
+/// `place`: latitude and longitude below the camera, degrees. `distance_radii`: from the Earth's centre.
+fn view(time: &str, place: [f64; 2], distance_radii: f64, quality: Quality) -> ViewRequest {
+    view_of_earth(time, over(place, distance_radii), quality)
 }
 
 /// Whether the ground's draw shades the clouds.
 fn ground_shades_clouds(scene: &Scene) -> bool {
-    let with_clouds = |part| scene.draws.iter().any(|d| d.part == part && d.features.air_pass == AirPass::ReadWithClouds);
-    assert_eq!(with_clouds(BodyPart::Globe), with_clouds(BodyPart::Clouds), "the globe's and the clouds' draw must agree");
-    with_clouds(BodyPart::Globe)
+    let draw_reads_air_with_clouds = |part| scene.draws.iter().any(|d| d.part == part && d.features.air_pass == AirPass::ReadWithClouds);
+    let [globe, clouds] = [BodyPart::Globe, BodyPart::Clouds].map(draw_reads_air_with_clouds);
+    assert_eq!(globe, clouds, "the globe's and the clouds' draw must agree");
+    globe
 }
 
 /// The same scene, with the clouds shaded by their own draw alone.
-fn with_clouds_apart(scene: &Scene) -> Scene {
+fn with_separate_clouds(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     for draw in scene.draws.iter_mut().filter(|d| d.features.air_pass == AirPass::ReadWithClouds) {
         draw.features.air_pass = AirPass::Read;
@@ -38,9 +41,9 @@ fn with_clouds_apart(scene: &Scene) -> Scene {
 
 /// Greatest difference in levels, and the fraction of pixels whose light differs by more than the threshold.
 fn difference(scene: &Scene, other: &Scene) -> (u8, f64) {
-    let (a, b) = (image(scene), image(other));
-    let found = air_pass::difference(&a, &b, scene.exposure.white());
-    (found.levels, found.beyond_threshold as f64 / a.1.len() as f64)
+    let (drawn, other_drawn) = (image(scene), image(other));
+    let found = air_pass::difference(&drawn, &other_drawn, scene.exposure.white());
+    (found.levels, found.beyond_threshold as f64 / drawn.1.len() as f64)
 }
 
 #[test]
@@ -48,7 +51,7 @@ fn clouds_drawn_with_the_ground_look_like_clouds_drawn_by_themselves() {
     let day = "2024-06-08T18:17:16Z";
     let views = [
         ("day", view(day, [20.0, -90.0], 3.0, Quality::Draft)),
-        ("day, all orders", view(day, [20.0, -90.0], 3.0, Quality::Standard)),
+        ("day, all orders of scattering", view(day, [20.0, -90.0], 3.0, Quality::Standard)),
         ("north pole", view(day, [90.0, 0.0], 3.0, Quality::Draft)),
         ("near", view(day, [35.0, -90.0], 1.5, Quality::Standard)),
         ("far", view(day, [20.0, -90.0], 9.0, Quality::Draft)),
@@ -60,28 +63,28 @@ fn clouds_drawn_with_the_ground_look_like_clouds_drawn_by_themselves() {
     for (name, request) in views.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)).map(|(_, view)| view) {
         let scene = SESSION.scene(&request).expect("a scene");
         assert!(ground_shades_clouds(&scene), "{name}");
-        let (levels, changed) = difference(&with_clouds_apart(&scene), &scene);
-        println!("{name}: {levels} levels, {changed:.2e} of the pixels beyond the threshold");
-        let max_changed = if name == "eclipse" { MAX_CHANGED_IN_ECLIPSE } else { MAX_CHANGED };
-        assert!(levels <= MAX_LEVELS && changed < max_changed, "{name}: {levels} levels, {changed:.2e}");
+        let (levels, changed_fraction) = difference(&with_separate_clouds(&scene), &scene);
+        println!("{name}: {levels} levels, {changed_fraction:.2e} of the pixels beyond the threshold");
+        let max_changed_fraction = if name == "eclipse" { MAX_CHANGED_FRACTION_IN_ECLIPSE } else { MAX_CHANGED_FRACTION };
+        assert!(levels <= MAX_LEVELS && changed_fraction < max_changed_fraction, "{name}: {levels} levels, {changed_fraction:.2e}");
     }
 }
 
-/// Negative control: clouds placed on the ground itself are displaced by their parallax.
+/// Negative control: without their height above the ground, clouds lack their parallax, and the comparison detects it.
 #[test]
 fn clouds_at_height_zero_are_detected() {
     let scene = SESSION.scene(&view("2024-06-08T18:17:16Z", [35.0, -90.0], 1.5, Quality::Draft)).expect("a scene");
     assert!(ground_shades_clouds(&scene));
     let mut flat = scene.clone();
     flat.draws.iter_mut().filter(|d| d.part == BodyPart::Globe).for_each(|d| d.uniforms.clouds.radius = 1.0);
-    let (levels, changed) = difference(&scene, &flat);
-    assert!(changed > 10.0 * MAX_CHANGED_IN_ECLIPSE, "{levels} levels, {changed:.2e}");
+    let (levels, changed_fraction) = difference(&scene, &flat);
+    assert!(changed_fraction > 10.0 * MAX_CHANGED_FRACTION_IN_ECLIPSE, "{levels} levels, {changed_fraction:.2e}");
 }
 
 #[test]
 fn clouds_shaded_by_their_own_draw_state_the_reason() {
     let day = view("2024-06-08T18:17:16Z", [20.0, -90.0], 3.0, Quality::Draft);
-    // Part of the reason, and the view.
+    // A part of the reason, and a view.
     let cases = [
         ("lines on the ground", ViewRequest { layers: Layers { grid_body: true, ..day.layers }, ..day.clone() }),
         ("features", ViewRequest { effects: EffectOverrides::parse("-normal").expect("effects"), ..day.clone() }),
@@ -90,11 +93,11 @@ fn clouds_shaded_by_their_own_draw_state_the_reason() {
             ViewRequest { fov_deg: Some(1.0), effects: EffectOverrides::parse("-detail").expect("effects"), ..day.clone() },
         ),
     ];
-    for (why, request) in cases {
+    for (reason_part, request) in cases {
         let scene = SESSION.scene(&request).expect("a scene");
-        assert!(!ground_shades_clouds(&scene), "{why}");
+        assert!(!ground_shades_clouds(&scene), "{reason_part}");
         let decisions = &scene.body(NaifId::EARTH).expect("the Earth").decisions;
         let decision = decisions.iter().find(|d| d.effect == "clouds-with-ground");
-        assert!(decision.is_some_and(|d| !d.on && d.reason.to_string().contains(why)), "{why}: {decision:?}");
+        assert!(decision.is_some_and(|d| !d.on && d.reason.to_string().contains(reason_part)), "{reason_part}: {decision:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! `orrery ephemeris`: rows of tables against single queries; rise, set and twilight against the Sun's altitude at those instants; error
+//! `orrery ephemeris`: rows of tables equal single queries; at rise, set and twilight the Sun has the altitude that defines them; error
 //! messages.
 
 use serde_json::Value;
@@ -8,6 +8,7 @@ fn orrery(args: &[&str]) -> Output {
     Command::new(crate::support::program::path()).arg("ephemeris").args(args).output().expect("the program starts")
 }
 
+/// The output of a run that succeeds.
 fn text(args: &[&str]) -> String {
     let out = orrery(args);
     assert!(out.status.success(), "{args:?}: {}", String::from_utf8_lossy(&out.stderr));
@@ -22,41 +23,42 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("no number: {value}"))
 }
 
-/// In JSON and in CSV; the rows of the text table have equal widths.
+/// Compares the rows of JSON and of CSV with single queries. The rows of the text table have equal widths.
 #[test]
 fn rows_of_a_table_equal_single_queries() {
     let span = ["--from", "2016-12-30", "--to", "2017-01-02", "--step", "1d"];
-    let kinds: [(&[&str], &str, &str); 4] = [
+    // Arguments; a column of the table; and the JSON pointer to the same value of a single query.
+    let tables: [(&[&str], &str, &str); 4] = [
         (&["--body", "mars", "--center", "sun"], "x_km", "/pos_km/0"),
         (&["--body", "mars", "--apparent"], "ra_deg", "/true_of_date/ra_deg"),
         (&["--body", "mars", "--orientation"], "sub_observer_lon_east_deg", "/sub_observer/lon_east_deg"),
         (&["--body", "moon", "--at", "52.5,13.4,40"], "altitude_deg", "/0/altitude_deg"),
     ];
-    for (args, column, pointer) in kinds {
+    for (args, column, pointer) in tables {
         let rows = json(&[args, &span].concat());
         let rows = rows.as_array().expect("rows");
         // Every row has the same time of day, although there is a leap second between the second and the third.
         let times: Vec<&str> = rows.iter().map(|r| r["time_utc"].as_str().expect("a time")).collect();
         assert_eq!(times, ["2016-12-30T00:00:00Z", "2016-12-31T00:00:00Z", "2017-01-01T00:00:00Z", "2017-01-02T00:00:00Z"]);
         let csv = text(&[args, &span, &["--csv"]].concat());
-        let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
-        assert!(lines.len() == 5 && lines.iter().all(|line| line.len() == lines[0].len()), "{csv}");
-        let column_index = lines[0].iter().position(|name| *name == column).expect("the column");
-        for (row, line) in rows.iter().zip(&lines[1..]) {
+        let csv_lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+        assert!(csv_lines.len() == 5 && csv_lines.iter().all(|line| line.len() == csv_lines[0].len()), "{csv}");
+        let column_index = csv_lines[0].iter().position(|name| *name == column).expect("the column");
+        for (row, line) in rows.iter().zip(&csv_lines[1..]) {
             let single = json(&[args, &["--time", row["time_utc"].as_str().expect("a time")]].concat());
             let (found, expected) = (number(&row[column]), number(single.pointer(pointer).expect("the same value")));
-            assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{args:?} {column}: {found} {expected}");
+            assert!((found - expected).abs() <= 1e-9 * expected.abs(), "{args:?} {column}: {found}, not {expected}");
             assert!((line[column_index].parse::<f64>().expect("a number") - found).abs() <= 6e-4, "{csv}");
         }
-        assert_ne!(rows[0][column], rows[1][column], "the comparison must be able to fail");
+        assert_ne!(rows[0][column], rows[1][column], "{args:?} {column}: equal in two rows, so that a row of another time would pass");
         let table = text(&[args, &span].concat());
         let widths: Vec<usize> = table.lines().map(|line| line.chars().count()).collect();
         assert!(widths.len() == 5 && widths.iter().all(|w| *w == widths[0]), "{table}");
     }
 }
 
-/// At the instants of rise, set and twilight, a query for that instant has the Sun at the defining altitude: in middle latitudes, near the
-/// equator and beyond the polar circle.
+/// A query for the instant of rise, set or twilight has the Sun at the altitude that defines it: in middle latitudes, near the equator and
+/// beyond the polar circle.
 #[test]
 fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
     let altitude = |place: &str, time: &str| number(&json(&["--body", "sun", "--at", place, "--time", time])[0]["altitude_deg"]);
@@ -64,8 +66,7 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
     {
         let found = json(&["--rise-set", "--at", place, "--time", day]);
         for name in ["rise", "set"] {
-            // The upper limb is at the horizon: refraction 34', semidiameter 15.7' to 16.3'. An error of 0.05 s in the time is below 1e-3
-            // degrees.
+            // The upper limb is at the horizon: refraction is 34', the semidiameter 15.7' to 16.3'.
             let sun_altitude_deg = altitude(place, found[name]["time"].as_str().expect("a time"));
             assert!((-50.4 / 60.0..-49.6 / 60.0).contains(&sun_altitude_deg), "{place} {name}: {sun_altitude_deg}");
         }
@@ -73,6 +74,7 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
         assert!((number(&found["transit"]["altitude_deg"]) - altitude(place, transit)).abs() < 1e-6);
         let at_transit = json(&["--body", "sun", "--at", place, "--time", transit]);
         assert!(number(&at_transit[0]["hour_angle_deg"]).abs() < 1e-3, "{place}: {at_transit}");
+        // The times are exact to 0.05 s, in which the altitude changes by less than 1e-3 degrees.
         for (name, expected) in [("civil", -6.0), ("nautical", -12.0), ("astronomical", -18.0)] {
             for end in ["dawn", "dusk"] {
                 let sun_altitude_deg =
@@ -81,7 +83,7 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
             }
         }
     }
-    // In June, astronomical twilight does not end in London, and the Sun does not set in Tromsø, where it does not rise in December.
+    // In June, it is not fully dark in London at any time, and the Sun does not set in Tromsø. In December it does not rise there.
     let london = json(&["--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"]);
     assert!(london["twilight"]["astronomical"]["dawn"].is_null() && london["twilight"]["nautical"]["dusk"].is_string(), "{london}");
     let tromso = |day: &str| json(&["--rise-set", "--at", "69.65,18.96", "--time", day]);
@@ -91,10 +93,10 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
         december["rise"].is_null() && december["up_at_start"] == false && december["twilight"]["civil"]["dawn"].is_string(),
         "{december}"
     );
-    // Only the Sun has twilight. The text has a line for each event.
+    // Only for the Sun are there times of twilight. The text has a line for each event.
     assert!(json(&["--body", "moon", "--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"])["twilight"].is_null());
-    let lines = text(&["--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"]);
-    assert!(lines.lines().count() == 10 && lines.contains("astronomical dawn     none within the day"), "{lines}");
+    let printed = text(&["--rise-set", "--at", "51.5,-0.13", "--time", "2026-06-21"]);
+    assert!(printed.lines().count() == 10 && printed.contains("astronomical dawn     none within the day"), "{printed}");
 }
 
 #[test]
@@ -126,7 +128,7 @@ fn errors_about_spans_and_places_name_a_remedy() {
     }
 }
 
-/// A rise needs a place and a time, but no centre.
+/// Rise and set need a place and a time, but no centre.
 #[test]
 fn rise_and_set_without_place_and_time_ask_for_these_alone() {
     let out = orrery(&["--rise-set"]);
@@ -135,7 +137,7 @@ fn rise_and_set_without_place_and_time_ask_for_these_alone() {
     assert!(!message.contains("--center"), "{message}");
 }
 
-/// The bound is a sum in binary floating point: 0.329_999_999_999_999_96 km for the Earth.
+/// The bound of the error is a sum in binary floating point, for the Earth 0.329_999_999_999_999_96 km. Three digits of it are printed.
 #[test]
 fn the_error_of_a_position_is_printed_to_the_metre() {
     let printed = text(&["--body", "earth", "--center", "solar system barycenter", "--time", "2024-01-01"]);
@@ -143,14 +145,15 @@ fn the_error_of_a_position_is_printed_to_the_metre() {
     assert!(bound.parse::<f64>().is_ok_and(|km| km > 0.0) && bound.split('.').nth(1).is_some_and(|d| d.len() == 3), "{printed}");
 }
 
-/// The codes of SPICE: 499 Mars, 4 the centre of mass of Mars and its moons, 10 the Sun, 0 the solar system's. A spacecraft's code is negative.
+/// Codes of NAIF: 499 Mars, 4 the barycentre of Mars and its moons, 10 the Sun, 0 the barycentre of the solar system, 301 the Moon, 3 the
+/// barycentre of Earth and Moon. Codes of spacecraft are negative.
 #[test]
 fn bodies_have_naif_codes_too() {
-    let at = |body: &str, center: &str| json(&["--body", body, "--center", center, "--time", "2024-04-08"]);
+    let query = |body: &str, center: &str| json(&["--body", body, "--center", center, "--time", "2024-04-08"]);
     for (by_code, by_name) in
         [(["499", "10"], ["mars", "sun"]), (["4", "0"], ["mars barycenter", "solar system barycenter"]), (["301", "3"], ["moon", "emb"])]
     {
-        assert_eq!(at(by_code[0], by_code[1]), at(by_name[0], by_name[1]), "{by_code:?}");
+        assert_eq!(query(by_code[0], by_code[1]), query(by_name[0], by_name[1]), "{by_code:?}");
     }
     for unknown in ["-5", "498", "11", "5.0"] {
         let out = orrery(&[&format!("--body={unknown}"), "--center", "sun", "--time", "2024-04-08"]);

@@ -1,8 +1,8 @@
-//! The Moon's limb profile: contacts and beads against rays traced over the same heights, and against rendered pixels.
+//! The Moon's limb profile: contacts and beads are compared with rays traced over the same heights, and with rendered pixels.
 //!
-//! The reference shares only positions with the program; map, interpolation and rays are its own. It traces rays from the place to points
-//! of the Sun's limb, through the shell that contains all heights, in steps of 200 m. Totality is when every such ray is blocked,
-//! annularity when none is.
+//! The rays are an independent reference: of the program's code they use only the positions of bodies. They run from the place to points of
+//! the Sun's limb, through the shell that contains all heights, in steps of 200 m. Totality is when every ray is blocked, annularity when none
+//! is.
 
 use super::{EPHEMERIS, IAU, parse_time, seconds_after};
 use crate::support::sweep;
@@ -22,49 +22,56 @@ use std::sync::LazyLock;
 
 const COLUMNS: usize = 1440;
 const ROWS: usize = 720;
-/// Radius of the sphere above which heights are given.
+/// Radius of the sphere from which heights are measured.
 const SPHERE_KM: f64 = 1737.4;
 const LOWEST_KM: f64 = -3.5;
 const HIGHEST_KM: f64 = 6.0;
+const KM_PER_HALF_METRE: f64 = 5e-4;
 
-/// Heights in half metres: hills and valleys of several sizes, summits, and every 12 degrees of latitude a deep valley along the parallel,
-/// which crosses the limb.
+/// A made-up map of heights in half metres: hills and valleys of several sizes, summits, and every 12 degrees of latitude a deep valley along
+/// the parallel. At the limb each of these valleys is a gap.
 static HALF_METRES: LazyLock<Vec<i16>> = LazyLock::new(|| {
     let mut heights = Vec::new();
     for row in 0..ROWS {
         for column in 0..COLUMNS {
-            // Colatitude and longitude.
-            let (y, x) = ((row as f64 + 0.5) * PI / ROWS as f64, (column as f64 + 0.5) * TAU / COLUMNS as f64);
-            let waves =
-                0.9 * (7.0 * x).sin() * (9.0 * y).sin() + 0.5 * (31.0 * x + 5.0 * y).sin() * y.sin() + 0.3 * (57.0 * y - 3.0 * x).cos();
-            let valley = (0.5 + 0.5 * (30.0 * y).cos()).powi(12);
-            let summit = (0.5 + 0.5 * (23.0 * y + 0.7).cos()).powi(20) * (0.5 + 0.5 * (19.0 * x).cos()).powi(6);
-            heights.push((2000.0 * (waves - 1.6 * valley + 2.5 * summit).clamp(LOWEST_KM, HIGHEST_KM)).round() as i16);
+            let colatitude = (row as f64 + 0.5) * PI / ROWS as f64;
+            let longitude = (column as f64 + 0.5) * TAU / COLUMNS as f64;
+            let waves = 0.9 * (7.0 * longitude).sin() * (9.0 * colatitude).sin()
+                + 0.5 * (31.0 * longitude + 5.0 * colatitude).sin() * colatitude.sin()
+                + 0.3 * (57.0 * colatitude - 3.0 * longitude).cos();
+            let valley = (0.5 + 0.5 * (30.0 * colatitude).cos()).powi(12);
+            let summit = (0.5 + 0.5 * (23.0 * colatitude + 0.7).cos()).powi(20) * (0.5 + 0.5 * (19.0 * longitude).cos()).powi(6);
+            let height_km = (waves - 1.6 * valley + 2.5 * summit).clamp(LOWEST_KM, HIGHEST_KM);
+            heights.push((2000.0 * height_km).round() as i16);
         }
     }
     heights
 });
 
 fn height_map() -> HeightMap {
-    let km = HALF_METRES.iter().map(|h| f32::from(*h) * 5e-4).collect();
+    let km = HALF_METRES.iter().map(|h| f32::from(*h) * KM_PER_HALF_METRE as f32).collect();
     HeightMap::new("made", COLUMNS, km, 0.0, SPHERE_KM).expect("a map")
 }
 
-/// Height above the sphere at a position in the Moon's axes, interpolated by this test.
+/// Height above the sphere at a position in the Moon's axes, by bilinear interpolation.
 fn height_km(at: DVec3) -> f64 {
     let latitude = (at.z / at.length()).asin();
-    let (y, x) = ((PI / 2.0 - latitude) / PI * ROWS as f64 - 0.5, at.y.atan2(at.x) / TAU * COLUMNS as f64 - 0.5);
-    let row = (y.floor().max(0.0) as usize).min(ROWS - 2);
-    let fraction_y = (y - row as f64).clamp(0.0, 1.0);
+    let fractional_row = (PI / 2.0 - latitude) / PI * ROWS as f64 - 0.5;
+    let fractional_column = at.y.atan2(at.x) / TAU * COLUMNS as f64 - 0.5;
+    let row = (fractional_row.floor().max(0.0) as usize).min(ROWS - 2);
+    let row_fraction = (fractional_row - row as f64).clamp(0.0, 1.0);
     let interpolate_row = |row: usize| {
-        let left = x.floor();
-        let texel = |n: f64| f64::from(HALF_METRES[row * COLUMNS + (n as i64).rem_euclid(COLUMNS as i64) as usize]) * 5e-4;
-        texel(left) * (1.0 - (x - left)) + texel(left + 1.0) * (x - left)
+        let left = fractional_column.floor();
+        let column_fraction = fractional_column - left;
+        let texel_km =
+            |column: f64| f64::from(HALF_METRES[row * COLUMNS + (column as i64).rem_euclid(COLUMNS as i64) as usize]) * KM_PER_HALF_METRE;
+        texel_km(left) * (1.0 - column_fraction) + texel_km(left + 1.0) * column_fraction
     };
-    interpolate_row(row) * (1.0 - fraction_y) + interpolate_row(row + 1) * fraction_y
+    interpolate_row(row) * (1.0 - row_fraction) + interpolate_row(row + 1) * row_fraction
 }
 
-/// Vectors from a place to the Sun and the Moon, ICRF km, with light time and without aberration, and the rotation to the Moon's axes.
+/// Vectors from a place to the Sun and to the Moon, ICRF, km; and the rotation from ICRF to the Moon's axes. Light time is included, aberration
+/// is not.
 fn sun_and_moon(place: GeodeticPosition, t: Instant) -> (DVec3, DVec3, DMat3) {
     let earth_km = EPHEMERIS.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("the Earth").state.pos_km;
     let radii_km = IAU.body(NaifId::EARTH).expect("the Earth").radii_km;
@@ -75,17 +82,17 @@ fn sun_and_moon(place: GeodeticPosition, t: Instant) -> (DVec3, DVec3, DMat3) {
     (sun_km - here_km, moon_km - here_km, EPHEMERIS.body_from_icrf(NaifId::MOON, emitted).expect("an orientation"))
 }
 
-/// Number of rays to the Sun's limb that the Moon's ground blocks, and number of rays.
+/// How many rays to the Sun's limb the Moon's ground blocks, and how many rays there are.
 fn blocked_rays(place: GeodeticPosition, t: Instant) -> (usize, usize) {
     const RAYS: usize = 7200;
     let (sun_km, moon_km, moon_from_icrf) = sun_and_moon(place, t);
-    let sun_radius = (IAU.body(NaifId::SUN).expect("the Sun").radii_km.x / sun_km.length()).asin();
+    let sun_radius_rad = (IAU.body(NaifId::SUN).expect("the Sun").radii_km.x / sun_km.length()).asin();
     let sun_direction = sun_km.normalize();
     let (x, y) = sun_direction.any_orthonormal_pair();
     let place_in_moon_axes = moon_from_icrf * -moon_km;
     let is_blocked = |k: usize| {
         let (sin, cos) = (TAU * k as f64 / RAYS as f64).sin_cos();
-        let ray = moon_from_icrf * (sun_direction * sun_radius.cos() + (x * cos + y * sin) * sun_radius.sin());
+        let ray = moon_from_icrf * (sun_direction * sun_radius_rad.cos() + (x * cos + y * sin) * sun_radius_rad.sin());
         // The ray's point closest to the Moon's centre: its position along the ray, and its distance from the centre.
         let closest_at_km = -place_in_moon_axes.dot(ray);
         let closest_km = (place_in_moon_axes + ray * closest_at_km).length();
@@ -116,7 +123,7 @@ fn contact(all: &[LimbContact], name: &str) -> LimbContact {
 const DALLAS: GeodeticPosition = GeodeticPosition { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.13 };
 const ALBUQUERQUE: GeodeticPosition = GeodeticPosition { latitude_deg: 35.08, longitude_deg: -106.65, height_km: 1.6 };
 
-/// Second and third contact (in a total eclipse the last and the first bead) agree within 0.3 s.
+/// Second and third contact agree with the rays within 0.3 s. In a total eclipse they are the end of the last bead and the beginning of the first.
 #[test]
 fn beads_agree_with_rays_over_the_same_heights() {
     let map = height_map();
@@ -124,7 +131,7 @@ fn beads_agree_with_rays_over_the_same_heights() {
     let eclipses = [("2024-04-08", DALLAS, true), ("2023-10-14", ALBUQUERQUE, false)];
     for (_, (day, place, is_total)) in eclipses.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 2)) {
         let eclipse = eclipse_on(day);
-        let mean = eclipse.seen_from(place).expect("an eclipse");
+        let mean_limb = eclipse.seen_from(place).expect("an eclipse");
         let found = eclipse.limb_contacts(place, &EPHEMERIS, &map).expect("the Moon's orientation");
         assert_eq!(found.iter().map(|c| c.name).collect::<Vec<_>>(), ["C1", "C2", "C3", "C4"], "{day}");
         let is_total_or_annular = |t: Instant| {
@@ -133,21 +140,22 @@ fn beads_agree_with_rays_over_the_same_heights() {
         };
         let middle = contact(&found, "C2").time.plus_seconds(0.5 * seconds_after(contact(&found, "C3").time, contact(&found, "C2").time));
         assert!(is_total_or_annular(middle), "{day}");
+        // `outward`: the direction of time that leads out of totality or annularity.
         for (name, outward) in [("C2", -1.0), ("C3", 1.0)] {
             let found_contact = contact(&found, name);
-            // Step outwards from 12 seconds inside totality or annularity, then bisect.
-            let inside = found_contact.time.plus_seconds(-outward * 12.0);
-            let first =
-                (1..60).map(|k| outward * 0.5 * f64::from(k)).find(|s| !is_total_or_annular(inside.plus_seconds(*s))).expect("it ends");
-            let (mut inner_s, mut outer_s) = (first - outward * 0.5, first);
+            // Start 12 seconds inside totality or annularity, step outwards by half a second, then bisect. Times are in seconds from the start.
+            let start = found_contact.time.plus_seconds(-outward * 12.0);
+            let first_outside_s =
+                (1..60).map(|k| outward * 0.5 * f64::from(k)).find(|s| !is_total_or_annular(start.plus_seconds(*s))).expect("it ends");
+            let (mut inner_s, mut outer_s) = (first_outside_s - outward * 0.5, first_outside_s);
             for _ in 0..6 {
-                let half = 0.5 * (inner_s + outer_s);
-                if is_total_or_annular(inside.plus_seconds(half)) { inner_s = half } else { outer_s = half }
+                let middle_s = 0.5 * (inner_s + outer_s);
+                if is_total_or_annular(start.plus_seconds(middle_s)) { inner_s = middle_s } else { outer_s = middle_s }
             }
-            let reference = inside.plus_seconds(0.5 * (inner_s + outer_s));
+            let reference = start.plus_seconds(0.5 * (inner_s + outer_s));
             let error_s = seconds_after(found_contact.time, reference);
             assert!(error_s.abs() < 0.3, "{day} {name}: {error_s} s");
-            let mean_limb_time = mean.contacts.iter().find(|c| c.name == name).expect("central").time;
+            let mean_limb_time = mean_limb.contacts.iter().find(|c| c.name == name).expect("central").time;
             assert!((seconds_after(found_contact.time, mean_limb_time) - found_contact.delay_s).abs() < 0.01);
             mean_limb_error_s = mean_limb_error_s.max(seconds_after(mean_limb_time, reference).abs());
         }
@@ -156,17 +164,18 @@ fn beads_agree_with_rays_over_the_same_heights() {
     assert!(mean_limb_error_s > 1.0, "{mean_limb_error_s} s");
 }
 
-/// At height 0 the contacts are those of the mean limb to 0.05 s. 2 km higher, totality begins 1.5 to 4.5 s earlier and ends as much later.
-/// 19 km lower, it begins more than 20 s later.
+/// A Moon of constant height: at height 0 the contacts are those of the mean limb to 0.05 s. At a height of 2 km, totality begins 1.5 to 4.5 s
+/// earlier and ends as much later. At -19 km, it begins more than 20 s later.
 #[test]
 fn level_ground_shifts_contacts_like_a_larger_moon() {
-    let level_map = |km: f32| HeightMap::new("even", 360, vec![km; 360 * 180], 0.0, SPHERE_KM).expect("a map");
+    let level_map = |km: f32| HeightMap::new("level", 360, vec![km; 360 * 180], 0.0, SPHERE_KM).expect("a map");
     let eclipse = eclipse_on("2024-04-08");
-    let mean = eclipse.seen_from(DALLAS).expect("an eclipse");
+    let mean_limb = eclipse.seen_from(DALLAS).expect("an eclipse");
     let at_zero = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(0.0)).expect("an orientation");
-    for c in &at_zero {
-        let mean_limb_time = mean.contacts.iter().find(|m| m.name == c.name).expect("central").time;
-        assert!(seconds_after(c.time, mean_limb_time).abs() < 0.05, "{} {}", c.name, seconds_after(c.time, mean_limb_time));
+    for found in &at_zero {
+        let mean_limb_time = mean_limb.contacts.iter().find(|m| m.name == found.name).expect("central").time;
+        let delay_s = seconds_after(found.time, mean_limb_time);
+        assert!(delay_s.abs() < 0.05, "{}: {delay_s} s", found.name);
     }
     let higher = eclipse.limb_contacts(DALLAS, &EPHEMERIS, &level_map(2.0)).expect("an orientation");
     let delay_s = |name: &str| seconds_after(contact(&higher, name).time, contact(&at_zero, name).time);
@@ -176,12 +185,13 @@ fn level_ground_shifts_contacts_like_a_larger_moon() {
     assert!(contact(&lower, "C2").delay_s > 20.0);
 }
 
-/// There is light half a second outside totality, and none half a second inside.
+/// Half a second before totality and half a second after it there is light; half a second inside totality there is none.
 #[test]
 fn the_rendered_sun_goes_dark_with_the_last_bead() {
     let folder = tempfile::tempdir().expect("a folder");
     let label = format!(
-        "PDS_VERSION_ID = \"PDS3\"\n^IMAGE = \"MADE.IMG\"\nLINES = {ROWS}\nLINE_SAMPLES = {COLUMNS}\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\n\
+        "PDS_VERSION_ID = \"PDS3\"\n^IMAGE = \"MADE.IMG\"\nLINES = {ROWS}\nLINE_SAMPLES = {COLUMNS}\n\
+         SAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\nUNIT = METER\nSCALING_FACTOR = 0.5\n\
          OFFSET = 1737400.\nWESTERNMOST_LONGITUDE = 0.0\n"
     );
     std::fs::write(folder.path().join("MADE.LBL"), label).expect("written");

@@ -1,4 +1,4 @@
-//! Images drawn from decoded maps that an earlier session stored, against those of the session that decoded them.
+//! A session that reads the decoded maps stored by an earlier one draws the same images as the session that decoded them.
 
 use crate::support::sweep;
 use orrery::FrameImages;
@@ -18,7 +18,7 @@ fn session(cache: &Path) -> Session {
     Session::open(&sources, |line| panic!("{line}")).expect("opens")
 }
 
-/// Each body whole, at its limb, over its pole and near its ground, in 256 x 256 pixels; and whole in one pixel.
+/// Five views of each body: whole, at its limb, over its pole and near its ground, in 256 x 256 pixels; and whole in one pixel.
 fn views() -> Vec<(String, ViewRequest)> {
     let time = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
     let mut named_requests = Vec::new();
@@ -26,7 +26,7 @@ fn views() -> Vec<(String, ViewRequest)> {
         let body = NaifId(body);
         let whole = ViewRequest { width: 256, height: 256, ..ViewRequest::of(body, time) };
         let above = |latitude_deg: f64, height_km: f64| Position::Ground { body, latitude_deg, longitude_deg: 40.0, height_km };
-        // Along the local tangent, so that the limb crosses the image.
+        // The camera looks along the local tangent, so that the limb crosses the image.
         let limb = ViewRequest {
             position: above(10.0, 2000.0),
             look: Look::Along { direction: glam::DVec3::new(-0.9, 0.6, 0.3), axes: Axes::BodyFixed },
@@ -35,8 +35,8 @@ fn views() -> Vec<(String, ViewRequest)> {
         };
         let pole = ViewRequest { position: above(88.0, 5000.0), fov_deg: Some(40.0), ..whole.clone() };
         let near = ViewRequest { position: above(12.0, 300.0), fov_deg: Some(40.0), ..whole.clone() };
-        let pixel = ViewRequest { width: 1, height: 1, ..whole.clone() };
-        for (view, request) in [("whole", whole), ("limb", limb), ("pole", pole), ("near the ground", near), ("one pixel", pixel)] {
+        let one_pixel = ViewRequest { width: 1, height: 1, ..whole.clone() };
+        for (view, request) in [("whole", whole), ("limb", limb), ("pole", pole), ("near the ground", near), ("one pixel", one_pixel)] {
             named_requests.push((format!("{name}, {view}"), request));
         }
     }
@@ -55,17 +55,18 @@ fn a_session_with_stored_maps_draws_the_same_bytes() {
     let views = views();
     let drawn: Vec<_> = views.iter().map(|(_, request)| [DRAFT, STANDARD].map(|sampling| draw(&decoding, request, sampling))).collect();
     let stored = StoredMaps::new(cache.path());
-    let entries = stored.status().entries;
-    assert!(entries >= 9, "{entries}");
-    assert_eq!(stored.verify(), (entries, Vec::new()));
-    // A new session for each view, so that no level is in memory already for another view.
+    let entry_count = stored.status().entries;
+    assert!(entry_count >= 9, "only {entry_count} maps were stored");
+    assert_eq!(stored.verify(), (entry_count, Vec::new()));
+    // Each view has a new session, so that no mip level is in memory because of another view.
     for (_, ((name, request), expected)) in views.iter().zip(&drawn).enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
         let reading = session(cache.path());
         for (sampling, expected) in [DRAFT, STANDARD].into_iter().zip(expected) {
             assert!(draw(&reading, request, sampling) == *expected, "{name}, {sampling:?}");
         }
     }
-    assert_eq!(stored.status().entries, entries, "a map was decoded again");
+    assert_eq!(stored.status().entries, entry_count, "a map was decoded again");
+    // Negative control: the views differ, so that equal images are no accident.
     let differing = drawn.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    assert_eq!(differing, views.len() - 1, "consecutive views must differ");
+    assert_eq!(differing, views.len() - 1, "consecutive views with different images");
 }

@@ -78,7 +78,7 @@ impl SourceTree {
         Self { files, by_module }
     }
 
-    /// Whether the crate has a top-level module of that name.
+    /// Whether the crate has a top-level module with this name.
     pub fn is_module(&self, name: &str) -> bool {
         self.files.iter().any(|f| f.module.first().is_some_and(|m| m == name))
     }
@@ -91,19 +91,19 @@ impl SourceTree {
     /// The file that defines the item of a path, following re-exports.
     pub fn definition(&self, path: &[String]) -> Option<usize> {
         let mut path = path.to_vec();
-        // Chains of re-exports are short; circular ones do not compile.
+        // Follows at most 8 re-exports.
         for _ in 0..8 {
             let file = self.file_of(&path)?;
             let depth = self.files[file].module.len();
             let Some(name) = path.get(depth) else { return Some(file) };
-            let Some(source) = self.files[file].paths.iter().find(|p| p.used_as.as_ref() == Some(name)) else { return Some(file) };
-            path = source.segments.iter().chain(&path[depth + 1..]).cloned().collect();
+            let Some(import) = self.files[file].paths.iter().find(|p| p.used_as.as_ref() == Some(name)) else { return Some(file) };
+            path = import.segments.iter().chain(&path[depth + 1..]).cloned().collect();
         }
         None
     }
 
-    /// For each file of a layer, the other files of the layer that it uses, except the mod.rs of its parent folders: a child names items
-    /// that its parent declares for all of them.
+    /// For each file of a layer, the other files of the layer that it uses. Left out: the mod.rs files of its parent folders, which declare
+    /// items for all files below them.
     pub fn imports_within(&self, layer: &str) -> BTreeMap<&str, Vec<&str>> {
         let inside = |n: &usize| self.files[*n].layer() == layer;
         let uses = |n: usize| {
@@ -145,38 +145,38 @@ pub fn code_of(text: &str) -> String {
 
 fn without_comments_and_literals(text: &str) -> String {
     let chars: Vec<char> = text.chars().collect();
-    let at = |i: usize| chars.get(i).copied().unwrap_or(' ');
+    let char_at = |i: usize| chars.get(i).copied().unwrap_or(' ');
     let mut code = String::new();
     let mut i = 0;
     while i < chars.len() {
         let c = chars[i];
-        let starts_word = i == 0 || !(at(i - 1).is_alphanumeric() || at(i - 1) == '_');
-        let hashes = (i + 1..).take_while(|k| at(*k) == '#').count();
-        if c == '/' && at(i + 1) == '/' {
+        let starts_word = i == 0 || !(char_at(i - 1).is_alphanumeric() || char_at(i - 1) == '_');
+        let hashes = (i + 1..).take_while(|k| char_at(*k) == '#').count();
+        if c == '/' && char_at(i + 1) == '/' {
             i += chars[i..].iter().take_while(|c| **c != '\n').count();
-        } else if c == '/' && at(i + 1) == '*' {
+        } else if c == '/' && char_at(i + 1) == '*' {
             i += 2;
-            while i < chars.len() && !(at(i) == '*' && at(i + 1) == '/') {
+            while i < chars.len() && !(char_at(i) == '*' && char_at(i + 1) == '/') {
                 i += 1;
             }
             i += 2;
-        } else if c == 'r' && starts_word && at(i + 1 + hashes) == '"' {
+        } else if c == 'r' && starts_word && char_at(i + 1 + hashes) == '"' {
             i += 2 + hashes;
-            while i < chars.len() && !(at(i) == '"' && (1..=hashes).all(|k| at(i + k) == '#')) {
+            while i < chars.len() && !(char_at(i) == '"' && (1..=hashes).all(|k| char_at(i + k) == '#')) {
                 i += 1;
             }
             i += 1 + hashes;
             code.push_str("\"\"");
         } else if c == '"' {
             i += 1;
-            while i < chars.len() && at(i) != '"' {
-                i += if at(i) == '\\' { 2 } else { 1 };
+            while i < chars.len() && char_at(i) != '"' {
+                i += if char_at(i) == '\\' { 2 } else { 1 };
             }
             i += 1;
             code.push_str("\"\"");
-        } else if c == '\'' && (at(i + 1) == '\\' || at(i + 2) == '\'') {
-            i += if at(i + 1) == '\\' { 3 } else { 2 };
-            while i < chars.len() && at(i) != '\'' {
+        } else if c == '\'' && (char_at(i + 1) == '\\' || char_at(i + 2) == '\'') {
+            i += if char_at(i + 1) == '\\' { 3 } else { 2 };
+            while i < chars.len() && char_at(i) != '\'' {
                 i += 1;
             }
             i += 1;
@@ -192,7 +192,8 @@ fn without_comments_and_literals(text: &str) -> String {
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Token {
     Word(String),
-    Separator,
+    /// `::`
+    PathSeparator,
     Other(char),
 }
 
@@ -216,7 +217,7 @@ impl<'a> PathReader<'a> {
                 }
                 tokens.push(Token::Word(word));
             } else if c == ':' && chars.next_if_eq(&':').is_some() {
-                tokens.push(Token::Separator);
+                tokens.push(Token::PathSeparator);
             } else if !c.is_whitespace() {
                 tokens.push(Token::Other(c));
             }
@@ -231,33 +232,33 @@ impl<'a> PathReader<'a> {
         }
     }
 
-    fn is(&self, at: usize, c: char) -> bool {
+    fn is_char(&self, at: usize, c: char) -> bool {
         self.tokens.get(at) == Some(&Token::Other(c))
     }
 
-    /// The paths from the crate root, and the others as they are written.
+    /// The paths that lead to a module of the crate, from the crate root; and the others, as they are written.
     fn paths(&self) -> (Vec<NamedPath>, Vec<String>) {
         let (mut paths, mut external_paths) = (Vec::new(), Vec::new());
-        // Inline modules, each with the depth of its braces.
+        // The inline modules around the token, each with the number of braces open before its own.
         let mut inline: Vec<(String, i32)> = Vec::new();
         let (mut depth, mut at) = (0, 0);
         while at < self.tokens.len() {
-            if self.is(at, '{') {
+            if self.is_char(at, '{') {
                 depth += 1;
-            } else if self.is(at, '}') {
+            } else if self.is_char(at, '}') {
                 depth -= 1;
                 if inline.last().is_some_and(|(_, d)| *d == depth) {
                     inline.pop();
                 }
             }
-            let before = at.checked_sub(1).map(|b| &self.tokens[b]);
+            let previous = at.checked_sub(1).map(|b| &self.tokens[b]);
             let module = || -> Vec<String> { self.module.iter().cloned().chain(inline.iter().map(|(name, _)| name.clone())).collect() };
             match self.word(at) {
-                Some("mod") if self.is(at + 2, '{') => inline.push((self.word(at + 1).unwrap_or_default().into(), depth)),
+                Some("mod") if self.is_char(at + 2, '{') => inline.push((self.word(at + 1).unwrap_or_default().into(), depth)),
                 Some("use") => {
                     // `use`, `pub use` or `pub(crate) use`.
                     let is_public =
-                        before == Some(&Token::Word("pub".into())) || (before == Some(&Token::Other(')')) && self.is_after_pub(at));
+                        previous == Some(&Token::Word("pub".into())) || (previous == Some(&Token::Other(')')) && self.is_after_pub(at));
                     let mut leaves = Vec::new();
                     at = self.leaves(at + 1, &mut Vec::new(), &mut leaves);
                     for (path, alias) in leaves {
@@ -269,9 +270,9 @@ impl<'a> PathReader<'a> {
                     }
                     continue;
                 }
-                Some(_) if self.tokens.get(at + 1) == Some(&Token::Separator) && before != Some(&Token::Separator) => {
+                Some(_) if self.tokens.get(at + 1) == Some(&Token::PathSeparator) && previous != Some(&Token::PathSeparator) => {
                     let mut path = vec![self.word(at).unwrap_or_default().to_owned()];
-                    while self.tokens.get(at + 1) == Some(&Token::Separator)
+                    while self.tokens.get(at + 1) == Some(&Token::PathSeparator)
                         && let Some(next) = self.word(at + 2)
                     {
                         path.push(next.to_owned());
@@ -289,13 +290,13 @@ impl<'a> PathReader<'a> {
         (paths, external_paths)
     }
 
-    /// Whether `pub(...)` ends right before `at`. Looks back at most 6 tokens for its parenthesis.
+    /// Whether `pub(...)` ends right before `at`. Looks for its opening parenthesis among the 6 tokens before.
     fn is_after_pub(&self, at: usize) -> bool {
-        (at.saturating_sub(6)..at).rev().find(|k| self.is(*k, '(')).is_some_and(|k| k > 0 && self.word(k - 1) == Some("pub"))
+        (at.saturating_sub(6)..at).rev().find(|k| self.is_char(*k, '(')).is_some_and(|k| k > 0 && self.word(k - 1) == Some("pub"))
     }
 
-    /// Appends the paths of the `use` tree that starts at token `at` to `out`, with their aliases. Returns the index of the token after the
-    /// tree.
+    /// Appends the paths of the `use` tree that starts at token `at` to `out`, each with its alias. Returns the index of the token after the
+    /// tree. `prefix`: the path that leads to the tree.
     fn leaves(&self, mut at: usize, prefix: &mut Vec<String>, out: &mut Vec<(Vec<String>, Option<String>)>) -> usize {
         let prefix_length = prefix.len();
         loop {
@@ -306,12 +307,12 @@ impl<'a> PathReader<'a> {
                     return at + 2;
                 }
                 Some(Token::Word(word)) => prefix.push(word.clone()),
-                Some(Token::Separator) => {}
+                Some(Token::PathSeparator) => {}
                 Some(Token::Other('{')) => {
                     at += 1;
-                    while at < self.tokens.len() && !self.is(at, '}') {
+                    while at < self.tokens.len() && !self.is_char(at, '}') {
                         at = self.leaves(at, prefix, out);
-                        at += usize::from(self.is(at, ','));
+                        at += usize::from(self.is_char(at, ','));
                     }
                     prefix.truncate(prefix_length);
                     return at + 1;
@@ -355,12 +356,13 @@ impl<'a> PathReader<'a> {
 
 #[test]
 fn paths_are_read_from_every_form() {
+    // Paths that end in `No` are in comments, literals and unit tests, and must not be found.
     let scene = "use super::units::Km;\npub(crate) use self::draw::{Draw, sky::{self, Sky as S}};\nmod draw;\n\
                  // use crate::render::No;\nfn f() { let x = \"crate::render::No\"; crate::time::now::<u8>(draw::Draw::new()); let c = '\"';
                  // }\n\
                  #[cfg(test)]\nmod tests { use crate::cli::No; }\nmod inner { use super::super::catalog::Body; }";
     let tree = SourceTree::new(&[("scene/mod.rs", scene), ("scene/draw.rs", ""), ("main.rs", "fn main() { orrery::cli::run(); }")]);
-    let named = |n: usize| tree.files[n].paths.iter().map(|p| p.segments.join("::")).collect::<Vec<_>>();
+    let paths_of_file = |n: usize| tree.files[n].paths.iter().map(|p| p.segments.join("::")).collect::<Vec<_>>();
     let expected = [
         "units::Km",
         "scene::draw::Draw",
@@ -370,8 +372,9 @@ fn paths_are_read_from_every_form() {
         "scene::draw::Draw::new",
         "catalog::Body",
     ];
-    assert_eq!(named(0), expected);
-    assert_eq!(named(2), ["cli::run"]);
+    assert_eq!(paths_of_file(0), expected);
+    assert_eq!(paths_of_file(2), ["cli::run"]);
+    // `Draw`, `sky` and `Sky`.
     assert!(tree.files[0].paths.iter().filter(|p| p.is_public_use).count() == 3, "{:?}", tree.files[0].paths);
 }
 

@@ -1,6 +1,6 @@
 //! Light of rings in single pixels: it does not depend on which faint rings are drawn, and equals the mean of smaller pixels in the same
-//! place; narrow rings are smooth lines. Also the limit beyond which the globe's shadow is left out, refracted limbs that show no Sun, and the rectangles
-//! around the two halves of the rings.
+//! place; narrow rings are smooth lines. Also tested: when the globe's shadow on the rings is left out, refracted limbs that show no Sun, and
+//! the rectangles around the two halves of the rings.
 
 use crate::support::folds::larger;
 use crate::support::session::SESSION;
@@ -44,7 +44,7 @@ fn with_effects(request: &ViewRequest, effects: &str) -> ViewRequest {
     ViewRequest { exposure: ExposureRequest::Stops(stops), effects: EffectOverrides::parse(effects).expect("effects"), ..request.clone() }
 }
 
-fn greatest_difference(a: &[[u8; 4]], b: &[[u8; 4]]) -> u8 {
+fn greatest_difference_levels(a: &[[u8; 4]], b: &[[u8; 4]]) -> u8 {
     a.iter().zip(b).flat_map(|(a, b)| (0..3).map(move |c| a[c].abs_diff(b[c]))).max().unwrap_or(0)
 }
 
@@ -64,41 +64,41 @@ fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
     let drawn = |request: &ViewRequest| SESSION.draw(request, SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn");
     let mut with_the_same_shadow = 0;
     for (k, request) in saturn_views().iter().enumerate() {
-        let [chosen, all, none] = ["", "+rings", "-rings"].map(|effects| drawn(&with_effects(request, effects)));
-        assert!(greatest_difference(&chosen.frame.display, &none.frame.display) > 1, "view {k}: its rings can be seen");
-        let [chosen_unshadowed, all_unshadowed] =
+        let [automatic, all, none] = ["", "+rings", "-rings"].map(|effects| drawn(&with_effects(request, effects)));
+        assert!(greatest_difference_levels(&automatic.frame.display, &none.frame.display) > 1, "view {k}: no rings are visible");
+        let [automatic_unshadowed, all_unshadowed] =
             ["-body-shadow", "+rings,-body-shadow"].map(|effects| drawn(&with_effects(request, effects)));
-        let difference_levels = greatest_difference(&chosen_unshadowed.frame.display, &all_unshadowed.frame.display);
+        let difference_levels = greatest_difference_levels(&automatic_unshadowed.frame.display, &all_unshadowed.frame.display);
         assert!(difference_levels <= 1, "view {k} without the globe's shadow: {difference_levels} levels");
-        // An outer ring may select the better model of the globe's shadow; the models differ by the stated error of the simpler one.
+        // A drawn outer ring may require the better model of the globe's shadow. The models differ by the stated error of the simpler one.
         let shadow =
             |drawn: &DrawnFrame| drawn.scene.draws.iter().find(|d| d.part == BodyPart::RingInFront).map(|d| d.features.body_shadow);
-        if shadow(&chosen) == shadow(&all) {
-            let difference_levels = greatest_difference(&chosen.frame.display, &all.frame.display);
+        if shadow(&automatic) == shadow(&all) {
+            let difference_levels = greatest_difference_levels(&automatic.frame.display, &all.frame.display);
             assert!(difference_levels <= 1, "view {k}: {difference_levels} levels");
             with_the_same_shadow += 1;
         }
     }
-    assert!(with_the_same_shadow >= 1, "no view has the shadow's same model in both frames");
+    assert!(with_the_same_shadow >= 1, "no view has the same model of the shadow in both frames");
 }
 
-/// From 2.4 radii, at 5 degrees per pixel, the horizon of the ring plane crosses pixels that show nothing nearer than a dozen radii. A ring
+/// From 2.4 radii, at 5 degrees per pixel, the pixels on the horizon of the ring plane show nothing nearer than a dozen radii. A ring
 /// patch that extended from the pixel's middle as far towards the camera as away from it would include the dense rings, and add 38 levels
 /// of light.
 #[test]
 fn a_pixel_on_the_horizon_of_the_plane_shows_no_nearer_rings() {
     let request = view(SATURN, "1901-07-06T17:29:57.323Z", 2.419_582_467, [-0.417_697_209, 0.392_843_927, 0.819_269_608], 150.0);
-    let [chosen, all] = ["", "+rings"].map(|effects| {
+    let [automatic, all] = ["", "+rings"].map(|effects| {
         SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn").frame.display
     });
-    let difference_levels = greatest_difference(&chosen, &all);
+    let difference_levels = greatest_difference_levels(&automatic, &all);
     assert!(difference_levels <= 1, "{difference_levels} levels");
-    assert!(chosen.iter().any(|p| p[0] > 100), "the dense rings and the globe are in the image");
+    assert!(automatic.iter().any(|p| p[0] > 100), "the dense rings and the globe are not in the image");
 }
 
-/// Green light of each pixel against the mean of 64 pixels in its place, relative to the brightest pixel: at most 0.16 and in the mean 2e-3
-/// (measured). In the three views a pixel covers 0.1 to 0.2 of the planet's radius across the line of sight, and 0.4 to 2.7 radii along it on
-/// the ring plane. Negative control: light at one point of a pixel, as one of the 64 has it.
+/// Compares the green light of each pixel with the mean of 64 pixels in its place. Measured difference, relative to the brightest pixel: at
+/// most 0.16, in the mean 2e-3. In the three views a pixel covers 0.1 to 0.2 of the planet's radius across the line of sight, and 0.4 to 2.7
+/// radii along it on the ring plane. Negative control: one of the 64 pixels in place of their mean.
 #[test]
 fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
     const FINER: u32 = 8;
@@ -109,31 +109,34 @@ fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
             SESSION.draw(&request, SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr
         };
         let (coarse, fine) = (drawn(1), drawn(FINER));
-        // Small pixel `n` of the 64 in the place of pixel `k`.
-        let fine_pixel = |k: u32, n: u32| {
-            let (x, y) = (k % SIDE * FINER + n % FINER, k / SIDE * FINER + n / FINER);
+        // The light of small pixel `n` of the 64 in the place of pixel `pixel`.
+        let fine_light = |pixel: u32, n: u32| {
+            let (x, y) = (pixel % SIDE * FINER + n % FINER, pixel / SIDE * FINER + n / FINER);
             f64::from(fine[(y * SIDE * FINER + x) as usize][1])
         };
-        let mean = |k: u32| (0..FINER * FINER).map(|n| fine_pixel(k, n)).sum::<f64>() / f64::from(FINER * FINER);
-        let reference: Vec<f64> = (0..SIDE * SIDE).map(mean).collect();
+        let mean_light = |pixel: u32| (0..FINER * FINER).map(|n| fine_light(pixel, n)).sum::<f64>() / f64::from(FINER * FINER);
+        let reference: Vec<f64> = (0..SIDE * SIDE).map(mean_light).collect();
         let brightest = reference.iter().copied().fold(0.0, larger);
         let mean_and_worst_difference = |light: &[f64]| {
-            let relative_difference = light.iter().zip(&reference).map(|(l, r)| (l - r).abs() / brightest);
-            let (sum, worst) = relative_difference.fold((0.0, 0.0_f64), |(sum, worst), a| (sum + a, larger(worst, a)));
+            let differences = light.iter().zip(&reference).map(|(light, expected)| (light - expected).abs() / brightest);
+            let (sum, worst) = differences.fold((0.0, 0.0_f64), |(sum, worst), difference| (sum + difference, larger(worst, difference)));
             (sum / f64::from(SIDE * SIDE), worst)
         };
         let (mean, worst) = mean_and_worst_difference(&coarse.iter().map(|p| f64::from(p[1])).collect::<Vec<_>>());
-        let at_middle: Vec<f64> = (0..SIDE * SIDE).map(|k| fine_pixel(k, FINER * FINER / 2 + FINER / 2)).collect();
-        let (mean_of_points, worst_of_points) = mean_and_worst_difference(&at_middle);
-        println!("view {k}: mean {mean:.2e}, worst {worst:.3}; of points {mean_of_points:.2e}, {worst_of_points:.3}");
-        assert!(mean < 4e-3 && worst < 0.2, "view {k}: {mean} in the mean, {worst} of the brightest pixel");
-        assert!(mean_of_points > 5e-3 && worst_of_points > 0.25, "view {k}: points would pass: {mean_of_points}, {worst_of_points}");
+        let near_middle: Vec<f64> = (0..SIDE * SIDE).map(|pixel| fine_light(pixel, FINER * FINER / 2 + FINER / 2)).collect();
+        let (mean_of_single, worst_of_single) = mean_and_worst_difference(&near_middle);
+        println!("view {k}: mean {mean:.2e}, worst {worst:.3}; of single small pixels {mean_of_single:.2e}, {worst_of_single:.3}");
+        assert!(mean < 4e-3 && worst < 0.2, "view {k}: {mean} in the mean, {worst} at worst, of the brightest pixel");
+        assert!(
+            mean_of_single > 5e-3 && worst_of_single > 0.25,
+            "view {k}: single small pixels would pass: {mean_of_single}, {worst_of_single}"
+        );
     }
 }
 
 /// Seen from above the pole, Uranus's epsilon ring is a fifth of a pixel wide. In each column of pixels the mean row of its light is at most a quarter of a
-/// pixel from where the ring is: the two spans of a pixel overlap its neighbour's. Negative control: with one span, as in draft quality, the light jumps from
-/// row to row.
+/// pixel from the ring: each pixel takes the light of two spans of radius, which overlap those of its neighbours. Negative control: with one span, as in draft
+/// quality, the light jumps from row to row.
 #[test]
 fn a_narrow_ring_is_a_smooth_line() {
     const SIDE: u32 = 240;
@@ -173,15 +176,16 @@ fn a_narrow_ring_is_a_smooth_line() {
         COLUMNS.map(offset_px).fold(0.0, larger)
     };
     let (two_spans, one_span) = (greatest_offset_px(8), greatest_offset_px(1));
-    println!("farthest from the ring: {two_spans:.2} pixels, with one span {one_span:.2}");
+    println!("greatest distance from the ring: {two_spans:.2} pixels, with one span {one_span:.2}");
     assert!(two_spans < 0.25 && one_span > 0.42, "{two_spans} and {one_span} pixels");
 }
 
-/// Whether any ray from a point of the ring plane to the Sun's disc or its rim meets an ellipsoid of equatorial radius 1. `sun_tangent`:
-/// the tangent of the Sun's angular radius.
+/// Whether any ray from a point of the ring plane to the Sun's disc, edge included, meets an ellipsoid of equatorial radius 1. `sun`: the
+/// Sun's direction. `sun_tangent`: the tangent of the Sun's angular radius.
 fn meets_globe(point: DVec3, sun: DVec3, sun_tangent: f64, polar_radius: f64) -> bool {
     let semi_axes = DVec3::new(1.0, 1.0, polar_radius);
     let (x, y) = sun.any_orthonormal_pair();
+    // Half of the rays go to the edge, the others to a spiral over the disc.
     (0..4096).any(|k| {
         let (sin, cos) = (f64::from(k) * GOLDEN_ANGLE_RAD).sin_cos();
         let distance_on_disc = if k % 2 == 0 { 1.0 } else { (f64::from(k) / 4096.0).sqrt() };
@@ -218,8 +222,8 @@ fn no_ray_meets_the_globe_where_its_shadow_is_left_out() {
                     );
                 }
             }
-            // The sine of the altitude of the Sun's lower rim is smaller by `sun_tangent` times this cosine. Half of that lies in the
-            // penumbra.
+            // The sine of the altitude of the Sun's lower edge is smaller by `sun_tangent` times this cosine. At half of
+            // that the ring is in the penumbra.
             let cosine = (1.0 - inner.powi(-2)).sqrt();
             assert!(
                 some_ray_meets(0.5 * cosine, 1.0, inner),
@@ -235,7 +239,8 @@ fn no_ray_meets_the_globe_where_its_shadow_is_left_out() {
 fn the_penumbra_of_the_globe_is_drawn() {
     let catalog = Catalog::embedded();
     let uranus = catalog.body(URANUS).expect("Uranus");
-    let inner = uranus.rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| r.inner_km).fold(f64::INFINITY, f64::min) / uranus.radii_km.x;
+    let inner_radii =
+        uranus.rings.iter().filter(|r| r.tau_normal > 0.0).map(|r| r.inner_km).fold(f64::INFINITY, f64::min) / uranus.radii_km.x;
     let request_at = |jd: f64| ViewRequest {
         purpose: Purpose::LINEAR,
         width: SIDE,
@@ -245,10 +250,10 @@ fn the_penumbra_of_the_globe_is_drawn() {
         layers: Layers { stars: false, ..Layers::default() },
         ..ViewRequest::of(URANUS, Instant::from_jd_tdb(jd))
     };
-    // Distance of the shadow's axis from the nearest point of the innermost ring.
+    // Distance of the shadow's axis from the innermost ring, where it is least.
     let axis_distance_radii = |jd: f64| {
         let scene = SESSION.scene(&request_at(jd)).expect("a scene");
-        inner * scene.body(URANUS).and_then(|b| b.sub_solar).expect("a Sun").lat_centric_deg.to_radians().sin().abs()
+        inner_radii * scene.body(URANUS).and_then(|b| b.sub_solar).expect("a Sun").lat_centric_deg.to_radians().sin().abs()
     };
     // Between the equinox of 2007 and the solstice of 2030 the Sun's latitude only increases.
     let jd_with_axis_distance = |distance_radii: f64| {
@@ -264,9 +269,9 @@ fn the_penumbra_of_the_globe_is_drawn() {
         let body = scene.bodies.iter().find(|b| b.id == URANUS).expect("Uranus");
         body.decisions.iter().find(|d| d.effect == "body-shadow").map(|d| d.on)
     };
-    // The tangent of the Sun's angular radius at Uranus is 2.4e-4.
-    assert_eq!(shadow_decision(jd_with_axis_distance(1.0 + 1e-4 * inner)), Some(true));
-    let beyond_penumbra = jd_with_axis_distance(1.0 + 4e-4 * inner);
+    // The tangent of the Sun's angular radius at Uranus is 2.4e-4: between the two values below.
+    assert_eq!(shadow_decision(jd_with_axis_distance(1.0 + 1e-4 * inner_radii)), Some(true));
+    let beyond_penumbra = jd_with_axis_distance(1.0 + 4e-4 * inner_radii);
     assert_eq!(shadow_decision(beyond_penumbra), Some(false));
     let drawn = |effects: &str| {
         SESSION
@@ -275,16 +280,16 @@ fn the_penumbra_of_the_globe_is_drawn() {
             .frame
             .hdr
     };
-    assert!(drawn("") == drawn("+body-shadow"), "there is no shadow to draw");
-    assert!(drawn("") != drawn("-rings"));
+    assert!(drawn("") == drawn("+body-shadow"), "a shadow was drawn");
+    assert!(drawn("") != drawn("-rings"), "no ring is visible");
 }
 
-/// Where the Sun is next to a body's air but not refracted, requesting the refracted limb changes nothing: a pixel that the limb
+/// Where the Sun is next to a body's air but not refracted by it, switching the refracted limb on changes nothing: a pixel that the limb
 /// crosses keeps its sunlight.
 #[test]
 fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
-    for (body, time, distance, direction, fov_deg) in [LIMB_OF_TITAN, LIMB_OF_THE_EARTH] {
-        let request = ViewRequest { purpose: Purpose::LINEAR, ..view(body, time, distance, direction, fov_deg) };
+    for (body, time, distance_radii, direction, fov_deg) in [LIMB_OF_TITAN, LIMB_OF_THE_EARTH] {
+        let request = ViewRequest { purpose: Purpose::LINEAR, ..view(body, time, distance_radii, direction, fov_deg) };
         let drawn =
             |effects: &str| SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn");
         let (automatic, requested) = (drawn(""), drawn("+refracted-limb"));
@@ -313,8 +318,8 @@ const LIMB_OF_THE_EARTH: ViewParameters = (
     144.19445295133494,
 );
 
-/// The rectangle of each half of the rings contains that half. Under a third of the points are in both, so a rectangle is smaller than one
-/// around all rings.
+/// The rectangle of each half of the rings contains that half. Less than a third of the points are in both rectangles, so each is smaller
+/// than a rectangle around all rings.
 #[test]
 fn each_half_of_the_rings_lies_in_its_own_rectangle() {
     let mut in_both = 0;
@@ -341,9 +346,9 @@ fn each_half_of_the_rings_lies_in_its_own_rectangle() {
             };
             let is_front = ring_point.dot(ring_point - viewer) < 0.0;
             let (own, other) = if is_front { (front, behind) } else { (behind, front) };
-            assert!(is_in(own), "{clip} in front: {is_front}, distance {distance_radii}");
+            assert!(is_in(own), "{clip} in front of the globe: {is_front}, from {distance_radii} radii");
             in_both += i32::from(is_in(other));
         }
     }
-    assert!(in_both < 4000, "{in_both} of 12000 points are in both: the rectangles are no smaller than one around all rings");
+    assert!(in_both < 4000, "{in_both} of 12000 points are in both rectangles: these are no smaller than one around all rings");
 }

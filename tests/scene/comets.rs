@@ -1,7 +1,6 @@
 //! Comets: dates and distances of well-known passages, total magnitude, and directions of tails.
 //!
-//! Passages are published facts (IAU Circulars and the JPL's Small-Body Database); the shipped orbits are osculating elements near each
-//! passage.
+//! The expected passages are from IAU Circulars and JPL's Small-Body Database. The catalog's orbits are osculating elements near each passage.
 
 use glam::DVec3;
 use orrery::FrameImages;
@@ -15,20 +14,21 @@ use orrery::scene::sky::comets::{SOLAR_WIND_KM_S, grain_position_au, ion_directi
 use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SECONDS_PER_DAY};
 
+/// The comet whose name contains `name`.
 fn comet(name: &str) -> SmallBody {
     SmallBodies::embedded().comets.iter().find(|c| c.name.contains(name)).expect(name).clone()
 }
 
 /// Days past J2000, TDB.
-fn days(time: &str) -> f64 {
+fn days_past_j2000(time: &str) -> f64 {
     Instant::parse(time).expect("a time").tdb_seconds_past_j2000() / SECONDS_PER_DAY
 }
 
 /// Vector from the Earth to the comet, au.
-fn from_earth(ephemeris: &Ephemeris, comet: &SmallBody, days: f64) -> DVec3 {
+fn from_earth_au(ephemeris: &Ephemeris, comet: &SmallBody, days: f64) -> DVec3 {
     let time = Instant::from_tdb_seconds_past_j2000(days * SECONDS_PER_DAY);
-    let sun = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
-    sun + heliocentric_state(&comet.orbit, days).position
+    let sun_au = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
+    sun_au + heliocentric_state(&comet.orbit, days).position
 }
 
 /// Checks the day and solar distance of perihelion, and the day and distance of the closest approach to the Earth.
@@ -45,10 +45,14 @@ fn passages_agree_with_the_almanacs() {
         ("K2 (PANSTARRS)", "2022-12-19T20:00:00Z", 1.797),
     ] {
         let orbit = comet(name).orbit;
-        assert!((orbit.passage_days - days(time)).abs() < 0.5, "{name}: {} days off", orbit.passage_days - days(time));
-        assert!((orbit.perihelion_au - perihelion_au).abs() < 0.004, "{name}: {}", orbit.perihelion_au);
+        assert!(
+            (orbit.passage_days - days_past_j2000(time)).abs() < 0.5,
+            "{name}: {} days off",
+            orbit.passage_days - days_past_j2000(time)
+        );
+        assert!((orbit.perihelion_au - perihelion_au).abs() < 0.004, "{name}: {} au", orbit.perihelion_au);
     }
-    for (name, time, min_au) in [
+    for (name, time, closest_au) in [
         ("Halley", "1985-11-27T12:00:00Z", 0.620),
         ("Halley", "1986-04-11T06:00:00Z", 0.417),
         ("Hyakutake", "1996-03-25T07:00:00Z", 0.1018),
@@ -56,17 +60,19 @@ fn passages_agree_with_the_almanacs() {
         ("F3 (NEOWISE)", "2020-07-23T01:00:00Z", 0.692),
     ] {
         let comet = comet(name);
-        let distance = |day: f64| from_earth(&ephemeris, &comet, day).length();
-        let nearest =
-            (-400..=400).map(|k| days(time) + 0.05 * f64::from(k)).min_by(|a, b| distance(*a).total_cmp(&distance(*b))).expect("some");
-        assert!((nearest - days(time)).abs() < 1.0, "{name}: {} days off", nearest - days(time));
-        assert!((distance(nearest) - min_au).abs() < 0.003, "{name}: {} au", distance(nearest));
+        let distance_au = |day: f64| from_earth_au(&ephemeris, &comet, day).length();
+        let closest_day = (-400..=400)
+            .map(|k| days_past_j2000(time) + 0.05 * f64::from(k))
+            .min_by(|a, b| distance_au(*a).total_cmp(&distance_au(*b)))
+            .expect("a day");
+        assert!((closest_day - days_past_j2000(time)).abs() < 1.0, "{name}: {} days off", closest_day - days_past_j2000(time));
+        assert!((distance_au(closest_day) - closest_au).abs() < 0.003, "{name}: {} au", distance_au(closest_day));
         // Ten days later the comet is farther away.
-        assert!(distance(nearest + 10.0) > distance(nearest) + 0.002);
+        assert!(distance_au(closest_day + 10.0) > distance_au(closest_day) + 0.002);
     }
     // On 10 April 1986 Halley was in Lupus at its southernmost declination, -47.5 degrees.
-    let from_earth_au = from_earth(&ephemeris, &comet("Halley"), days("1986-04-10T12:00:00Z"));
-    let declination_deg = (from_earth_au.z / from_earth_au.length()).asin().to_degrees();
+    let halley_au = from_earth_au(&ephemeris, &comet("Halley"), days_past_j2000("1986-04-10T12:00:00Z"));
+    let declination_deg = (halley_au.z / halley_au.length()).asin().to_degrees();
     assert!((declination_deg + 47.5).abs() < 0.3, "{declination_deg}");
 }
 
@@ -80,9 +86,9 @@ fn brightness_follows_the_law_of_total_magnitude() {
     assert_eq!(total_magnitude(BrightnessLaw::Asteroid { h: 1.0, g: 0.15 }, 1.0, 1.0), None);
 }
 
-/// The ion tail lags behind the antisolar direction by the angle whose tangent is the comet's transverse speed divided by the speed at
-/// which the solar wind overtakes it. Dust lies in the orbital plane and lags too, older grains more; grains with more radiation pressure
-/// drift farther out.
+/// The ion tail lags behind the antisolar direction. The tangent of this angle is the comet's transverse speed divided by the speed at which
+/// the solar wind overtakes the comet. Dust lies in the orbital plane and lags, too: the older a grain, the more. Grains with more radiation
+/// pressure drift farther out.
 #[test]
 fn tails_point_away_from_the_sun_and_lag() {
     for name in ["Halley", "Hale-Bopp", "Hyakutake", "McNaught", "Encke"] {
@@ -90,24 +96,24 @@ fn tails_point_away_from_the_sun_and_lag() {
         for days_past_perihelion in [-70.0, -20.0, -3.0, 0.0, 1.0, 15.0, 60.0] {
             let day = orbit.passage_days + days_past_perihelion;
             let comet_state = heliocentric_state(&orbit, day);
-            let (outward, normal) = (comet_state.position.normalize(), comet_state.position.cross(comet_state.velocity).normalize());
-            let forward = normal.cross(outward);
+            let (antisolar, normal) = (comet_state.position.normalize(), comet_state.position.cross(comet_state.velocity).normalize());
+            let forward = normal.cross(antisolar);
             let ions = ion_direction(&comet_state);
             let km_s = |au_day: DVec3| au_day * KM_PER_AU / SECONDS_PER_DAY;
-            let lag_rad = (-ions.dot(forward)).atan2(ions.dot(outward));
+            let lag_rad = (-ions.dot(forward)).atan2(ions.dot(antisolar));
             let expected_rad =
-                (km_s(comet_state.velocity).dot(forward) / (SOLAR_WIND_KM_S - km_s(comet_state.velocity).dot(outward))).atan();
+                (km_s(comet_state.velocity).dot(forward) / (SOLAR_WIND_KM_S - km_s(comet_state.velocity).dot(antisolar))).atan();
             assert!(
                 (lag_rad - expected_rad).abs() < 1e-9 && lag_rad > 0.0 && ions.dot(normal).abs() < 1e-12,
-                "{name} {days_past_perihelion}: {lag_rad} {expected_rad}"
+                "{name} {days_past_perihelion}: {lag_rad}, not {expected_rad}"
             );
             // `beta`: radiation pressure relative to the Sun's gravity.
             let dust_lag_rad = |age_days: f64, beta: f64| {
                 let from_comet = grain_position_au(&orbit, day, age_days, beta) - comet_state.position;
                 assert!(from_comet.normalize().dot(normal).abs() < 1e-6, "{name}: out of the plane");
-                (-from_comet.dot(forward)).atan2(from_comet.dot(outward))
+                (-from_comet.dot(forward)).atan2(from_comet.dot(antisolar))
             };
-            // A few days after release, a grain lags, by at most slightly more than a right angle.
+            // A grain that was released a few days ago lags by at most slightly more than a right angle.
             assert!((0.0..1.6).contains(&dust_lag_rad(5.0, 0.5)), "{name} {days_past_perihelion}: {}", dust_lag_rad(5.0, 0.5));
             assert!(
                 dust_lag_rad(20.0, 0.5) > dust_lag_rad(5.0, 0.5),
@@ -115,12 +121,12 @@ fn tails_point_away_from_the_sun_and_lag() {
                 dust_lag_rad(20.0, 0.5),
                 dust_lag_rad(5.0, 0.5)
             );
-            let drift = |beta: f64| grain_position_au(&orbit, day, 10.0, beta).distance(comet_state.position);
+            let drift_au = |beta: f64| grain_position_au(&orbit, day, 10.0, beta).distance(comet_state.position);
             assert!(
-                drift(0.1) < drift(0.4) && drift(0.4) < drift(0.9),
-                "{name} {days_past_perihelion}: radiation pressure moves light grains farther"
+                drift_au(0.1) < drift_au(0.4) && drift_au(0.4) < drift_au(0.9),
+                "{name} {days_past_perihelion}: a grain drifts less with more radiation pressure"
             );
-            // Grains without radiation pressure stay with the comet; the others do not.
+            // Grains without radiation pressure stay with the comet; others do not.
             assert!(
                 grain_position_au(&orbit, day, 30.0, 0.0).distance(comet_state.position) < 1e-9
                     && grain_position_au(&orbit, day, 30.0, 0.3).distance(comet_state.position) > 1e-3
@@ -135,7 +141,7 @@ fn an_image_shows_the_tails_away_from_the_sun() {
     let session = &*crate::support::session::SESSION;
     let time = Instant::parse("1986-03-16T00:00:00Z").expect("a time");
     let halley = comet("Halley");
-    let direction = from_earth(session.ephemeris(), &halley, time.tdb_seconds_past_j2000() / SECONDS_PER_DAY).normalize();
+    let direction = from_earth_au(session.ephemeris(), &halley, time.tdb_seconds_past_j2000() / SECONDS_PER_DAY).normalize();
     let request = ViewRequest {
         target: None,
         position: Position::Centre(NaifId::EARTH),
@@ -153,22 +159,28 @@ fn an_image_shows_the_tails_away_from_the_sun() {
     assert!(decision.on && decision.reason.to_string().contains("1P/Halley"), "{}", decision.reason);
     let sun = session.ephemeris().state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km.normalize();
     let camera = &drawn.scene.camera;
+    // The comet is in the middle of the image.
     let antisolar_clip = camera.clip(direction - sun * 0.01).expect("ahead").normalize();
     let (mut antisolar_light, mut sunward_light) = (0.0, 0.0);
     for (k, p) in drawn.frame.hdr.iter().enumerate() {
-        let from_middle_px = glam::DVec2::new((k % 160) as f64 + 0.5 - 80.0, 80.0 - (k / 160) as f64 - 0.5);
+        let from_head_px = glam::DVec2::new((k % 160) as f64 + 0.5 - 80.0, 80.0 - (k / 160) as f64 - 0.5);
         // Skip the glare of the head.
-        if from_middle_px.length() > 10.0 {
+        if from_head_px.length() > 10.0 {
             let light = f64::from(p[1]);
-            if from_middle_px.dot(antisolar_clip) > 0.0 { antisolar_light += light } else { sunward_light += light }
+            if from_head_px.dot(antisolar_clip) > 0.0 { antisolar_light += light } else { sunward_light += light }
         }
     }
     println!("light away from the Sun {antisolar_light:.3e}, towards it {sunward_light:.3e}");
     assert!(antisolar_light > 20.0 * sunward_light, "{antisolar_light} {sunward_light}");
-    let without = ViewRequest { layers: Layers::NONE, ..request };
-    let without = session.draw(&without, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
+    let without_layer = ViewRequest { layers: Layers::NONE, ..request };
+    let without_comets =
+        session.draw(&without_layer, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
     assert!(
-        without.scene.comets.heads.is_empty()
-            && without.scene.sky_decisions.iter().any(|d| d.effect == "comets" && !d.on && d.reason.to_string().contains("off unless"))
+        without_comets.scene.comets.heads.is_empty()
+            && without_comets
+                .scene
+                .sky_decisions
+                .iter()
+                .any(|d| d.effect == "comets" && !d.on && d.reason.to_string().contains("off unless"))
     );
 }

@@ -1,5 +1,5 @@
-//! Shadows of eclipses as lines: outlines lie where the shader's light changes, the path of 2024 runs through the published point of
-//! greatest eclipse, and cones reach from body to body.
+//! The lines that show eclipses: the outlines of umbra and penumbra lie where the shader's light changes, the path of the eclipse of 2024 runs
+//! through the published point of greatest eclipse, and shadow cones reach from body to body.
 
 use crate::support::folds::smaller;
 use crate::support::session::SESSION;
@@ -15,17 +15,20 @@ use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Layers, Look, Position, ViewRequest};
 use orrery::time::Instant;
 
+const JUPITER: NaifId = NaifId(599);
+const SIDE: u32 = 900;
+/// The instant of greatest eclipse in the total solar eclipse of 2024.
 const GREATEST_ECLIPSE: &str = "2024-04-08T18:17:16Z";
 
-fn view(target: i32, time: &str, layers: Layers) -> ViewRequest {
+fn view(target: NaifId, time: &str, layers: Layers) -> ViewRequest {
     ViewRequest {
         position: Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(20.0) },
         // A disc of 800 pixels, on which the Moon's umbra is a dozen pixels wide.
         fov_deg: Some(6.5),
-        width: 900,
-        height: 900,
+        width: SIDE,
+        height: SIDE,
         layers,
-        ..ViewRequest::of(NaifId(target), Instant::parse(time).expect("a time"))
+        ..ViewRequest::of(target, Instant::parse(time).expect("a time"))
     }
 }
 
@@ -33,17 +36,18 @@ fn path_layer() -> Layers {
     Layers { eclipse_path: true, ..Layers::NONE }
 }
 
-fn segments(built: &Scene) -> &[LineSegment] {
-    built.ground_lines.first().map_or(&[][..], |(_, segments)| segments)
+/// The lines on the ground.
+fn segments(scene: &Scene) -> &[LineSegment] {
+    scene.ground_lines.first().map_or(&[][..], |(_, segments)| segments)
 }
 
-fn ends_px(built: &Scene, segment: &LineSegment) -> [DVec2; 2] {
-    segment.ends.map(|e| built.camera.pixel_from_clip(e.truncate().as_dvec2()))
+fn ends_px(scene: &Scene, segment: &LineSegment) -> [DVec2; 2] {
+    segment.ends.map(|end| scene.camera.pixel_from_clip(end.truncate().as_dvec2()))
 }
 
-/// The line segments of the umbra, penumbra or path, selected by colour.
-fn lines_of_colour(built: &Scene, has_colour: fn(DVec3) -> bool) -> Vec<LineSegment> {
-    segments(built).iter().filter(|p| has_colour(p.colour.as_dvec3())).copied().collect()
+/// The line segments that have a colour: those of the umbra, the penumbra or the path.
+fn lines_of_colour(scene: &Scene, has_colour: fn(DVec3) -> bool) -> Vec<LineSegment> {
+    segments(scene).iter().filter(|segment| has_colour(segment.colour.as_dvec3())).copied().collect()
 }
 
 fn is_umbra(colour: DVec3) -> bool {
@@ -59,29 +63,29 @@ fn is_path(colour: DVec3) -> bool {
 }
 
 /// The shader's light on both sides of each outline: none inside the umbra and some outside; full light outside the penumbra and less
-/// inside. Tested for the Moon's shadow on the Earth and for the shadow of a moon on Jupiter.
+/// inside. For the Moon's shadow on the Earth, and for shadows of moons on Jupiter.
 #[test]
 fn outlines_lie_where_the_shaders_light_changes() {
-    for (target, time) in [(399, GREATEST_ECLIPSE), (399, "2024-04-08T16:50:00Z"), (599, "2004-03-28T07:40:00Z")] {
+    for (target, time) in [(NaifId::EARTH, GREATEST_ECLIPSE), (NaifId::EARTH, "2024-04-08T16:50:00Z"), (JUPITER, "2004-03-28T07:40:00Z")] {
         let shaded = ViewRequest {
             pixel_view: PixelView::Eclipse,
             effects: EffectOverrides::parse("+eclipse=limb-darkened,-clouds,-atmosphere").expect("effects"),
             ..view(target, time, Layers::NONE)
         };
         let drawn = SESSION.draw(&shaded, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
-        let light = |at: DVec2| f64::from(drawn.frame.hdr[at.y as usize * 900 + at.x as usize][1]);
-        let built = SESSION.scene(&view(target, time, path_layer())).expect("a scene");
-        let placement = built.body(NaifId(target)).expect("in the catalog").placement;
+        let light = |at: DVec2| f64::from(drawn.frame.hdr[at.y as usize * SIDE as usize + at.x as usize][1]);
+        let scene = SESSION.scene(&view(target, time, path_layer())).expect("a scene");
+        let placement = scene.body(target).expect("in the catalog").placement;
         for (is_outline, outline_name) in [(is_umbra as fn(DVec3) -> bool, "umbra"), (is_penumbra, "penumbra")] {
-            let outline = lines_of_colour(&built, is_outline);
-            assert!(outline.len() > 10, "{target} {time}: {} segments of the {outline_name}", outline.len());
-            let (mut checked, mut contradicting) = (0, 0);
+            let outline = lines_of_colour(&scene, is_outline);
+            assert!(outline.len() > 10, "{target:?} {time}: {} segments of the {outline_name}", outline.len());
+            let (mut checked, mut wrong) = (0, 0);
             for segment in &outline {
-                let [a, b] = ends_px(&built, segment);
+                let [a, b] = ends_px(&scene, segment);
                 let (middle, across) = (0.5 * (a + b), (b - a).perp().normalize_or_zero());
                 // Near the limb the ground is seen at a grazing angle, and a pixel covers a long distance.
                 let is_grazing = |at: DVec2| {
-                    built
+                    scene
                         .camera
                         .surface_under_pixel(&placement, at)
                         .is_none_or(|unit| unit.dot(placement.camera_in_unit_sphere().normalize()) < 0.3)
@@ -91,58 +95,59 @@ fn outlines_lie_where_the_shaders_light_changes() {
                     continue;
                 }
                 let [low, high] = {
-                    let [one, other] = sides.map(light);
-                    [one.min(other), one.max(other)]
+                    let [left, right] = sides.map(light);
+                    [left.min(right), left.max(right)]
                 };
                 checked += 1;
-                contradicting +=
+                wrong +=
                     usize::from(if outline_name == "umbra" { low > 1e-6 || high < 1e-5 } else { high < 1.0 - 1e-4 || low > 1.0 - 1e-6 });
             }
-            println!("{target} {time}: {outline_name}: {checked} segments, {contradicting} contradicting");
-            // A small umbra is only a few pixels wide: some points two pixels to the side lie beyond its other edge.
-            assert!(checked > 5 && contradicting * 20 <= checked, "{target} {time}, {outline_name}: {contradicting} of {checked}");
+            println!("{target:?} {time}: {outline_name}: {checked} segments, {wrong} wrong");
+            // A small umbra is only a few pixels wide, so some points two pixels inside its outline lie beyond the opposite edge.
+            assert!(checked > 5 && wrong * 20 <= checked, "{target:?} {time}, {outline_name}: {wrong} of {checked}");
         }
-        // The comparison must be able to fail: on the Earth, where there is a single umbra, its middle is dark, and 300 pixels away it is
-        // light.
-        let outline = lines_of_colour(&built, is_umbra);
-        let middle = outline.iter().map(|p| ends_px(&built, p)[0]).sum::<DVec2>() / outline.len() as f64;
+        // Negative control: the light differs enough to be told apart. On the Earth, where there is a single umbra, its middle is dark, and 300
+        // pixels away there is light.
+        let outline = lines_of_colour(&scene, is_umbra);
+        let middle = outline.iter().map(|segment| ends_px(&scene, segment)[0]).sum::<DVec2>() / outline.len() as f64;
         assert!(
-            target == 599 || light(middle) < 2e-3 && light(middle + DVec2::new(300.0, 0.0)) > 2e-3,
-            "{target} {time}: {}",
+            target == JUPITER || light(middle) < 2e-3 && light(middle + DVec2::new(300.0, 0.0)) > 2e-3,
+            "{target:?} {time}: {}",
             light(middle)
         );
     }
 }
 
-/// NASA's path table of 2024-04-08 (Espenak, F. and Anderson, J., Total Solar Eclipse of 2024 April 08): the point of greatest eclipse is
-/// within 4 km of the drawn line (the table's lunar radius differs by 0.1 km, its Delta T by a second).
+/// The point of greatest eclipse in NASA's table of the path of 2024-04-08 (Espenak, F. and Anderson, J., Total Solar Eclipse of 2024 April
+/// 08) is within 4 km of the drawn centre line. The table assumes another lunar radius, by 0.1 km, and another Delta T, by a second.
 #[test]
 fn the_path_of_2024_runs_through_the_tables_greatest_eclipse() {
-    let built = SESSION.scene(&ViewRequest { width: 4000, height: 4000, ..view(399, GREATEST_ECLIPSE, path_layer()) }).expect("a scene");
-    let placement = built.body(NaifId::EARTH).expect("in the catalog").placement;
-    let line = lines_of_colour(&built, is_path);
+    let scene =
+        SESSION.scene(&ViewRequest { width: 4000, height: 4000, ..view(NaifId::EARTH, GREATEST_ECLIPSE, path_layer()) }).expect("a scene");
+    let placement = scene.body(NaifId::EARTH).expect("in the catalog").placement;
+    let line = lines_of_colour(&scene, is_path);
     let distance_km = |latitude_deg: f64, longitude_deg: f64| {
         let (ground, _) = ground_point_km(placement.radii_km, latitude_deg, longitude_deg, 0.0);
-        let at = built.camera.pixel_of_surface(&placement, ground / placement.radii_km).expect("on the near side");
-        let distance_to = |p: &LineSegment| {
-            let [a, b] = ends_px(&built, p);
-            let t = ((at - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
-            at.distance(a.lerp(b, t))
+        let at = scene.camera.pixel_of_surface(&placement, ground / placement.radii_km).expect("on the near side");
+        let distance_px = |segment: &LineSegment| {
+            let [a, b] = ends_px(&scene, segment);
+            let fraction = ((at - a).dot(b - a) / (b - a).length_squared().max(1e-30)).clamp(0.0, 1.0);
+            at.distance(a.lerp(b, fraction))
         };
-        let pixel_km = built.camera.pixel_tangent() * (placement.centre_km.length() - placement.radii_km.x);
-        line.iter().map(distance_to).fold(f64::INFINITY, smaller) * pixel_km
+        let pixel_km = scene.camera.pixel_tangent() * (placement.centre_km.length() - placement.radii_km.x);
+        line.iter().map(distance_px).fold(f64::INFINITY, smaller) * pixel_km
     };
-    // Greatest eclipse 18:17:16: 25 deg 17.4' N, 104 deg 08.3' W.
+    // At 18:17:16: 25 deg 17.4' N, 104 deg 08.3' W.
     assert!(distance_km(25.29, -104.138) < 4.0, "{}", distance_km(25.29, -104.138));
-    // The limits lie half the path's width of 198 km to either side of the centre line; between them there is no line.
+    // The path is 198 km wide. Its limits and its centre line are drawn, and no line between them.
     assert!(distance_km(25.29 + 0.45, -104.138) > 20.0);
     assert!(
-        built.sky_decisions.iter().any(|d| d.effect == "eclipse-path" && d.on && d.reason.to_string().contains("Moon")),
+        scene.sky_decisions.iter().any(|d| d.effect == "eclipse-path" && d.on && d.reason.to_string().contains("Moon")),
         "{:?}",
-        built.sky_decisions
+        scene.sky_decisions
     );
     // One day earlier there is no path, and the reason says so.
-    let before = SESSION.scene(&view(399, "2024-04-07T12:00:00Z", path_layer())).expect("a scene");
+    let before = SESSION.scene(&view(NaifId::EARTH, "2024-04-07T12:00:00Z", path_layer())).expect("a scene");
     assert!(
         segments(&before).is_empty() && before.sky_decisions.iter().any(|d| d.effect == "eclipse-path" && !d.on),
         "{:?}",
@@ -165,24 +170,24 @@ fn cones_reach_from_the_moon_to_the_earth() {
         ..ViewRequest::of(target, Instant::parse(GREATEST_ECLIPSE).expect("a time"))
     };
     for target in [NaifId::EARTH, NaifId::MOON] {
-        let built = SESSION.scene(&request(target)).expect("a scene");
-        assert!(!built.lines_in_space.is_empty() && built.lines_in_space.len() < 20_000, "{}", built.lines_in_space.len());
+        let scene = SESSION.scene(&request(target)).expect("a scene");
+        assert!(!scene.lines_in_space.is_empty() && scene.lines_in_space.len() < 20_000, "{}", scene.lines_in_space.len());
         let centre_px = |id: NaifId| {
-            built.camera.pixel_from_clip(built.camera.clip(built.body(id).expect("placed").placement.centre_km).expect("in front"))
+            scene.camera.pixel_from_clip(scene.camera.clip(scene.body(id).expect("placed").placement.centre_km).expect("in front"))
         };
         // The camera is about 950 000 km from the Earth.
-        let pixel_km = built.camera.pixel_tangent() * 9.5e5;
+        let pixel_km = scene.camera.pixel_tangent() * 9.5e5;
         for (body, radius_km) in [(NaifId::MOON, 1737.0), (NaifId::EARTH, 6378.0)] {
-            let nearest_km = built
+            let nearest_km = scene
                 .lines_in_space
                 .iter()
-                .flat_map(|p| ends_px(&built, p))
+                .flat_map(|segment| ends_px(&scene, segment))
                 .map(|at| at.distance(centre_px(body)) * pixel_km)
                 .fold(f64::INFINITY, smaller);
-            assert!(nearest_km < 1.2 * radius_km, "{target:?}: nearest line {nearest_km} km from {body:?}");
+            assert!(nearest_km < 1.2 * radius_km, "{target:?}: the nearest line is {nearest_km} km from {body:?}");
         }
-        assert!(built.lines_in_space.iter().all(|p| p.ends.iter().all(|e| e.is_finite() && e.z > 0.0)), "{target:?}");
-        assert!(built.sky_decisions.iter().any(|d| d.effect == "eclipse-cones" && d.on), "{:?}", built.sky_decisions);
+        assert!(scene.lines_in_space.iter().all(|segment| segment.ends.iter().all(|end| end.is_finite() && end.z > 0.0)), "{target:?}");
+        assert!(scene.sky_decisions.iter().any(|d| d.effect == "eclipse-cones" && d.on), "{:?}", scene.sky_decisions);
     }
     let without_layer = SESSION.scene(&ViewRequest { layers: Layers::NONE, ..request(NaifId::EARTH) }).expect("a scene");
     assert!(without_layer.lines_in_space.is_empty());

@@ -9,9 +9,10 @@ use orrery::view::window::cpu_painter::Painter;
 use orrery::view::worker::render_worker::{FailedJob, InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
 use std::sync::{Arc, Mutex};
 
+/// Width and height of each requested image, pixels.
 type Sizes = Arc<Mutex<Vec<[u32; 2]>>>;
 
-/// What happens to the requested images.
+/// Whether the requested images are drawn.
 #[derive(Clone, Copy, PartialEq)]
 enum Images {
     Drawn,
@@ -19,7 +20,7 @@ enum Images {
     Withheld,
 }
 
-/// Records the sizes of the requested images.
+/// A worker that records the sizes of the requested images.
 struct RecordingWorker {
     inner: InlineWorker<'static>,
     sizes: Sizes,
@@ -44,9 +45,9 @@ impl RenderWorker for RecordingWorker {
     }
 }
 
-/// A window whose first image is requested for a viewport of this size, and the sizes of all requested images. `change`: what happens before
-/// the first frame.
-fn opened(viewport_px: [u32; 2], images: Images, change: fn(&mut Interface)) -> (Harness<'static, Interface>, Sizes) {
+/// A window whose first image is requested for a viewport of this size, and the list of sizes of requested images. `change` is called between
+/// that request and the first frame.
+fn open_window(viewport_px: [u32; 2], images: Images, change: fn(&mut Interface)) -> (Harness<'static, Interface>, Sizes) {
     let sizes = Sizes::default();
     let worker = RecordingWorker { inner: InlineWorker::new(session()), sizes: Arc::clone(&sizes), images };
     let mut interface = interface(NaifId::MOON, "2017-05-17T00:00:00Z");
@@ -64,23 +65,23 @@ fn opened(viewport_px: [u32; 2], images: Images, change: fn(&mut Interface)) -> 
 #[test]
 fn the_first_image_is_requested_once_and_before_the_first_frame() {
     for viewport_px in [[720, 480], [300, 900], [0, 0]] {
-        let (mut window, sizes) = opened(viewport_px, Images::Drawn, |_| {});
+        let (mut window, sizes) = open_window(viewport_px, Images::Drawn, |_| {});
         settle(&mut window);
         let sizes = sizes.lock().expect("sizes").clone();
         let last = window.state().shown().expect("an image");
-        // One coarse image, a third as wide and high as the viewport of the last run; all further ones have the full resolution of this window.
-        let expected = viewport_px.map(|side| side.max(1).div_ceil(3));
-        assert_eq!(sizes[0], expected, "{sizes:?}");
+        // The first image is coarse: a third as wide and high as the viewport of the previous run. All others have the full resolution of this window.
+        let first = viewport_px.map(|side| side.max(1).div_ceil(3));
+        assert_eq!(sizes[0], first, "{sizes:?}");
         assert!(sizes.len() > 1 && sizes[1..].iter().all(|[width, _]| *width == last.width), "{sizes:?}");
-        assert_eq!(window.state().settings.panels.viewport_px, [last.width, last.height], "the next run starts with the right size");
+        assert_eq!(window.state().settings.panels.viewport_px, [last.width, last.height], "the size for the next run");
     }
-    // While the image is on its way, a request is made only if the view changes.
-    let requests = |change: fn(&mut Interface)| {
-        let (mut window, sizes) = opened([720, 480], Images::Withheld, change);
+    // While the first image has not arrived, another is requested only if the view changes.
+    let request_count = |change: fn(&mut Interface)| {
+        let (mut window, sizes) = open_window([720, 480], Images::Withheld, change);
         window.run_steps(3);
         assert!(window.state().shown().is_none());
         sizes.lock().expect("sizes").len()
     };
-    assert_eq!(requests(|_| {}), 1);
-    assert!(requests(|interface| interface.viewer.view.fov_deg = 20.0) > 1, "the other view was not requested");
+    assert_eq!(request_count(|_| {}), 1);
+    assert!(request_count(|interface| interface.viewer.view.fov_deg = 20.0) > 1, "the other view was not requested");
 }

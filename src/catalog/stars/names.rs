@@ -3,7 +3,7 @@
 //! In: a number in the Hipparcos catalog (ESA SP-1200). Out: the star's name in the IAU Catalog of Star Names (Working Group on Star Names), for 89 well-known
 //! stars. Not here: Bayer letters and Flamsteed numbers.
 
-/// Name and Hipparcos number, sorted by name. For a double star, the number of its brighter component.
+/// Name and Hipparcos number, sorted by name. The number of a double star is that of its brighter component.
 pub const STAR_NAMES: [(&str, u32); 89] = [
     ("Achernar", 7_588),
     ("Acrux", 60_718),
@@ -106,7 +106,8 @@ mod tests {
     use super::*;
     use crate::catalog::stars::StarCatalog;
 
-    /// Right ascension (hours) and declination (degrees) of J2000 from star atlases, rounded to about 0.01 hours and 0.1 degrees.
+    /// Name, right ascension in hours, and declination in degrees, J2000, in the order of [`STAR_NAMES`]. From star atlases, rounded to about 0.01
+    /// hours and 0.1 degrees.
     const PLACES: [(&str, f64, f64); 89] = [
         ("Achernar", 1.63, -57.2),
         ("Acrux", 12.44, -63.1),

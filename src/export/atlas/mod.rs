@@ -2,7 +2,7 @@
 //!
 //! In: a revision and module ids. Out: `index.html`, a page for each module, an image for each module that draws a body, `lines.js`, `atlas.js`,
 //! `atlas.css`, `manifest.json`. Always: the site works from the local disk without server or network; the same modules give the same bytes. Each distinct
-//! source line is stored once for all pages, because modules share most of their lines; a full copy of each module would take a gigabyte in all.
+//! source line is stored once for all pages, because modules share most of their lines: full copies of all modules would take a gigabyte.
 
 mod lines;
 mod neighbours;
@@ -25,7 +25,7 @@ use std::sync::Arc;
 
 /// Side of a module's image, pixels. The list shows it at this size, a module's page twice as large.
 const IMAGE_SIDE_PX: u32 = 96;
-/// Number of modules in memory at a time.
+/// How many modules are in memory at a time.
 const MODULES_PER_CHUNK: usize = 128;
 /// File name of the list of all modules, which identifies a folder as an atlas.
 pub(crate) const MANIFEST: &str = "manifest.json";
@@ -49,19 +49,19 @@ pub struct ListedModule {
     /// Key, or name of a simple module.
     #[serde(rename = "module")]
     pub name: String,
-    /// Path of the module's page below the atlas folder, `pages/STEM.html`; its image, if any, is `pictures/STEM.png`.
+    /// Path of the module's page below the atlas folder: `pages/`, the stem of the module's files, and `.html`. The image of the same stem is in `pictures/`.
     pub page: String,
     /// Whether the module draws a body.
     pub has_image: bool,
     /// Features to which the module's lines belong.
     pub features: Vec<String>,
-    /// Number of lines of the module.
+    /// Number of lines of the module's WGSL.
     pub lines: usize,
     /// Cost, and statistics of the image.
     pub figures: Figures,
 }
 
-/// One module with its figures and its image, before they are written.
+/// One module with its figures and its image, before its page is written.
 struct RenderedModule {
     module: Arc<ShaderModule>,
     figures: Figures,
@@ -86,7 +86,7 @@ fn render_module(
     Ok(RenderedModule { module, figures, image })
 }
 
-/// Writes a file, and replaces an existing one.
+/// Writes a file, or replaces it.
 fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_atomic(path, FileAccess::All, |out| out.write_all(bytes))
 }
@@ -112,9 +112,9 @@ pub fn write(
     let mut table = LineTable::default();
     let mut listed_modules = Vec::new();
     for chunk in ids.chunks(MODULES_PER_CHUNK) {
-        let make = |renderer: &SampleBodyRenderer, id: &ModuleId| render_module(renderer, revision, id, lowering);
+        let render = |renderer: &SampleBodyRenderer, id: &ModuleId| render_module(renderer, revision, id, lowering);
         let renderer_error = |id: &ModuleId, e: &SessionError| AtlasError::Module { module: id.to_string(), why: e.to_string() };
-        let results = map_with_renderers(IMAGE_SIDE_PX, chunk, make, renderer_error, &on_module_done);
+        let results = map_with_renderers(IMAGE_SIDE_PX, chunk, render, renderer_error, &on_module_done);
         for (id, result) in chunk.iter().zip(results) {
             let RenderedModule { module, figures, image } = result?;
             let name = id.to_string();

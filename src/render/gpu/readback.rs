@@ -1,4 +1,5 @@
-//! Readback of pixels, in bands of rows, so that the staging buffer of a large image (up to 16384 x 16384 pixels) stays small.
+//! Copies pixels from the GPU to the CPU. The copy is made in bands of rows, so that the staging buffer of a large image (up to 16384 x 16384 pixels) stays
+//! small.
 //!
 //! In: a texture in GPU memory. Out: its pixels, without the padding of rows that the GPU requires.
 
@@ -18,9 +19,9 @@ pub(crate) struct Readback {
     buffer: Option<Buffer>,
 }
 
-/// Maps the first `byte_count` bytes of a buffer, waiting for the device, and passes them to `read`.
+/// Waits for the device, maps the first `byte_count` bytes of a buffer, and passes them to `read`.
 pub(crate) fn read_mapped<T>(device: &Device, buffer: &Buffer, byte_count: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
-    let device_error = |what: &dyn std::fmt::Display| GpuError::DeviceLost(what.to_string());
+    let device_error = |error: &dyn std::fmt::Display| GpuError::DeviceLost(error.to_string());
     let (send, receive) = mpsc::channel();
     let slice = buffer.slice(..byte_count);
     slice.map_async(MapMode::Read, move |result| {
@@ -37,7 +38,7 @@ pub(crate) fn read_mapped<T>(device: &Device, buffer: &Buffer, byte_count: u64, 
 }
 
 impl Readback {
-    /// All pixels of a texture, top row first, `N` bytes each.
+    /// All pixels of a texture, top row first. `N`: bytes per pixel.
     pub(crate) fn pixels<const N: usize>(&mut self, device: &Device, queue: &Queue, texture: &Texture) -> Result<Vec<[u8; N]>, GpuError> {
         let (width, height) = (texture.width(), texture.height());
         let row_bytes = width * N as u32;

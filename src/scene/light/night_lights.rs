@@ -24,10 +24,11 @@ pub struct NightLights {
 
 /// Radiance of a white texel of the body's night map, in the channel with the largest gain; 0 without a night map.
 pub(crate) fn white_radiance(body: &Body) -> f64 {
-    body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
+    body.maps.night.as_ref().map_or(0.0, |map| map.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
 }
 
-/// Fraction of city lights that are switched on: 0 with the Sun above the horizon, 1 if it is at least 6 degrees below; as in shaders/lib/night_lights.wesl.
+/// Fraction of city lights that are switched on: 0 if the Sun is above the horizon, 1 if it is at least 6 degrees below. The same as in
+/// shaders/lib/night_lights.wesl.
 /// `cos_incidence`: cosine of the Sun's zenith angle, negative at night.
 pub(crate) fn lit_fraction(cos_incidence: f64) -> f64 {
     1.0 - smoothstep(cos_incidence / CIVIL_TWILIGHT_SINE + 1.0)
@@ -38,7 +39,7 @@ impl NightLights {
     /// the number of texels is wrong.
     pub(crate) fn new(body: &Body, width: usize, height: usize, texels: impl Iterator<Item = f64>) -> Option<Self> {
         let white = white_radiance(body);
-        let radiance: Vec<f32> = texels.map(|t| narrow_scalar(t.max(0.0) * white)).collect();
+        let radiance: Vec<f32> = texels.map(|texel| narrow_scalar(texel.max(0.0) * white)).collect();
         let is_complete = width > 0 && height > 0 && radiance.len() == width * height;
         is_complete.then(|| Self { width, height, radiance, stretch: body.map_stretch() })
     }
@@ -48,14 +49,15 @@ impl NightLights {
         let direction = (point * DVec3::new(1.0, self.stretch.x, self.stretch.y)).normalize();
         let u = 0.5 + direction.y.atan2(direction.x) / TAU;
         let v = 0.5 - direction.z.clamp(-1.0, 1.0).asin() / PI;
+        // In texels, from the middle of the first.
         let (x, y) = (u * self.width as f64 - 0.5, (v * self.height as f64 - 0.5).clamp(0.0, self.height as f64 - 1.0));
         let (left, upper) = (x.floor(), y.floor());
         let texel = |column: f64, row: f64| {
             let column = (column as i64).rem_euclid(self.width as i64) as usize;
             f64::from(self.radiance[(row as usize).min(self.height - 1) * self.width + column])
         };
-        let row = |r: f64| texel(left, r) + (x - left) * (texel(left + 1.0, r) - texel(left, r));
-        row(upper) + (y - upper) * (row(upper + 1.0) - row(upper))
+        let between_columns = |row: f64| texel(left, row) + (x - left) * (texel(left + 1.0, row) - texel(left, row));
+        between_columns(upper) + (y - upper) * (between_columns(upper + 1.0) - between_columns(upper))
     }
 }
 
@@ -73,8 +75,13 @@ mod tests {
         let texels = || (0..8 * 4).map(|k| f64::from(u8::from(k % 8 >= 4)));
         let night_lights = NightLights::new(earth, 8, 4, texels()).expect("complete");
         let white = white_radiance(earth);
-        let at = |lon: f64| night_lights.radiance_at(DVec3::new(lon.to_radians().cos(), lon.to_radians().sin(), 0.1)) / white;
-        assert!(white > 0.0 && (at(90.0) - 1.0).abs() < 1e-6 && at(-90.0).abs() < 1e-9 && (at(0.0) - 0.5).abs() < 1e-6, "{}", at(0.0));
+        let fraction_of_white = |lon_deg: f64| {
+            let (sin, cos) = lon_deg.to_radians().sin_cos();
+            night_lights.radiance_at(DVec3::new(cos, sin, 0.1)) / white
+        };
+        let [west, middle, east] = [-90.0, 0.0, 90.0].map(fraction_of_white);
+        assert!(white > 0.0);
+        assert!((east - 1.0).abs() < 1e-6 && west.abs() < 1e-9 && (middle - 0.5).abs() < 1e-6, "{west} {middle} {east}");
         assert!(NightLights::new(earth, 8, 5, texels()).is_none());
         assert_eq!((lit_fraction(0.0), lit_fraction(-0.2)), (0.0, 1.0));
     }

@@ -1,7 +1,7 @@
 //! Formats dates as is usual in the window's language.
 //!
 //! In: instants, ISO 8601 text, calendar dates. Out: text. Always: the messages `date-*` determine order and punctuation, `month-*` the names of
-//! months; a date that ISO 8601 cannot express, which is written as a Julian date, stays unchanged. Not here: parsing of typed dates
+//! months. An instant that ISO 8601 cannot express is written as a Julian date, in every language alike. Not here: parsing of typed dates
 //! (`view::app::date_text`).
 
 use super::numbers::localised;
@@ -28,7 +28,7 @@ pub(crate) fn second_text(t: Instant) -> String {
     day_and_clock(t.plus_seconds(0.5), "hh:mm:ss".len())
 }
 
-/// The day in UTC, and the first `clock_length` characters of the time of day; the rest is cut off, not rounded.
+/// The day in UTC, and the first `clock_length` characters of the time of day, without rounding.
 fn day_and_clock(t: Instant, clock_length: usize) -> String {
     let iso = t.to_utc_iso();
     match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(..clock_length)?))) {
@@ -37,7 +37,7 @@ fn day_and_clock(t: Instant, clock_length: usize) -> String {
     }
 }
 
-/// Date in digits, hour and minute of an instant in UTC, not rounded: for the names of stored views.
+/// Date in digits, hour and minute of an instant in UTC, without rounding: for the names of stored views.
 pub(crate) fn minute_in_digits(t: Instant) -> String {
     let iso = t.to_utc_iso();
     match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(.."hh:mm".len())?))) {
@@ -49,9 +49,9 @@ pub(crate) fn minute_in_digits(t: Instant) -> String {
 /// Month, day and time of day in UTC, rounded to the second, for the contacts of an event.
 pub(crate) fn month_day_second_text(t: Instant) -> String {
     let iso = t.plus_seconds(0.5).to_utc_iso();
-    let parts = iso.split_once('T').and_then(|(date, clock)| Some((fields(date)?, clock.get(.."hh:mm:ss".len())?)));
+    let parts = iso.split_once('T').and_then(|(date, clock)| Some((date_fields(date)?, clock.get(.."hh:mm:ss".len())?)));
     match parts {
-        Some((Fields { month, day, .. }, clock)) => {
+        Some((DateFields { month, day, .. }, clock)) => {
             text!("date-month-day-second", month = month, day = day, clock = clock)
         }
         None => iso,
@@ -66,33 +66,33 @@ pub(crate) fn day_text(t: Instant) -> String {
 
 /// An ISO 8601 date in the language's usual form.
 pub(super) fn iso_date_text(date: &str) -> String {
-    let Some(Fields { year, month, day }) = fields(date) else { return date.to_owned() };
+    let Some(DateFields { year, month, day }) = date_fields(date) else { return date.to_owned() };
     let month_name = translated_name("month", month.trim_start_matches('0'));
     text!("date-day", year = year_text(year), month = month, month_name = month_name, day = day, day_number = without_leading_zeros(day))
 }
 
 /// An ISO 8601 date in digits, for fields that can be edited.
 pub(crate) fn date_in_digits(date: &str) -> String {
-    let Some(Fields { year, month, day }) = fields(date) else { return date.to_owned() };
+    let Some(DateFields { year, month, day }) = date_fields(date) else { return date.to_owned() };
     text!("date-digits", year = year_text(year), month = month, day = day)
 }
 
-/// Year, month and day of an ISO 8601 date, as the date writes them.
-struct Fields<'d> {
+/// Year, month and day of an ISO 8601 date, in its own characters.
+struct DateFields<'d> {
     year: &'d str,
     month: &'d str,
     day: &'d str,
 }
 
 /// The fields of an ISO 8601 date; `None` if it does not have three.
-fn fields(date: &str) -> Option<Fields<'_>> {
+fn date_fields(date: &str) -> Option<DateFields<'_>> {
     // Split from the end, because a negative year begins with a hyphen.
     let mut from_end = date.rsplitn(3, '-');
     let (day, month, year) = (from_end.next()?, from_end.next()?, from_end.next()?);
-    Some(Fields { year, month, day })
+    Some(DateFields { year, month, day })
 }
 
-/// The number that digits write, such as 8 for `08`; 0 if they are not a number.
+/// The number in a text, such as 8 for `08`; 0 if the text is not a number.
 fn without_leading_zeros(digits: &str) -> u32 {
     digits.parse().unwrap_or_default()
 }
@@ -118,6 +118,7 @@ pub(crate) fn short_month_name(date: NaiveDate) -> &'static str {
 /// The number of a date's month, `1` to `12`, as in the ids of the messages `month-…`.
 fn month_number(date: NaiveDate) -> &'static str {
     const NUMBERS: [&str; 12] = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12"];
+    // `month0` is at most 11. The remainder makes an index out of range impossible.
     NUMBERS[date.month0() as usize % NUMBERS.len()]
 }
 

@@ -1,8 +1,8 @@
 //! The settings writer: writes changed settings on a separate thread while the window is open.
 //!
-//! In: the settings after each frame. Out: calls of `write`. Always: changes are written as soon as half a second has passed without a further change; a
-//! program that is killed loses only the changes that were not followed by such a pause. Changes that are pending when the window is closed are left to the
-//! caller, which writes the final settings.
+//! In: the settings after each frame. Out: calls of the function `write` with settings that changed. Always: changes are written once half a second has passed
+//! without a further change. If the program is killed, only the changes since the last such pause are lost. When the window is closed, changes may still be
+//! pending: the caller writes the final settings.
 
 use crate::view::app::settings::Settings;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -19,8 +19,8 @@ pub(crate) struct SettingsSender {
 }
 
 impl SettingsSender {
-    /// A sender that sends changes of `settings`. These settings themselves are not sent: they were loaded from the file, or are the default ones if there is
-    /// no usable file. The receiver is for [`write_changes`].
+    /// A sender for settings that differ from `settings`, the initial ones: those of the file, or the default ones if there is no usable file. The receiver
+    /// is for [`write_changes`].
     pub(crate) fn new(settings: &Settings) -> (Self, Receiver<Settings>) {
         let (sender, receiver) = channel();
         (Self { changes: sender, last_sent: settings.clone() }, receiver)
@@ -72,8 +72,7 @@ mod tests {
             sender.send_if_changed(&scaled(ui_scale));
         }
         std::thread::scope(|scope| {
-            scope
-                .spawn(move || write_after(&changes, Duration::from_millis(20), |s| report.send(s.ui_scale).expect("a test that listens")));
+            scope.spawn(move || write_after(&changes, Duration::from_millis(20), |s| report.send(s.ui_scale).expect("a receiver")));
             assert_eq!(written.recv(), Ok(1.2));
             sender.send_if_changed(&scaled(1.2));
             sender.send_if_changed(&scaled(1.3));

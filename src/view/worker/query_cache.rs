@@ -1,7 +1,7 @@
 //! A cache of query results that are computed off the window's thread.
 //!
-//! In: a key and a query. Out: the answer, some frames later. Always: a query runs once per key until its entry is dropped; a lookup never blocks.
-//! Not for more than `CAPACITY` keys in one frame: they would displace each other before their answers arrive.
+//! In: a key and a query. Out: the answer, some frames later. Always: the query of a key runs once, until the key's entry is dropped; a lookup never blocks.
+//! One frame must not look up more than `CAPACITY` keys: their entries would be dropped before the answers arrive.
 
 use crate::session::Session;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
@@ -14,7 +14,7 @@ enum Answer<T> {
     Ready(T),
 }
 
-/// The queries by key, answered or pending.
+/// The answers to queries by key, pending or arrived.
 pub(crate) struct QueryCache<K, T> {
     answers: HashMap<K, Answer<T>>,
 }
@@ -25,11 +25,11 @@ impl<K, T> Default for QueryCache<K, T> {
     }
 }
 
-/// Largest number of entries. A full cache drops all entries, also those of pending queries, before the next query.
+/// Largest number of entries. Before a further query, a full cache drops all entries, also those of pending queries.
 const CAPACITY: usize = 600;
 
 impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
-    /// The answer, if it has arrived. If the cache has no query for this key, starts `query`.
+    /// The answer, if it has arrived. Starts `query` if the cache has no entry for this key.
     pub(crate) fn get(&mut self, worker: &dyn RenderWorker, key: &K, query: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
         if !self.answers.contains_key(key) {
             if self.answers.len() >= CAPACITY {
@@ -40,7 +40,7 @@ impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
         self.known(key)
     }
 
-    /// The answer, if it was requested and has arrived. Starts no query.
+    /// The answer, if it has arrived. Starts no query.
     pub(crate) fn known(&mut self, key: &K) -> Option<&T> {
         let answer = self.answers.get_mut(key)?;
         if let Answer::Waiting(pending) = answer

@@ -1,31 +1,31 @@
-//! Two questions about the mask in a slot, answered with AVX2: which lanes are set, and whether any lane is. In: the slot's lanes. A lane is set if any of its
-//! bits is.
+//! Reads the mask that a slot contains, with AVX2: which lanes are set, and whether any lane is set. In: the slot's lanes. A lane is set if any of its bits is.
 
 use super::{LANES, LaneMask};
 
-/// The set lanes.
+/// The mask of the lanes that are set.
 #[target_feature(enable = "avx2")]
 pub(super) fn mask_avx2(lanes: &[f32; LANES]) -> LaneMask {
     use std::arch::x86_64::{
         __m256i, _mm256_and_si256, _mm256_castsi256_ps, _mm256_cmpeq_epi32, _mm256_movemask_ps, _mm256_set1_epi32, _mm256_setzero_si256,
         _mm256_testc_si256,
     };
-    // Usually every bit is set, because all lanes are active.
-    let mut all = _mm256_set1_epi32(-1);
+    // Usually all lanes are active, and every bit of each is set.
+    let mut common_bits = _mm256_set1_epi32(-1);
     for lanes in lanes.as_chunks::<8>().0 {
         // SAFETY: an array of eight words has the size of an AVX register.
-        all = _mm256_and_si256(all, unsafe { std::mem::transmute::<[f32; 8], __m256i>(*lanes) });
+        common_bits = _mm256_and_si256(common_bits, unsafe { std::mem::transmute::<[f32; 8], __m256i>(*lanes) });
     }
-    if _mm256_testc_si256(all, _mm256_set1_epi32(-1)) == 1 {
+    if _mm256_testc_si256(common_bits, _mm256_set1_epi32(-1)) == 1 {
         return LaneMask::MAX;
     }
-    let mut zeros = [0u8; LANES / 8];
-    for (zeros, lanes) in zeros.iter_mut().zip(lanes.as_chunks::<8>().0) {
-        // SAFETY: as above.
+    // One bit per lane, set if the lane is not.
+    let mut unset_lanes = [0u8; LANES / 8];
+    for (byte, lanes) in unset_lanes.iter_mut().zip(lanes.as_chunks::<8>().0) {
+        // SAFETY: an array of eight words has the size of an AVX register.
         let lanes = unsafe { std::mem::transmute::<[f32; 8], __m256i>(*lanes) };
-        *zeros = _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, _mm256_setzero_si256()))) as u8;
+        *byte = _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, _mm256_setzero_si256()))) as u8;
     }
-    !LaneMask::from_le_bytes(zeros)
+    !LaneMask::from_le_bytes(unset_lanes)
 }
 
 /// Whether any lane is set. Usually one of the first 32 lanes is, and the others are not read.
@@ -35,8 +35,8 @@ pub(super) fn is_any_set_avx2(lanes: &[f32; LANES]) -> bool {
     for lanes in lanes.as_chunks::<32>().0 {
         // SAFETY: a chunk of 32 words has the size of four AVX registers.
         let [a, b, c, d] = unsafe { std::mem::transmute::<[f32; 32], [__m256i; 4]>(*lanes) };
-        let any = _mm256_or_si256(_mm256_or_si256(a, b), _mm256_or_si256(c, d));
-        if _mm256_testz_si256(any, any) == 0 {
+        let united_bits = _mm256_or_si256(_mm256_or_si256(a, b), _mm256_or_si256(c, d));
+        if _mm256_testz_si256(united_bits, united_bits) == 0 {
             return true;
         }
     }
@@ -52,14 +52,14 @@ mod tests {
         if !is_x86_feature_detected!("avx2") {
             return;
         }
-        let all = f32::from_bits(u32::MAX);
+        let all_bits = f32::from_bits(u32::MAX);
         // SAFETY: AVX2 was detected.
         let mask = |lanes: &[f32; LANES]| unsafe { mask_avx2(lanes) };
-        assert_eq!(mask(&[all; LANES]), LaneMask::MAX);
+        assert_eq!(mask(&[all_bits; LANES]), LaneMask::MAX);
         assert_eq!(mask(&[0.0; LANES]), 0);
         for lane in [0, 7, 64, LANES - 1] {
             for (bits, is_set) in [(0, false), (1, true), (u32::MAX, true)] {
-                let mut lanes = [all; LANES];
+                let mut lanes = [all_bits; LANES];
                 lanes[lane] = f32::from_bits(bits);
                 let others = LaneMask::MAX ^ 1 << lane;
                 assert_eq!(mask(&lanes), if is_set { LaneMask::MAX } else { others }, "lane {lane}, bits {bits:x}");
