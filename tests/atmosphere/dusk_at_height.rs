@@ -6,7 +6,7 @@ use crate::support::session::SESSION;
 use crate::support::sweep;
 use glam::DVec3;
 use orrery::catalog::NaifId;
-use orrery::scene::CD_M2_PER_RADIANCE;
+use orrery::scene::{CD_M2_PER_RADIANCE, darkest_white};
 use std::ops::Range;
 
 const EARTH: NaifId = NaifId(399);
@@ -124,4 +124,37 @@ fn the_sky_of_high_haze_is_metered_as_it_is_drawn_at_height() {
         metered
     });
     assert!(metered.is_sorted_by(|a, b| a > b), "{metered:?}");
+}
+
+/// From half of the air's height to its top, by day and in dusk, no view of the sky is shown brighter than a fifth of white, or than the same view from the
+/// ground (and half as bright again, for the error of the metered radiance). At the exposure for a dark sky some of these views would be white.
+#[test]
+fn no_sky_of_the_upper_air_is_brighter_than_on_the_ground() {
+    for (_, (id, name)) in bodies().into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
+        let top_km = SESSION.catalog().body(id).and_then(|b| b.atmosphere.as_ref()).expect("air").top_km;
+        let mut brightest_for_a_dark_sky: f64 = 0.0;
+        for sun_altitude_deg in [40.0, 10.0, 0.0, -5.0, -8.0] {
+            // For each view the drawn radiance, and its level as a fraction of white.
+            let drawn_at = |height_km: f64| {
+                let place = Place::at_height(id, sun_altitude_deg, height_km);
+                views_of_sky(&place).map(|(direction, up)| {
+                    let view = place.view(id, direction, up, FOV_DEG);
+                    let factor = SESSION.scene(&view).expect("a scene").exposure.factor();
+                    let drawn = drawn_radiance_in(id, sun_altitude_deg, &place, view);
+                    (drawn, drawn * factor)
+                })
+            };
+            let [eye_level_km, ..] = heights_km(id);
+            let on_ground = drawn_at(eye_level_km);
+            for part in [0.5, 0.6, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 0.98, 0.995] {
+                for (k, ((drawn, level), (_, level_on_ground))) in drawn_at(part * top_km).into_iter().zip(on_ground).enumerate() {
+                    let at = format!("{name}, {part} of the height, the Sun at {sun_altitude_deg} degrees, view {k}");
+                    println!("{at}: {level:.4} of white, on the ground {level_on_ground:.4}");
+                    assert!(level < f64::max(0.2, 1.5 * level_on_ground), "{at}: {level} of white, on the ground {level_on_ground}");
+                    brightest_for_a_dark_sky = brightest_for_a_dark_sky.max(drawn / darkest_white());
+                }
+            }
+        }
+        assert!(brightest_for_a_dark_sky > 1.0, "{name}: {brightest_for_a_dark_sky} of white: the check above cannot fail");
+    }
 }

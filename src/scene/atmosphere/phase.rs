@@ -45,7 +45,7 @@ fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
     (1.0 - asymmetry * asymmetry) / (4.0 * PI * asymmetry_base(cos_scattering, asymmetry).powf(1.5))
 }
 
-/// 1 + g^2 - 2 g c, with g the asymmetry and c the cosine: the base of the power in Henyey-Greenstein's function. In the forward direction it is (1 - g)^2,
+/// 1 + g^2 - 2 g c, with g the asymmetry and c the cosine: the base of the powers in Henyey-Greenstein's and other functions. In the forward direction it is (1 - g)^2,
 /// which is 0 for g = 1; as in the shader, it is at least 1e-6, so that nothing divides by 0.
 fn asymmetry_base(cos_scattering: f64, asymmetry: f64) -> f64 {
     (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6)
@@ -89,12 +89,12 @@ mod tests {
         }
     }
 
-    /// Prints, for each function and each aerosol of the catalog: the function's value with the aerosol's asymmetry, relative to Henyey-Greenstein's value, in
-    /// three directions; its mean cosine; and the asymmetry that would give it the same mean cosine as Henyey-Greenstein's function has, NaN if none would. For
+    /// Prints, for each function and each aerosol of the catalog: the function's value relative to Henyey-Greenstein's in four directions, and its mean
+    /// cosine, with the aerosol's asymmetry; and the same with the asymmetry that has the mean cosine of Henyey-Greenstein's function, NaN if none has. For
     /// Henyey-Greenstein's function itself, this must be the aerosol's own asymmetry. Further numbers are the aerosol's if it has this function.
     #[test]
     fn each_function_compared_with_henyey_greenstein() {
-        const COSINES: [(f64, &str); 3] = [(1.0, "forwards"), (0.0, "sideways"), (-1.0, "backwards")];
+        const COSINES: [(f64, &str); 4] = [(1.0, "forwards"), (0.707, "at 45 degrees"), (0.0, "sideways"), (-1.0, "backwards")];
         let catalog = Catalog::embedded();
         let airs = catalog.bodies().iter().filter_map(|body| Some((&body.name, body.atmosphere.as_ref()?)));
         let aerosols =
@@ -108,11 +108,14 @@ mod tests {
                     let with_numbers = if aerosol.function == function { *aerosol } else { AerosolPhase::of(function) };
                     PhaseFunction::Aerosol(AerosolPhase { asymmetry, ..with_numbers })
                 };
-                let phases = [function, AerosolFunction::HenyeyGreenstein].map(|function| of(function, *asymmetry));
-                let ratios = COSINES.map(|(cos, direction)| {
-                    let [value, value_of_hg] = phases.map(|phase| per_steradian(phase, cos));
-                    format!("{direction} {:.2}", value / value_of_hg)
-                });
+                let ratios_to_hg = |asymmetry_of_function: [f64; 3]| {
+                    let phases = [of(function, asymmetry_of_function), of(AerosolFunction::HenyeyGreenstein, *asymmetry)];
+                    let ratios = COSINES.map(|(cos, direction)| {
+                        let [value, value_of_hg] = phases.map(|phase| per_steradian(phase, cos));
+                        format!("{direction} {:.2}", value / value_of_hg)
+                    });
+                    ratios.join(", ")
+                };
                 let asymmetry_of_same_mean = DVec3::from_array(*asymmetry).map(|wanted| {
                     // By bisection; the mean cosine grows with the asymmetry.
                     let (mut below, mut above) = (-0.999, 0.999);
@@ -124,8 +127,10 @@ mod tests {
                     let found = mean_cosine(of(function, [below; 3])).x;
                     if (found - wanted).abs() < 1e-6 { below } else { f64::NAN }
                 });
-                println!("{function:?}, {name}, g {asymmetry:?} kept: {}; mean cosine {:.3}", ratios.join(", "), mean_cosine(phases[0]));
-                println!("    for the mean cosine of Henyey-Greenstein's function with that g: g {asymmetry_of_same_mean:.3}");
+                let mean = mean_cosine(of(function, *asymmetry));
+                println!("{function:?}, {name}, g {asymmetry:?} kept: {}; mean cosine {mean:.3}", ratios_to_hg(*asymmetry));
+                let ratios_of_same_mean = ratios_to_hg(asymmetry_of_same_mean.to_array());
+                println!("    mean cosine of Henyey-Greenstein's function kept: g {asymmetry_of_same_mean:.3}; {ratios_of_same_mean}");
                 let is_unchanged = are_near(asymmetry_of_same_mean, DVec3::from_array(*asymmetry), 1e-6);
                 assert!(is_unchanged || function != AerosolFunction::HenyeyGreenstein, "{name}: {asymmetry_of_same_mean}");
             }

@@ -1,7 +1,7 @@
 //! How bright the sky is that the air scatters, by the altitude of the light source (the Sun, or a body that shines by reflected sunlight), the height of the
 //! camera and the direction in the sky: for the exposure of images under that sky.
 //!
-//! In: the atmosphere of a body. Out: [`SkyBrightness`], at five heights of the camera the radiance of the sky above the horizon as a luminance, per irradiance
+//! In: the atmosphere of a body. Out: [`SkyBrightness`], at six heights of the camera the radiance of the sky above the horizon as a luminance, per irradiance
 //! of the source: in 16 directions ([`SkyDome`]) and in the mean; and the altitude of the Sun at which the Earth's sky, compared with day, is as dark
 //! ([`SkyBrightness::altitude_on_earth_deg`]).
 //! Method: light of the source that the air scatters once is summed along rays over the whole sky. What the air scatters out of such a ray is not all lost:
@@ -10,7 +10,7 @@
 //! it has reached. Light scattered twice also comes from where the air is in the body's shadow: in each direction an estimated part of the mean is spread
 //! evenly ([`TwoStreamSky::even_part`]). The means over the sky of views in several directions are within a factor of 3 of rendered images, at heights up to
 //! half of the air's (tests/atmosphere/dusk_at_height.rs), except in the lowest 3 degrees, below the lowest rays, where an arch of dusk is up to 20 times
-//! brighter. Computed once for each air, in some 40 ms: [`SkyBrightnessCache`] keeps the result from frame to frame.
+//! brighter. Computed once for each air, in some 50 ms: [`SkyBrightnessCache`] keeps the result from frame to frame.
 
 use crate::catalog::{Atmosphere, PhaseFunction, Species};
 use crate::memo::{Memo, NumbersKey};
@@ -37,11 +37,10 @@ const FINE_ALTITUDES_DEG: (f64, f64) = (-45.0, 15.0);
 const COARSE_STEP_DEG: f64 = 15.0;
 /// Number of altitudes: 61 in the fine steps, 5 in the coarse ones.
 const ALTITUDES: usize = 66;
-/// Heights of the camera as fractions of the air's height. Above the last one the logarithm of the radiance continues to fall with height at the rate that it
-/// has between the last two under a light at [`DAY_ALTITUDE_DEG`]. If every altitude had its own rate, the sky there would brighten as the light sinks, because
-/// for a low light the rate between the last two is smaller. At 0.9 of the height the result is 1.2 times the sum along rays, at 0.95 1.8 times, at 0.98 3 to 4
-/// times.
-const HEIGHT_PARTS: [f64; 5] = [0.0, 0.05, 0.2, 0.5, 0.8];
+/// Heights of the camera as fractions of the air's height. Above the last one, what is left of the air is thinner than a scale height: its light is taken to
+/// be proportional to its thickness.
+const HEIGHT_PARTS: [f64; 6] = [0.0, 0.05, 0.2, 0.5, 0.8, 0.95];
+const LAST_HEIGHT_PART: f64 = HEIGHT_PARTS[HEIGHT_PARTS.len() - 1];
 
 /// Lower limit of the luminances per irradiance, for their logarithms.
 const MIN_LUMINANCE: f64 = 1e-30;
@@ -330,9 +329,10 @@ impl SkyBrightness {
     fn ln_at_height(&self, height_part: f64, ln_at: impl Fn(&HeightRow) -> f64) -> f64 {
         let below = HEIGHT_PARTS.iter().rposition(|part| *part <= height_part).unwrap_or(0).min(HEIGHT_PARTS.len() - 2);
         let rows = [&self.rows[below], &self.rows[below + 1]];
-        let fraction = ((height_part - HEIGHT_PARTS[below]) / (HEIGHT_PARTS[below + 1] - HEIGHT_PARTS[below])).max(0.0);
-        let ([lower, upper], [lower_by_day, upper_by_day]) = (rows.map(ln_at), rows.map(|row| ln_between(&row.means, DAY_ALTITUDE_DEG)));
-        lower + fraction.min(1.0) * (upper - lower) + (fraction - 1.0).max(0.0) * (upper_by_day - lower_by_day)
+        let fraction = ((height_part - HEIGHT_PARTS[below]) / (HEIGHT_PARTS[below + 1] - HEIGHT_PARTS[below])).clamp(0.0, 1.0);
+        let [lower, upper] = rows.map(ln_at);
+        let thickness = ((1.0 - height_part) / (1.0 - LAST_HEIGHT_PART)).clamp(f64::MIN_POSITIVE, 1.0);
+        lower + fraction * (upper - lower) + thickness.ln()
     }
 
     /// The mean luminance of the sky under a source of irradiance 1 at this altitude, in the shaders' unit of radiance. `height_part`: the camera's height as a
@@ -483,7 +483,8 @@ mod tests {
                     assert!(rise <= 0.05, "{} at {height_part}, {lower} degrees: {rise}; {REMEDY}", body.name);
                 }
             }
-            for k in 0..100 {
+            // In the last twentieth the light falls to 0.
+            for k in 0..95 {
                 let step = ln(-3.0, 0.01 * f64::from(k + 1)) - ln(-3.0, 0.01 * f64::from(k));
                 assert!(step.abs() < 0.5, "{} at {k} hundredths of the height: {step}; {REMEDY}", body.name);
             }
