@@ -98,6 +98,8 @@ pub struct Interface {
     pub kept_tab: Option<Tab>,
     /// Whether the panel with the list of bodies is open.
     pub body_browser_shown: bool,
+    /// Whether the window had room for that panel beside the others when no edge of a panel was dragged.
+    bodies_have_room: bool,
     pub help_shown: bool,
     /// Whether the switches of the Effects panel apply to the selected body only.
     pub edits_selected_body_only: bool,
@@ -166,6 +168,7 @@ impl Interface {
             // No panel is on both sides, whatever the settings file says.
             kept_tab: panel_named(settings.panels.kept_panel.as_deref()).filter(|kept| tab != Some(*kept)),
             body_browser_shown: settings.panels.bodies_shown,
+            bodies_have_room: true,
             help_shown: false,
             edits_selected_body_only: false,
             quit_requested: false,

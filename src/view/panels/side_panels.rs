@@ -3,8 +3,9 @@
 //! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them. Always: the open
 //! panel and the kept panel are on opposite sides of the viewport. They leave [`MIN_VIEWPORT_WIDTH`] of it, unless the window has no room for a panel of
 //! [`MIN_PANEL_WIDTH`] beside that; a window that is too narrow for the stored widths does not change these. The kept panel is hidden while the window is too
-//! narrow for two panels; the list of bodies is hidden while it has no room beside the panels. Controls do not widen a panel: they wrap or scroll, all of
-//! them together if the panel is too low. A panel whose title is dragged to the other half of the window moves there, and the other panel takes its side.
+//! narrow for two panels; the list of bodies is hidden while it has no room beside the panels, but neither comes nor goes while the edge of a panel is
+//! dragged. Controls do not widen a panel: they wrap or scroll, all of them together if the panel is too low. A panel whose title is dragged to the other half
+//! of the window moves there, and the other panel takes its side.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, body_browser, camera_controls};
@@ -116,17 +117,28 @@ fn max_panel_width(room_width: f32, other_width: f32) -> f32 {
     (room_width - other_width - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH)
 }
 
+/// The name under which egui stores the width of the list of bodies.
+const BODIES_NAME: &str = "bodies";
+
+/// The id that egui gives to the edge of the panel of this name.
+fn edge_id(ui: &Ui, name: &str) -> Id {
+    ui.scope_id().with(name).with("__resize")
+}
+
+/// Whether the user drags the edge of this panel, or has dropped it in this frame.
+fn is_edge_dragged(ui: &Ui, name: &str) -> bool {
+    ui.ctx().read_response(edge_id(ui, name)).is_some_and(|edge| edge.dragged() || edge.drag_stopped())
+}
+
 /// Shows a panel of this width, or of the nearest width in a range. Returns its new width if the user drags its edge. `name`: of `panel`.
 fn show_panel(ui: &mut Ui, panel: Panel, name: &str, width: f32, widths: Rangef, add_contents: impl FnOnce(&mut Ui)) -> Option<f32> {
     let id = ui.scope_id().with(name);
     // egui would keep the width that a small window has enforced in a wider window, too.
     ui.ctx().data_mut(|data| data.remove::<PanelState>(id));
     let shown_width = panel.default_size(width).size_range(widths).show(ui, add_contents).response.rect.width();
-    // The id that egui gives to the edge.
-    let edge_id = id.with("__resize");
-    let is_dragged = ui.ctx().read_response(edge_id).is_some_and(|edge| edge.dragged() || edge.drag_stopped());
+    let (edge, is_dragged) = (edge_id(ui, name), is_edge_dragged(ui, name));
     let by_assistive_technology = [Action::Increment, Action::Decrement, Action::SetValue];
-    let is_set = ui.input(|input| by_assistive_technology.into_iter().any(|action| input.has_accesskit_action_request(edge_id, action)));
+    let is_set = ui.input(|input| by_assistive_technology.into_iter().any(|action| input.has_accesskit_action_request(edge, action)));
     (is_dragged || is_set).then_some(shown_width)
 }
 
@@ -139,13 +151,19 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     let min_open_width = open.map_or(0.0, |_| MIN_PANEL_WIDTH);
     let kept_width = kept.map_or(0.0, |tab| wanted_width(panels, tab, true).min(max_panel_width(room_width, min_open_width)));
     let open_width = open.map_or(0.0, |tab| wanted_width(panels, tab, false).min(max_panel_width(room_width, kept_width)));
-    let has_bodies = interface.body_browser_shown
-        && window_width >= min_width_for_bodies(open.map(|tab| (tab, open_width)), kept.map(|tab| (tab, kept_width)));
+    // During a drag the list would push a panel at the left aside, and its edge away from the pointer.
+    let shown_panels = [(open, false), (kept, true)];
+    let names = shown_panels.into_iter().filter_map(|(tab, is_kept)| Some(egui_name(tab?, is_kept)));
+    if !names.chain([BODIES_NAME]).any(|name| is_edge_dragged(ui, name)) {
+        let min_width = min_width_for_bodies(open.map(|tab| (tab, open_width)), kept.map(|tab| (tab, kept_width)));
+        interface.bodies_have_room = window_width >= min_width;
+    }
+    let has_bodies = interface.body_browser_shown && interface.bodies_have_room;
     if has_bodies {
         let width = *interface.settings.panels.bodies_width.get_or_insert(MIN_BODIES_WIDTH);
         let width = valid_width(Some(width), MIN_BODIES_WIDTH);
         let widths = Rangef::new(MIN_BODIES_WIDTH, (room_width - open_width - kept_width - MIN_VIEWPORT_WIDTH).max(MIN_BODIES_WIDTH));
-        let new_width = show_panel(ui, Panel::left("bodies"), "bodies", width, widths, |ui| {
+        let new_width = show_panel(ui, Panel::left(BODIES_NAME), BODIES_NAME, width, widths, |ui| {
             // The controls below the list scroll if they are taller than this.
             let max_height = 0.6 * ui.available_height();
             Panel::bottom("camera controls").show(ui, |ui| {
@@ -164,7 +182,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         let is_kept = true;
         let name = egui_name(tab, is_kept);
         let panel = if open_is_on_left { Panel::right(name) } else { Panel::left(name) };
-        // Beside the list of bodies it leaves the open panel its width: otherwise the list would disappear, and move the panel, during a drag.
+        // Beside the list of bodies it leaves the open panel its width: otherwise the list would disappear, and move the panel, at the end of a drag.
         let other_width = if has_bodies { open_width } else { min_open_width };
         let widths = Rangef::new(MIN_PANEL_WIDTH, max_panel_width(ui.available_width(), other_width));
         let new_width = show_panel(ui, panel, name, kept_width, widths, |ui| content(interface, ui, tab, worker, actions));
