@@ -157,7 +157,7 @@ impl SourcePage {
     }
 
     /// Searches the lines that the list shows, unless it has done so. The first match becomes current; if only the lines have changed, the next match after
-    /// the current one.
+    /// the current one, which as with the buttons is the first match if none follows.
     fn update_found(&mut self, text: &Arc<ModuleText>) {
         let only_feature = self.only_feature(text);
         let last = self.found.as_ref().filter(|found| Arc::ptr_eq(&found.text, text) && found.needle == self.needle);
@@ -168,8 +168,8 @@ impl SourcePage {
         let is_shown = |line: &ModuleLine| only_feature.is_none_or(|feature| usize::from(line.feature_index) == feature);
         let is_match = |line: &ModuleLine| is_shown(line) && !find_all(&line.text, &self.needle).is_empty();
         let lines = (0..).zip(&text.lines).filter(|(_, line)| is_match(line)).map(|(index, _)| index).collect::<Vec<u32>>();
-        let next_index = last_line.map_or(0, |last_line| lines.partition_point(|line| *line < last_line));
-        self.match_index = next_index.min(lines.len().saturating_sub(1));
+        let next_index = last_line.and_then(|last_line| lines.iter().position(|line| *line >= last_line));
+        self.match_index = next_index.unwrap_or(0);
         // Once the search is empty, the list goes back to the beginnings of the lines.
         let is_emptied = self.needle.is_empty() && self.found.as_ref().is_some_and(|found| !found.needle.is_empty());
         self.scroll_line = lines.get(self.match_index).copied().or(is_emptied.then_some(self.cursor_line as u32));
