@@ -2,6 +2,7 @@
 
 use crate::view::interface::{interface, session};
 use egui::accesskit::Role;
+use egui::{Event, Modifiers, MouseWheelSource, MouseWheelUnit, Shape, TouchPhase, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
@@ -106,6 +107,48 @@ fn a_pixel_is_reported_in_both_precisions() {
     let numbers: Vec<f64> = red[0].split_whitespace().filter_map(|w| w.parse().ok()).collect();
     let &[single, double, difference] = &numbers[..] else { panic!("{red:?}") };
     assert!(single > 0.0 && (single - double).abs() < 1e-4 * double && difference < 1e-4 * double, "{red:?}");
+}
+
+/// The left edge and the number of lines of each painted text that contains `part`.
+fn painted_texts(harness: &Harness<'_, Interface>, part: &str) -> Vec<(f32, usize)> {
+    fn texts(shape: &Shape, part: &str, found: &mut Vec<(f32, usize)>) {
+        match shape {
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| texts(shape, part, found)),
+            Shape::Text(text) if text.galley.text().contains(part) => found.push((text.pos.x, text.galley.rows.len())),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    harness.output().shapes.iter().for_each(|clipped| texts(&clipped.shape, part, &mut found));
+    found
+}
+
+/// They once wrapped to two lines, and stayed where they were while their columns scrolled sideways.
+#[test]
+fn the_headings_of_the_probe_are_one_line_above_their_columns() {
+    let worker = InlineWorker::new(session());
+    let mut interface = interface_at_saturn();
+    interface.settings.panels.wide_width = Some(400.0);
+    let mut harness = harness(&worker, interface);
+    open_shader_page(&mut harness, "Probe");
+    press(&mut harness, "Centre of the image");
+    let headings_and_row = |harness: &Harness<'_, Interface>| {
+        let [headings, rows] = ["f64 difference", "colour red"].map(|part| painted_texts(harness, part));
+        assert_eq!((headings.len(), rows.len()), (1, 1), "{headings:?} {rows:?}");
+        assert_eq!([headings[0].1, rows[0].1], [1, 1], "lines");
+        [headings[0].0, rows[0].0]
+    };
+    let [headings_left, row_left] = headings_and_row(&harness);
+    assert!((headings_left - row_left).abs() < 1.5, "{headings_left} {row_left}");
+    let row = harness.query_all_by_label_contains("colour red").next().expect("a row").rect();
+    harness.hover_at(row.left_center() + vec2(40.0, 0.0));
+    harness.run_steps(2);
+    let (unit, phase, source) = (MouseWheelUnit::Point, TouchPhase::Move, MouseWheelSource::Wheel);
+    harness.event(Event::MouseWheel { unit, delta: vec2(-90.0, 0.0), phase, source, modifiers: Modifiers::NONE });
+    harness.run_steps(12);
+    let [headings_left, scrolled_left] = headings_and_row(&harness);
+    assert!(scrolled_left < row_left - 30.0, "the rows do not scroll sideways: {row_left}, then {scrolled_left}");
+    assert!((headings_left - scrolled_left).abs() < 1.5, "{headings_left} {scrolled_left}");
 }
 
 /// A click on a heading sorts the uniforms by that column; another click reverses the order.

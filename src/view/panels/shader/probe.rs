@@ -18,7 +18,7 @@ use crate::view::panels::theme::{MIN_LIST_HEIGHT, SMALL_TEXT_POINTS};
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::render_worker::{Pending, ask};
 use crate::view::worker::session_inputs::SessionInputs;
-use egui::{FontId, RichText, ScrollArea, TextEdit};
+use egui::{Align2, FontId, RichText, ScrollArea, Sense, TextEdit, vec2};
 
 /// The reports of one pixel computed in f32 and in f64.
 type BothPrecisions = [PixelReport; 2];
@@ -198,19 +198,23 @@ fn row_height(ui: &egui::Ui) -> f32 {
     ui.ctx().fonts_mut(|fonts| fonts.row_height(&FontId::monospace(SMALL_TEXT_POINTS)))
 }
 
-/// Shows the rows whose name contains the filter text.
+/// Shows the rows whose name contains the filter text, below headings that scroll sideways with their columns, but not down with the rows.
 fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
     let matching: Vec<&Row> = rows.iter().filter(|r| r.name.contains(filter.trim())).collect();
     let headings = columns(&text!("probe-count", count = matching.len()), "f32", "f64", text!("probe-difference"));
-    ui.label(row_text(headings).strong());
-    ui.spacing_mut().item_spacing.y = 1.0;
     let height = row_height(ui);
+    let (place, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &headings));
+    ui.spacing_mut().item_spacing.y = 1.0;
     let area = ScrollArea::both().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT);
-    area.show_rows(ui, height, matching.len(), |ui, range| {
+    let list = area.show_rows(ui, height, matching.len(), |ui, range| {
         for row in matching.get(range).unwrap_or_default() {
             ui.add(egui::Label::new(row_text(row.text())).extend());
         }
     });
+    let corner = place.min - vec2(list.state.offset.x, 0.0);
+    let painter = ui.painter().with_clip_rect(place.intersect(ui.clip_rect()));
+    painter.text(corner, Align2::LEFT_TOP, headings, FontId::monospace(SMALL_TEXT_POINTS), ui.visuals().strong_text_color());
 }
 
 #[cfg(test)]
