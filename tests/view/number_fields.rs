@@ -228,8 +228,32 @@ fn an_arrow_key_leaves_a_text_without_a_number() {
         let field = window.get_by_role_and_label(Role::SpinButton, LATITUDE).accesskit_node().value().unwrap_or_default();
         assert!(field.contains(text), "{text} has become {field}");
         leave_by(&mut window, Key::Escape);
-        assert_eq!(value(&window, LATITUDE), 0.0, "{text}, after Escape");
+        // The message once stayed, although the text was gone.
+        assert_eq!((value(&window, LATITUDE), window.state().reply_text()), (0.0, ""), "{text}, after Escape");
     }
+}
+
+/// So does the message about a date. A message about something else stays.
+#[test]
+fn escape_ends_the_message_about_a_text_that_was_refused() {
+    let mut window = window_without_images(MARS);
+    for (role, field, text) in [(Role::SpinButton, LATITUDE, "95"), (Role::TextInput, "Date and time", "soon")] {
+        window.get_by_role_and_label(role, field).focus();
+        window.run_steps(2);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.run_steps(2);
+        type_letters(&mut window, text);
+        leave_by(&mut window, Key::Enter);
+        assert!(window.state().reply_text().contains(text), "{field}: {}", window.state().reply_text());
+        window.get_by_role_and_label(role, field).focus();
+        window.run_steps(2);
+        leave_by(&mut window, Key::Escape);
+        assert_eq!(window.state().reply_text(), "", "{field}");
+    }
+    window.state_mut().show_reply("Link copied");
+    enter_field(&mut window, LATITUDE);
+    leave_by(&mut window, Key::Escape);
+    assert_eq!(window.state().reply_text(), "Link copied");
 }
 
 /// Escape takes back the steps, too, whether or not something was typed before, between or after them.

@@ -129,6 +129,8 @@ pub struct Interface {
     reply_until_s: Option<f64>,
     /// Whether the reply says why a view is not shown; see [`Self::refuse_view()`].
     is_reply_refusal: bool,
+    /// Whether the reply is that to a typed number: it says why the number does not count, or is empty.
+    is_reply_to_number: bool,
     /// Why there is no image of the current view.
     failure_reason: Option<String>,
     /// New messages of the session, for example that the renderer has changed, or that a map cannot be read.
@@ -183,6 +185,7 @@ impl Interface {
             reply: String::new(),
             reply_until_s: None,
             is_reply_refusal: false,
+            is_reply_to_number: false,
             failure_reason: None,
             session_messages: Arc::default(),
             language: settings.language.unwrap_or_default(),
@@ -229,7 +232,9 @@ impl Interface {
             self.notice = Some((lines.join("\n"), now_s + NOTICE_DURATION_S));
         }
         self.notice.take_if(|(_, until_s)| *until_s <= now_s);
-        if *self.reply_until_s.get_or_insert(now_s + REPLY_DURATION_S) <= now_s {
+        // Escape takes back what was typed or chosen, so that the reason why it was refused is about nothing any more.
+        let is_withdrawn = (self.is_reply_refusal || self.is_reply_to_number) && number_field::is_escape_pressed(ui);
+        if *self.reply_until_s.get_or_insert(now_s + REPLY_DURATION_S) <= now_s || is_withdrawn {
             self.reply.clear();
         }
         self.receive(ui.ctx(), worker);
@@ -257,6 +262,7 @@ impl Interface {
         side_panels::show(self, ui, worker, &mut actions);
         if let Some(reply) = number_field::take_reply(ui.ctx()) {
             self.show_reply(reply);
+            self.is_reply_to_number = true;
         }
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
         if self.help_shown {
@@ -310,7 +316,7 @@ impl Interface {
     pub fn show_reply(&mut self, text: impl Into<String>) {
         self.reply = text.into();
         self.reply_until_s = None;
-        self.is_reply_refusal = false;
+        (self.is_reply_refusal, self.is_reply_to_number) = (false, false);
     }
 
     /// Replies why the view that the user asked for is not shown. The reply ends when the user chooses another view, because it would seem to be about that
