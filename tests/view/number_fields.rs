@@ -4,7 +4,7 @@
 use crate::view::input::{Window, advance, click, click_in_one_frame, type_text, window_without_images};
 use crate::view::interface::CpuTestRenderer;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, Pos2, SurrenderFocusOn};
+use egui::{Event, Key, Modifiers, Pos2, SurrenderFocusOn, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
@@ -123,6 +123,37 @@ fn a_click_on_a_button_that_hides_the_field_counts() {
     window.ctx.options_mut(|options| options.input_options.surrender_focus_on = SurrenderFocusOn::Clicks);
     type_and_hide(&mut window, FRAMES, "56", "Information", click);
     assert_eq!(value(&window, FRAMES), 34.0, "a lost text is not detected");
+}
+
+/// The window becomes so narrow that the panel with the field is hidden. No press ends the text, which was once lost.
+#[test]
+fn a_text_counts_if_the_window_becomes_too_narrow_for_its_panel() {
+    for is_at_once in [false, true] {
+        for (field, kept, open, text, expected, reply) in [
+            (FRAMES, Some(Tab::Share), None, "12", Some(12.0), ""),
+            (FRAMES, Some(Tab::Share), Some(Tab::Events), "7.5", None, "“7.5” is not a whole number"),
+            (LATITUDE, None, Some(Tab::Share), "33.9 S", Some(-33.9), ""),
+        ] {
+            let mut window = window_without_images(MARS);
+            window.set_size(vec2(1200.0, 1900.0));
+            (window.state_mut().kept_tab, window.state_mut().tab) = (kept, open);
+            window.run_steps(3);
+            let before = value(&window, field);
+            enter_field(&mut window, field);
+            if is_at_once {
+                window.input_mut().events.push(Event::Text(text.into()));
+            } else {
+                type_letters(&mut window, text);
+            }
+            window.set_size(vec2(700.0, 1900.0));
+            window.run_steps(5);
+            assert!(window.query_by_role_and_label(Role::SpinButton, field).is_none(), "{field} is not hidden");
+            assert_eq!(window.state().reply_text(), reply, "{field}: {text}, at once: {is_at_once}");
+            window.set_size(vec2(1200.0, 1900.0));
+            window.run_steps(4);
+            assert_eq!(value(&window, field), expected.unwrap_or(before), "{field}: {text}, at once: {is_at_once}");
+        }
+    }
 }
 
 #[test]

@@ -160,7 +160,7 @@ fn is_typing(ui: &Ui) -> bool {
 }
 
 /// Whether the input of this pass may change a text that has the focus, also by undoing what was typed.
-fn may_change_text(ui: &Ui) -> bool {
+pub(super) fn may_change_text(ui: &Ui) -> bool {
     let is_undo = |event: &Event| match event {
         Event::Key { key, pressed, modifiers, .. } => *pressed && modifiers.command && matches!(key, Key::Z | Key::Y),
         _ => false,
