@@ -4,7 +4,7 @@ use crate::support::session::session_over;
 use crate::view::input::{Window, click, click_in_one_frame, type_text};
 use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
-use egui::{Key, Modifiers};
+use egui::{Event, Key, Modifiers, PointerButton};
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
@@ -158,6 +158,26 @@ fn a_click_on_the_row_that_ends_a_typed_date_opens_its_view() {
     click(&mut window, place);
     settle(&mut window);
     assert!(thumbnail_labels(&window).is_empty());
+}
+
+/// On a busy machine a frame can take a second. egui then took the click for a long press, and nothing happened.
+#[test]
+fn a_click_counts_although_a_frame_between_press_and_release_is_slow() {
+    let mut window = first_start();
+    let name = thumbnail_labels(&window).into_iter().find(|label| label.starts_with(NowItem::Saturn.name())).expect("a thumbnail");
+    let pos = window.get_by_role_and_label(Role::Button, &name).rect().center();
+    let press = |pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
+    window.hover_at(pos);
+    window.run_steps(1);
+    window.event(press(true));
+    window.run_steps(1);
+    let slow_s = 1.5;
+    let next = window.ctx.input(|input| input.time) + slow_s;
+    window.input_mut().time = Some(next);
+    window.event(press(false));
+    window.run_steps(1);
+    settle(&mut window);
+    assert_eq!(window.state().viewer.view_after_flight().target, SATURN);
 }
 
 #[test]
