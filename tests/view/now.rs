@@ -2,24 +2,21 @@
 
 use crate::support::session::session_over;
 use crate::view::input::{Window, click, click_in_one_frame, type_text};
-use crate::view::interface::{CpuTestRenderer, harness, interface, session, settle};
+use crate::view::interface::{harness, interface, session, settle};
+use crate::view::slow_answers::window_with_slow_answers;
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, PointerButton, Pos2};
-use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
-use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::app::viewer::{Action, Viewer};
 use orrery::view::app::what_to_see_now::{NowItem, NowView};
-use orrery::view::panels::{Interface, Tab};
-use orrery::view::window::cpu_painter::Painter;
-use orrery::view::worker::render_worker::{FailedJob, InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
+use orrery::view::panels::Tab;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
 
 const MARS: NaifId = NaifId(499);
 const SATURN: NaifId = NaifId(699);
@@ -53,42 +50,11 @@ fn press(window: &mut Window, item: NowItem) {
     settle(window);
 }
 
-/// Draws images at once, but answers queries only once `may_answer` is set.
-struct SlowAnswers {
-    inline: InlineWorker<'static>,
-    waiting: Mutex<Vec<Task>>,
-    may_answer: Arc<AtomicBool>,
-}
-
-impl RenderWorker for SlowAnswers {
-    fn session(&self) -> &Session {
-        self.inline.session()
-    }
-    fn submit(&self, job: RenderJob) {
-        self.inline.submit(job);
-    }
-    fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
-        if self.may_answer.load(Ordering::Relaxed) {
-            let tasks = std::mem::take(&mut *self.waiting.lock().expect("a list"));
-            tasks.into_iter().for_each(|task| self.inline.run(task));
-        }
-        self.inline.take()
-    }
-    fn run(&self, task: Task) {
-        self.waiting.lock().expect("a list").push(task);
-    }
-}
-
 /// As [`first_start`], but no thumbnail is drawn before `may_answer` is set.
 fn first_start_on_a_busy_machine(may_answer: &Arc<AtomicBool>) -> Window {
     let mut interface = interface(MARS, "2017-05-17T00:00:00Z");
     interface.settings.panels.now_shown = true;
-    let worker = SlowAnswers { inline: InlineWorker::new(session()), waiting: Mutex::default(), may_answer: Arc::clone(may_answer) };
-    let mut window = Harness::builder()
-        .with_size([1100.0, 640.0])
-        .with_max_steps(40)
-        .renderer(CpuTestRenderer(Painter::default()))
-        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface);
+    let mut window = window_with_slow_answers(interface, may_answer);
     settle(&mut window);
     window
 }

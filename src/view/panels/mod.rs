@@ -283,8 +283,11 @@ impl Interface {
             }
         }
         // A reply of this frame, whose time is not set yet, may say why the view that these actions choose is shown in place of another one.
-        if self.is_reply_refusal && self.reply_until_s.is_some() && actions.iter().any(chooses_view) {
-            self.reply.clear();
+        if actions.iter().any(chooses_view) {
+            self.time_bar.forget_search();
+            if self.is_reply_refusal && self.reply_until_s.is_some() {
+                self.reply.clear();
+            }
         }
         for action in actions {
             match action {
