@@ -1,14 +1,15 @@
-//! A window on a busy machine, where answers to queries arrive late: nothing moves meanwhile, and a late answer does not replace what the user has chosen
-//! since.
+//! A window on a busy machine, where answers to queries, and images, arrive late: nothing moves under the pointer or loses the focus when they do, and they do
+//! not replace what the user has chosen since.
 
-use crate::view::input::{SATURN, TIME, Window};
-use crate::view::interface::{CpuTestRenderer, interface, session, settle};
+use crate::view::input::{SATURN, TIME, Window, type_text};
+use crate::view::interface::{CpuTestRenderer, harness, interface, session, settle};
 use egui::accesskit::Role;
-use egui::{Event, Key};
+use egui::{Event, Key, Modifiers, PointerButton};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::scene::effects::EffectOverrides;
 use orrery::session::Session;
-use orrery::view::panels::Interface;
+use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::cpu_painter::Painter;
 use orrery::view::worker::render_worker::{FailedJob, InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -104,4 +105,59 @@ fn an_event_that_is_found_late_does_not_replace_a_view_chosen_since() {
         let is_replaced = shown(&window).tdb_s != before.tdb_s;
         assert_eq!(is_replaced, !chooses_view, "{:?}, then {:?}", before.target, shown(&window).target);
     }
+}
+
+/// The field once lost the focus when the bar of the export above it came or went, and the rest of the name acted as shortcuts.
+#[test]
+fn a_name_can_be_typed_while_an_export_ends() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let may_answer: Arc<AtomicBool> = Arc::default();
+    let mut interface = interface(SATURN, TIME);
+    interface.tab = Some(Tab::Share);
+    let mut window = window_with_slow_answers(interface, &may_answer);
+    settle(&mut window);
+    let file = folder.path().join("p.png").display().to_string();
+    window.get_by_label_contains("Image file: .png or .exr").set_text_value_accesskit(&file);
+    window.run_steps(2);
+    for (field, value) in [("Width, pixels", 24.0), ("Height, pixels", 16.0), ("Number of frames", 2.0)] {
+        window.get_by_label(field).set_value_accesskit(value);
+        window.run_steps(2);
+    }
+    window.get_by_label("Export sequence").click_accesskit();
+    window.run_steps(3);
+    assert!(window.state().is_saving(), "no export runs: {}", window.state().reply_text());
+    window.get_by_role_and_label(Role::TextInput, "Name of the bookmark").focus();
+    window.run_steps(2);
+    type_text(&mut window, "three ");
+    may_answer.store(true, Ordering::Relaxed);
+    settle(&mut window);
+    assert!(!window.state().is_saving(), "the export does not end");
+    type_text(&mut window, "shadows");
+    let field = window.get_by_role_and_label(Role::TextInput, "Name of the bookmark");
+    assert_eq!(field.accesskit_node().value().as_deref(), Some("three shadows"));
+}
+
+/// An image that arrives between press and release may draw other effects, which have other rows.
+#[test]
+fn the_switch_of_an_effect_stays_in_place_while_it_is_pressed() {
+    let mut interface = interface(SATURN, TIME);
+    interface.tab = Some(Tab::Effects);
+    let mut window = harness(interface);
+    settle(&mut window);
+    let place = |window: &Window| window.get_by_role_and_label(Role::CheckBox, "ring-shadow").rect();
+    let (before, pos) = (place(&window), place(&window).center());
+    let press = |pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
+    window.hover_at(pos);
+    window.run_steps(1);
+    window.event(press(true));
+    window.run_steps(1);
+    window.state_mut().viewer.view.effects = EffectOverrides::parse("-clouds").expect("an effect");
+    window.run_steps(4);
+    assert_eq!(place(&window), before);
+    window.event(press(false));
+    window.run_steps(2);
+    assert_eq!(window.state().viewer.view.effects.to_text(), "-clouds,-ring-shadow");
+    // The comparison must be able to fail: after the release the row of the clouds is above this one.
+    settle(&mut window);
+    assert!(place(&window).top() > before.top() + 10.0, "{} after {before}", place(&window));
 }

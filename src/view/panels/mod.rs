@@ -41,6 +41,7 @@ mod what_to_see_now;
 
 use self::render_loop::Viewport;
 pub use self::share::dialog::{FileDialog, FileRequest};
+use crate::scene::effects::Effect;
 use crate::scene::request::WarpMesh;
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
@@ -150,6 +151,8 @@ pub struct Interface {
     events: events::EventsPanel,
     typed_place: camera_controls::TypedPlace,
     effect_costs: effects::EffectCosts,
+    /// The effects in the upper part of the Effects panel; `None` until it is first shown.
+    first_effects: Option<Vec<Effect>>,
     performance: performance::PerformancePanel,
     share: share::SharePanel,
     angle: angle::MeasuredAngle,
@@ -204,6 +207,7 @@ impl Interface {
             events: events::EventsPanel::default(),
             typed_place: camera_controls::TypedPlace::default(),
             effect_costs: effects::EffectCosts::default(),
+            first_effects: None,
             performance: performance::PerformancePanel::default(),
             share: share::SharePanel::default(),
             angle: angle::MeasuredAngle::default(),
