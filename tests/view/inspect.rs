@@ -2,7 +2,7 @@
 
 use crate::view::interface::{interface, session};
 use egui::accesskit::Role;
-use egui::{Event, Modifiers, MouseWheelSource, MouseWheelUnit, Shape, TouchPhase, vec2};
+use egui::{Event, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Shape, TouchPhase, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
@@ -183,6 +183,40 @@ fn uniforms_are_sorted_by_a_click_on_a_heading() {
             by_name.reverse();
         }
         assert!(by_name.len() > 10 && by_name.is_sorted(), "{by_name:?}");
+    }
+}
+
+/// A click may move by a few points. At a scale that is not whole, the last point of the image was beyond its last pixel, and nothing was inspected.
+#[test]
+fn the_pixel_that_was_pressed_is_inspected() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Probe");
+    let pixel = |harness: &Harness<'_, Interface>| {
+        ["Pixels from the left", "Pixels from the top"].map(|name| harness.query_by_label(name)?.accesskit_node().numeric_value())
+    };
+    let button = |pos, pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
+    let click = |harness: &mut Harness<'_, Interface>, pos: egui::Pos2, moved: egui::Vec2| {
+        for event in [Event::PointerMoved(pos), button(pos, true), Event::PointerMoved(pos + moved), button(pos + moved, false)] {
+            harness.event(event);
+        }
+        harness.run_steps(6);
+    };
+    let sky = |harness: &Harness<'_, Interface>| harness.get_by_label_contains("The sky:").rect();
+    let place = sky(&harness);
+    let offset = vec2(100.5, 80.5);
+    click(&mut harness, place.min + offset, vec2(3.0, 2.0));
+    assert_eq!(pixel(&harness), [Some(100.0), Some(80.0)]);
+    for scale in [1.1, 1.3, 1.7] {
+        harness.state_mut().settings.ui_scale = scale;
+        harness.run_steps(8);
+        assert_eq!(harness.ctx.pixels_per_point(), scale);
+        let place = sky(&harness);
+        click(&mut harness, place.max - vec2(0.01, 0.01), vec2(0.0, 0.0));
+        let size_px = place.size() * scale;
+        for (inspected, size_px) in pixel(&harness).into_iter().zip([size_px.x, size_px.y]) {
+            assert!(inspected.is_some_and(|px| (px - f64::from(size_px)).abs() < 2.5), "{scale}: {inspected:?} of {size_px}");
+        }
     }
 }
 
