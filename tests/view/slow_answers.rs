@@ -161,3 +161,26 @@ fn the_switch_of_an_effect_stays_in_place_while_it_is_pressed() {
     settle(&mut window);
     assert!(place(&window).top() > before.top() + 10.0, "{} after {before}", place(&window));
 }
+
+/// The field once lost the focus when the answer put a line above it, and the rest of the key acted as shortcuts.
+#[test]
+fn a_key_can_be_typed_while_the_keys_of_all_views_are_computed() {
+    let may_answer: Arc<AtomicBool> = Arc::default();
+    let mut interface = interface(SATURN, TIME);
+    interface.tab = Some(Tab::Shader);
+    let mut window = window_with_slow_answers(interface, &may_answer);
+    settle(&mut window);
+    window.get_all_by_role_and_label(Role::Button, "Key").next().expect("the page").click_accesskit();
+    settle(&mut window);
+    window.get_by_role_and_label(Role::TextInput, "Another key").focus();
+    window.run_steps(2);
+    type_text(&mut window, "lam");
+    let has_answer = |window: &Window| window.query_by_label_contains("keys that views of this catalog can need").is_some();
+    assert!(!has_answer(&window));
+    may_answer.store(true, Ordering::Relaxed);
+    settle(&mut window);
+    assert!(has_answer(&window), "the keys are not computed");
+    type_text(&mut window, "bert");
+    let field = window.get_by_role_and_label(Role::TextInput, "Another key");
+    assert_eq!(field.accesskit_node().value().as_deref(), Some("lambert"));
+}

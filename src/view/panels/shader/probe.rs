@@ -111,7 +111,9 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let draw_f64 = report_f64.draws.iter().find(|d| d.body == draw_f32.body && d.part == draw_f32.part);
     ui.horizontal(|ui| {
         let label = ui.label(text!("probe-filter"));
-        ui.add(TextEdit::singleline(&mut page.filter).desired_width(160.0)).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
+        // Its own id, because the lines above depend on the report, which a running clock renews.
+        let field = TextEdit::singleline(&mut page.filter).id_salt("filter of the probe").desired_width(160.0);
+        ui.add(field).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
         if ui.small_button(text!("shader-copy")).on_hover_text(text!("probe-copy-hint")).clicked() {
             ui.ctx().copy_text(rows(draw_f32, draw_f64).iter().map(|r| format!("{}\n", r.text())).collect());
         }
