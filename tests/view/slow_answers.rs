@@ -184,3 +184,30 @@ fn a_key_can_be_typed_while_the_keys_of_all_views_are_computed() {
     let field = window.get_by_role_and_label(Role::TextInput, "Another key");
     assert_eq!(field.accesskit_node().value().as_deref(), Some("lambert"));
 }
+
+/// The search field was once not shown until the source of the new image's module had been generated.
+#[test]
+fn a_text_can_be_sought_while_the_module_changes() {
+    let may_answer = Arc::new(AtomicBool::new(true));
+    let mut interface = interface(SATURN, TIME);
+    interface.tab = Some(Tab::Shader);
+    let mut window = window_with_slow_answers(interface, &may_answer);
+    settle(&mut window);
+    window.get_all_by_role_and_label(Role::Button, "Source").next().expect("the page").click_accesskit();
+    settle(&mut window);
+    let sources_coming = |window: &Window| window.query_all_by_label("Generating the source").count();
+    assert_eq!(sources_coming(&window), 0);
+    window.get_by_role_and_label(Role::TextInput, "Find").focus();
+    window.run_steps(2);
+    type_text(&mut window, "f");
+    may_answer.store(false, Ordering::Relaxed);
+    window.state_mut().viewer.view.effects = EffectOverrides::parse("-ring-shadow").expect("an effect");
+    window.run_steps(4);
+    assert_eq!(sources_coming(&window), 1, "the module does not change");
+    type_text(&mut window, "n ");
+    may_answer.store(true, Ordering::Relaxed);
+    settle(&mut window);
+    assert_eq!(sources_coming(&window), 0, "the source does not arrive");
+    let field = window.get_by_role_and_label(Role::TextInput, "Find");
+    assert_eq!(field.accesskit_node().value().as_deref(), Some("fn "));
+}
