@@ -123,6 +123,19 @@ fn painted_texts(harness: &Harness<'_, Interface>, part: &str) -> Vec<(f32, usiz
     found
 }
 
+/// At the panel's own width, the line once had the time, too, and wrapped.
+#[test]
+fn the_radiance_of_a_pixel_is_one_line() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Probe");
+    press(&mut harness, "Centre of the image");
+    let lines: Vec<usize> = painted_texts(&harness, "; exposure ").into_iter().map(|(_, lines)| lines).collect();
+    assert_eq!(lines, [1]);
+    // The time is that of the view, beside the pixel.
+    assert_eq!(painted_texts(&harness, "2017-05-17T00:00:00").len(), 1);
+}
+
 /// They once wrapped to two lines, and stayed where they were while their columns scrolled sideways.
 #[test]
 fn the_headings_of_the_probe_are_one_line_above_their_columns() {

@@ -66,13 +66,17 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         return;
     };
     page.start_query(inspected, interface, pixel);
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
         let x_field = number_field::show(ui, &mut x, NumberKind::Whole, 0..=width - 1, text!("probe-x"), |field| field.prefix("x "));
         let y_field = number_field::show(ui, &mut y, NumberKind::Whole, 0..=height - 1, text!("probe-y"), |field| field.prefix("y "));
         if x_field.changed() || y_field.changed() {
             page.newly_picked_px = Some([x, y]);
+        }
+        // The time is here because the line of the radiance, with it, would be wider than the panel.
+        if let Some(Ok([report, _])) = &page.answer {
+            ui.label(instant_text(report.time));
         }
         if page.pending.is_some() && page.answer.is_some() {
             accessible::spinner(ui, text!("probe-another"));
@@ -87,7 +91,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, error_text(why))),
     };
     let radiance = report_f32.radiance.map(brief_number).join(", ");
-    ui.label(text!("probe-radiance", level = radiance, stops = signed(report_f32.exposure_stops, 2), time = instant_text(report_f32.time)));
+    ui.label(text!("probe-radiance", level = radiance, stops = signed(report_f32.exposure_stops, 2)));
     if report_f32.draws.is_empty() {
         ui.label(text!("probe-empty"));
         return;
