@@ -21,7 +21,7 @@ fn interface_at_saturn() -> Interface {
 
 fn harness<'a>(worker: &'a InlineWorker<'a>, interface: Interface) -> Harness<'a, Interface> {
     let mut harness = Harness::builder()
-        .with_size(egui::vec2(1280.0, 800.0))
+        .with_size(vec2(1280.0, 800.0))
         .build_ui_state(|ui, interface: &mut Interface| interface.ui(ui, worker), interface);
     harness.run_steps(12);
     harness
@@ -243,10 +243,10 @@ fn a_pixel_outside_the_image_of_a_smaller_window_is_not_inspected() {
     let has_values = |harness: &Harness<'_, Interface>| !names_containing(harness, "f64 difference").is_empty();
     assert!(has_values(&harness));
     // The old centre lies below the lower edge.
-    harness.set_size(egui::vec2(1280.0, 340.0));
+    harness.set_size(vec2(1280.0, 340.0));
     harness.run_steps(12);
     assert!(!has_values(&harness) && harness.query_by_label("Centre of the image").is_some());
-    harness.set_size(egui::vec2(1280.0, 800.0));
+    harness.set_size(vec2(1280.0, 800.0));
     harness.run_steps(12);
     assert!(has_values(&harness), "the pixel is inside again");
 }
@@ -430,11 +430,11 @@ impl RenderWorker for SlowWorker {
 fn the_summary_of_a_changed_key_waits_for_the_comparison_of_its_lines() {
     let worker = SlowWorker { inline: InlineWorker::new(session()), tasks: Mutex::default() };
     let mut harness = Harness::builder()
-        .with_size(egui::vec2(1280.0, 800.0))
+        .with_size(vec2(1280.0, 800.0))
         .build_ui_state(|ui, interface: &mut Interface| interface.ui(ui, &worker), interface_at_saturn());
     harness.run_steps(12);
     for text in ["/", "lambert.albedo.sun1.ellipsoid"] {
-        harness.event(egui::Event::Text(text.into()));
+        harness.event(Event::Text(text.into()));
         harness.run_steps(2);
     }
     harness.key_press(egui::Key::Enter);

@@ -267,7 +267,7 @@ type Input = fn(&mut Window);
 fn the_row_hides_at_the_first_input_and_not_before() {
     let inputs: [(&str, Input); 5] = [
         ("drag", drag),
-        ("zoom", |window| window.event(egui::Event::Text("+".into()))),
+        ("zoom", |window| window.event(Event::Text("+".into()))),
         ("selection", |window| window.key_press(Key::PageDown)),
         ("panel", |window| window.get_by_label("Effects").click()),
         ("list of bodies", |window| window.get_by_label("Bodies").click()),
