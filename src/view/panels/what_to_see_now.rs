@@ -180,12 +180,12 @@ pub(crate) fn thumbnail_row(interface: &mut Interface, ui: &mut Ui, worker: &dyn
             ThumbnailState::Ready(thumbnail) => Some(&**thumbnail),
             ThumbnailState::NotRequested | ThumbnailState::Loading(_) => None,
         };
-        let known_view = thumbnail.map(|thumbnail| thumbnail.now_view.clone());
+        let known_view = || thumbnail.map(|thumbnail| thumbnail.now_view.clone());
         let is_awaited = *awaited == Some(item);
         if thumbnail_button(ui, item, thumbnail, is_awaited) {
-            clicked = Some((item, known_view));
-        } else if is_awaited && known_view.is_some() {
-            arrived = Some((item, known_view));
+            clicked = Some((item, known_view()));
+        } else if is_awaited && thumbnail.is_some() {
+            arrived = Some((item, known_view()));
         }
     }
     let Some((item, known_view)) = clicked.or(arrived) else { return false };
