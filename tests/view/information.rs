@@ -103,3 +103,38 @@ fn the_field_for_a_city_empties_when_another_place_is_typed() {
     window.run_steps(4);
     assert_eq!(city(&window), "");
 }
+
+/// The field once stayed as Escape had left it: empty, or with the beginning of another name.
+#[test]
+fn escape_shows_the_chosen_city_again() {
+    let mut window = window_about(SATURN, SATURN, TIME, Home::default());
+    let moscow = Home { latitude_deg: 55.756, longitude_deg: 37.618 };
+    for (typed, key, expected) in [
+        ("Lisb", Key::Escape, ""),
+        ("Mosc", Key::Enter, "Moscow"),
+        ("", Key::Escape, "Moscow"),
+        ("Lisb", Key::Escape, "Moscow"),
+        // A name that is left unfinished stays, so that its city can be clicked.
+        ("Lisb", Key::Tab, "Lisb"),
+        ("Par", Key::Escape, "Moscow"),
+    ] {
+        window.get_by_role_and_label(Role::TextInput, "City").focus();
+        window.run_steps(2);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.run_steps(2);
+        if typed.is_empty() {
+            window.key_press(Key::Backspace);
+        } else {
+            type_text(&mut window, typed);
+        }
+        window.run_steps(2);
+        let city = |window: &Window| window.get_by_role_and_label(Role::TextInput, "City").accesskit_node().value().unwrap_or_default();
+        assert_eq!(city(&window), typed);
+        window.key_press(key);
+        window.run_steps(4);
+        assert_eq!(city(&window), expected, "{typed:?}, {key:?}");
+        let home = window.state().settings.home;
+        let is_moscow = (home.latitude_deg - moscow.latitude_deg).abs().max((home.longitude_deg - moscow.longitude_deg).abs()) < 0.2;
+        assert_eq!(is_moscow, !expected.is_empty(), "{typed:?}, {key:?}: {home:?}");
+    }
+}

@@ -2,6 +2,7 @@
 
 use crate::view::interface::{interface, session};
 use egui::accesskit::Role;
+use egui::{Event, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Shape, TouchPhase, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
@@ -20,7 +21,7 @@ fn interface_at_saturn() -> Interface {
 
 fn harness<'a>(worker: &'a InlineWorker<'a>, interface: Interface) -> Harness<'a, Interface> {
     let mut harness = Harness::builder()
-        .with_size(egui::vec2(1280.0, 800.0))
+        .with_size(vec2(1280.0, 800.0))
         .build_ui_state(|ui, interface: &mut Interface| interface.ui(ui, worker), interface);
     harness.run_steps(12);
     harness
@@ -108,6 +109,61 @@ fn a_pixel_is_reported_in_both_precisions() {
     assert!(single > 0.0 && (single - double).abs() < 1e-4 * double && difference < 1e-4 * double, "{red:?}");
 }
 
+/// The left edge and the number of lines of each painted text that contains `part`.
+fn painted_texts(harness: &Harness<'_, Interface>, part: &str) -> Vec<(f32, usize)> {
+    fn texts(shape: &Shape, part: &str, found: &mut Vec<(f32, usize)>) {
+        match shape {
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| texts(shape, part, found)),
+            Shape::Text(text) if text.galley.text().contains(part) => found.push((text.pos.x, text.galley.rows.len())),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    harness.output().shapes.iter().for_each(|clipped| texts(&clipped.shape, part, &mut found));
+    found
+}
+
+/// At the panel's own width, the line once had the time, too, and wrapped.
+#[test]
+fn the_radiance_of_a_pixel_is_one_line() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Probe");
+    press(&mut harness, "Centre of the image");
+    let lines: Vec<usize> = painted_texts(&harness, "; exposure ").into_iter().map(|(_, lines)| lines).collect();
+    assert_eq!(lines, [1]);
+    // The time is that of the view, beside the pixel.
+    assert_eq!(painted_texts(&harness, "2017-05-17T00:00:00").len(), 1);
+}
+
+/// They once wrapped to two lines, and stayed where they were while their columns scrolled sideways.
+#[test]
+fn the_headings_of_the_probe_are_one_line_above_their_columns() {
+    let worker = InlineWorker::new(session());
+    let mut interface = interface_at_saturn();
+    interface.settings.panels.wide_width = Some(400.0);
+    let mut harness = harness(&worker, interface);
+    open_shader_page(&mut harness, "Probe");
+    press(&mut harness, "Centre of the image");
+    let headings_and_row = |harness: &Harness<'_, Interface>| {
+        let [headings, rows] = ["f64 difference", "colour red"].map(|part| painted_texts(harness, part));
+        assert_eq!((headings.len(), rows.len()), (1, 1), "{headings:?} {rows:?}");
+        assert_eq!([headings[0].1, rows[0].1], [1, 1], "lines");
+        [headings[0].0, rows[0].0]
+    };
+    let [headings_left, row_left] = headings_and_row(&harness);
+    assert!((headings_left - row_left).abs() < 1.5, "{headings_left} {row_left}");
+    let row = harness.query_all_by_label_contains("colour red").next().expect("a row").rect();
+    harness.hover_at(row.left_center() + vec2(40.0, 0.0));
+    harness.run_steps(2);
+    let (unit, phase, source) = (MouseWheelUnit::Point, TouchPhase::Move, MouseWheelSource::Wheel);
+    harness.event(Event::MouseWheel { unit, delta: vec2(-90.0, 0.0), phase, source, modifiers: Modifiers::NONE });
+    harness.run_steps(12);
+    let [headings_left, scrolled_left] = headings_and_row(&harness);
+    assert!(scrolled_left < row_left - 30.0, "the rows do not scroll sideways: {row_left}, then {scrolled_left}");
+    assert!((headings_left - scrolled_left).abs() < 1.5, "{headings_left} {scrolled_left}");
+}
+
 /// A click on a heading sorts the uniforms by that column; another click reverses the order.
 #[test]
 fn uniforms_are_sorted_by_a_click_on_a_heading() {
@@ -143,6 +199,40 @@ fn uniforms_are_sorted_by_a_click_on_a_heading() {
     }
 }
 
+/// A click may move by a few points. At a scale that is not whole, the last point of the image was beyond its last pixel, and nothing was inspected.
+#[test]
+fn the_pixel_that_was_pressed_is_inspected() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Probe");
+    let pixel = |harness: &Harness<'_, Interface>| {
+        ["Pixels from the left", "Pixels from the top"].map(|name| harness.query_by_label(name)?.accesskit_node().numeric_value())
+    };
+    let button = |pos, pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
+    let click = |harness: &mut Harness<'_, Interface>, pos: egui::Pos2, moved: egui::Vec2| {
+        for event in [Event::PointerMoved(pos), button(pos, true), Event::PointerMoved(pos + moved), button(pos + moved, false)] {
+            harness.event(event);
+        }
+        harness.run_steps(6);
+    };
+    let sky = |harness: &Harness<'_, Interface>| harness.get_by_label_contains("The sky:").rect();
+    let place = sky(&harness);
+    let offset = vec2(100.5, 80.5);
+    click(&mut harness, place.min + offset, vec2(3.0, 2.0));
+    assert_eq!(pixel(&harness), [Some(100.0), Some(80.0)]);
+    for scale in [1.1, 1.3, 1.7] {
+        harness.state_mut().settings.ui_scale = scale;
+        harness.run_steps(8);
+        assert_eq!(harness.ctx.pixels_per_point(), scale);
+        let place = sky(&harness);
+        click(&mut harness, place.max - vec2(0.01, 0.01), vec2(0.0, 0.0));
+        let size_px = place.size() * scale;
+        for (inspected, size_px) in pixel(&harness).into_iter().zip([size_px.x, size_px.y]) {
+            assert!(inspected.is_some_and(|px| (px - f64::from(size_px)).abs() < 2.5), "{scale}: {inspected:?} of {size_px}");
+        }
+    }
+}
+
 /// The values of a pixel that the smaller image does not have would never be computed.
 #[test]
 fn a_pixel_outside_the_image_of_a_smaller_window_is_not_inspected() {
@@ -153,10 +243,10 @@ fn a_pixel_outside_the_image_of_a_smaller_window_is_not_inspected() {
     let has_values = |harness: &Harness<'_, Interface>| !names_containing(harness, "f64 difference").is_empty();
     assert!(has_values(&harness));
     // The old centre lies below the lower edge.
-    harness.set_size(egui::vec2(1280.0, 340.0));
+    harness.set_size(vec2(1280.0, 340.0));
     harness.run_steps(12);
     assert!(!has_values(&harness) && harness.query_by_label("Centre of the image").is_some());
-    harness.set_size(egui::vec2(1280.0, 800.0));
+    harness.set_size(vec2(1280.0, 800.0));
     harness.run_steps(12);
     assert!(has_values(&harness), "the pixel is inside again");
 }
@@ -340,11 +430,11 @@ impl RenderWorker for SlowWorker {
 fn the_summary_of_a_changed_key_waits_for_the_comparison_of_its_lines() {
     let worker = SlowWorker { inline: InlineWorker::new(session()), tasks: Mutex::default() };
     let mut harness = Harness::builder()
-        .with_size(egui::vec2(1280.0, 800.0))
+        .with_size(vec2(1280.0, 800.0))
         .build_ui_state(|ui, interface: &mut Interface| interface.ui(ui, &worker), interface_at_saturn());
     harness.run_steps(12);
     for text in ["/", "lambert.albedo.sun1.ellipsoid"] {
-        harness.event(egui::Event::Text(text.into()));
+        harness.event(Event::Text(text.into()));
         harness.run_steps(2);
     }
     harness.key_press(egui::Key::Enter);

@@ -26,6 +26,7 @@ mod search;
 mod sharing;
 mod shortcuts;
 mod side_panels;
+mod slow_answers;
 mod source_search;
 mod stars;
 mod texts_of_layers;

@@ -3,17 +3,20 @@
 use crate::support::session::session_over;
 use crate::view::input::{Window, click, click_in_one_frame, type_text};
 use crate::view::interface::{harness, interface, session, settle};
+use crate::view::slow_answers::window_with_slow_answers;
 use egui::accesskit::Role;
-use egui::{Key, Modifiers};
+use egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::view_state::CameraPose;
-use orrery::view::app::viewer::Action;
+use orrery::view::app::viewer::{Action, Viewer};
 use orrery::view::app::what_to_see_now::{NowItem, NowView};
 use orrery::view::panels::Tab;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 const MARS: NaifId = NaifId(499);
 const SATURN: NaifId = NaifId(699);
@@ -35,10 +38,25 @@ fn thumbnail_labels(window: &Window) -> Vec<String> {
     all.filter(|label| NowItem::ALL.iter().any(|item| label.starts_with(&format!("{}: ", item.name())))).collect()
 }
 
-fn press(window: &mut Window, item: NowItem) {
+/// The middle of a thumbnail button.
+fn place_of(window: &Window, item: NowItem) -> Pos2 {
     let name = thumbnail_labels(window).into_iter().find(|label| label.starts_with(item.name())).expect("a thumbnail");
-    window.get_by_role_and_label(Role::Button, &name).click();
+    window.get_by_role_and_label(Role::Button, &name).rect().center()
+}
+
+fn press(window: &mut Window, item: NowItem) {
+    let place = place_of(window, item);
+    click(window, place);
     settle(window);
+}
+
+/// As [`first_start`], but no thumbnail is drawn before `may_answer` is set.
+fn first_start_on_a_busy_machine(may_answer: &Arc<AtomicBool>) -> Window {
+    let mut interface = interface(MARS, "2017-05-17T00:00:00Z");
+    interface.settings.panels.now_shown = true;
+    let mut window = window_with_slow_answers(interface, may_answer);
+    settle(&mut window);
+    window
 }
 
 #[test]
@@ -144,8 +162,7 @@ fn a_click_on_the_row_that_ends_a_typed_date_opens_its_view() {
     for click_as_chosen in [click, click_in_one_frame] {
         let mut window = first_start();
         type_date(&mut window, "2020-01-01");
-        let name = thumbnail_labels(&window).into_iter().find(|label| label.starts_with(NowItem::Saturn.name())).expect("a thumbnail");
-        let place = window.get_by_role_and_label(Role::Button, &name).rect().center();
+        let place = place_of(&window, NowItem::Saturn);
         click_as_chosen(&mut window, place);
         settle(&mut window);
         assert_eq!(window.state().viewer.view_after_flight().target, SATURN);
@@ -158,6 +175,70 @@ fn a_click_on_the_row_that_ends_a_typed_date_opens_its_view() {
     click(&mut window, place);
     settle(&mut window);
     assert!(thumbnail_labels(&window).is_empty());
+}
+
+/// On a busy machine a frame can take a second. egui then took the click for a long press, and nothing happened.
+#[test]
+fn a_click_counts_although_a_frame_between_press_and_release_is_slow() {
+    let mut window = first_start();
+    let pos = place_of(&window, NowItem::Saturn);
+    let press = |pressed| Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
+    window.hover_at(pos);
+    window.run_steps(1);
+    window.event(press(true));
+    window.run_steps(1);
+    let slow_s = 1.5;
+    let next = window.ctx.input(|input| input.time) + slow_s;
+    window.input_mut().time = Some(next);
+    window.event(press(false));
+    window.run_steps(1);
+    settle(&mut window);
+    assert_eq!(window.state().viewer.view_after_flight().target, SATURN);
+}
+
+/// The click was once ignored.
+#[test]
+fn a_click_on_a_thumbnail_that_is_not_drawn_yet_opens_its_view() {
+    let may_answer: Arc<AtomicBool> = Arc::default();
+    let mut window = first_start_on_a_busy_machine(&may_answer);
+    press(&mut window, NowItem::Saturn);
+    assert_eq!(window.state().viewer.view_after_flight().target, SATURN);
+    assert!(thumbnail_labels(&window).is_empty());
+    // The eclipse has to be searched for first. Its view then opens, unless the user has done something else.
+    for does_something_else in [false, true] {
+        may_answer.store(false, Ordering::Relaxed);
+        let mut window = first_start_on_a_busy_machine(&may_answer);
+        press(&mut window, NowItem::Eclipse);
+        assert_eq!((window.state().viewer.view_after_flight().target, window.state().tab), (MARS, None));
+        if does_something_else {
+            drag(&mut window);
+            settle(&mut window);
+            window.state_mut().tab = Some(Tab::Moments);
+        }
+        may_answer.store(true, Ordering::Relaxed);
+        settle(&mut window);
+        let (target, tab) = if does_something_else { (MARS, Tab::Moments) } else { (NaifId::MOON, Tab::Events) };
+        assert_eq!((window.state().viewer.view_after_flight().target, window.state().tab), (target, Some(tab)));
+    }
+}
+
+/// Its place was once closed when the answer arrived, which moved the other buttons under the pointer.
+#[test]
+fn a_view_that_does_not_exist_leaves_its_place_empty() {
+    let places = |window: &Window| [NowItem::Shadows, NowItem::Shader].map(|item| place_of(window, item));
+    let expected = places(&first_start());
+    let mut interface = interface(MARS, "2017-05-17T00:00:00Z");
+    interface.settings.panels.now_shown = true;
+    // The ephemeris of the Moon ends before this year.
+    let (bodies, view) = (interface.viewer.selectable_bodies().to_vec(), interface.viewer.view.clone());
+    interface.viewer = Viewer::new(bodies, view, || Instant::parse("9000-05-05").expect("a time"));
+    interface.viewer.time_rate.toggle_pause();
+    let mut window = harness(interface);
+    settle(&mut window);
+    assert!(!thumbnail_labels(&window).iter().any(|label| label.starts_with(NowItem::Moon.name())), "the Moon has a view");
+    for (place, expected) in places(&window).into_iter().zip(expected) {
+        assert!(place.distance(expected) < 1.0, "{place} in place of {expected}");
+    }
 }
 
 #[test]
@@ -186,7 +267,7 @@ type Input = fn(&mut Window);
 fn the_row_hides_at_the_first_input_and_not_before() {
     let inputs: [(&str, Input); 5] = [
         ("drag", drag),
-        ("zoom", |window| window.event(egui::Event::Text("+".into()))),
+        ("zoom", |window| window.event(Event::Text("+".into()))),
         ("selection", |window| window.key_press(Key::PageDown)),
         ("panel", |window| window.get_by_label("Effects").click()),
         ("list of bodies", |window| window.get_by_label("Bodies").click()),

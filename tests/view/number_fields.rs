@@ -4,7 +4,7 @@
 use crate::view::input::{Window, advance, click, click_in_one_frame, type_text, window_without_images};
 use crate::view::interface::CpuTestRenderer;
 use egui::accesskit::Role;
-use egui::{Event, Key, Modifiers, Pos2, SurrenderFocusOn};
+use egui::{Event, Key, Modifiers, Pos2, SurrenderFocusOn, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
@@ -125,6 +125,37 @@ fn a_click_on_a_button_that_hides_the_field_counts() {
     assert_eq!(value(&window, FRAMES), 34.0, "a lost text is not detected");
 }
 
+/// The window becomes so narrow that the panel with the field is hidden. No press ends the text, which was once lost.
+#[test]
+fn a_text_counts_if_the_window_becomes_too_narrow_for_its_panel() {
+    for is_at_once in [false, true] {
+        for (field, kept, open, text, expected, reply) in [
+            (FRAMES, Some(Tab::Share), None, "12", Some(12.0), ""),
+            (FRAMES, Some(Tab::Share), Some(Tab::Events), "7.5", None, "“7.5” is not a whole number"),
+            (LATITUDE, None, Some(Tab::Share), "33.9 S", Some(-33.9), ""),
+        ] {
+            let mut window = window_without_images(MARS);
+            window.set_size(vec2(1200.0, 1900.0));
+            (window.state_mut().kept_tab, window.state_mut().tab) = (kept, open);
+            window.run_steps(3);
+            let before = value(&window, field);
+            enter_field(&mut window, field);
+            if is_at_once {
+                window.input_mut().events.push(Event::Text(text.into()));
+            } else {
+                type_letters(&mut window, text);
+            }
+            window.set_size(vec2(700.0, 1900.0));
+            window.run_steps(5);
+            assert!(window.query_by_role_and_label(Role::SpinButton, field).is_none(), "{field} is not hidden");
+            assert_eq!(window.state().reply_text(), reply, "{field}: {text}, at once: {is_at_once}");
+            window.set_size(vec2(1200.0, 1900.0));
+            window.run_steps(4);
+            assert_eq!(value(&window, field), expected.unwrap_or(before), "{field}: {text}, at once: {is_at_once}");
+        }
+    }
+}
+
 #[test]
 fn a_refusal_is_in_the_language_of_the_window() {
     let mut window = window_without_images(MARS);
@@ -228,8 +259,32 @@ fn an_arrow_key_leaves_a_text_without_a_number() {
         let field = window.get_by_role_and_label(Role::SpinButton, LATITUDE).accesskit_node().value().unwrap_or_default();
         assert!(field.contains(text), "{text} has become {field}");
         leave_by(&mut window, Key::Escape);
-        assert_eq!(value(&window, LATITUDE), 0.0, "{text}, after Escape");
+        // The message once stayed, although the text was gone.
+        assert_eq!((value(&window, LATITUDE), window.state().reply_text()), (0.0, ""), "{text}, after Escape");
     }
+}
+
+/// So does the message about a date. A message about something else stays.
+#[test]
+fn escape_ends_the_message_about_a_text_that_was_refused() {
+    let mut window = window_without_images(MARS);
+    for (role, field, text) in [(Role::SpinButton, LATITUDE, "95"), (Role::TextInput, "Date and time", "soon")] {
+        window.get_by_role_and_label(role, field).focus();
+        window.run_steps(2);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.run_steps(2);
+        type_letters(&mut window, text);
+        leave_by(&mut window, Key::Enter);
+        assert!(window.state().reply_text().contains(text), "{field}: {}", window.state().reply_text());
+        window.get_by_role_and_label(role, field).focus();
+        window.run_steps(2);
+        leave_by(&mut window, Key::Escape);
+        assert_eq!(window.state().reply_text(), "", "{field}");
+    }
+    window.state_mut().show_reply("Link copied");
+    enter_field(&mut window, LATITUDE);
+    leave_by(&mut window, Key::Escape);
+    assert_eq!(window.state().reply_text(), "Link copied");
 }
 
 /// Escape takes back the steps, too, whether or not something was typed before, between or after them.

@@ -189,6 +189,44 @@ fn only_the_user_changes_a_stored_width() {
     }
 }
 
+/// The list of bodies once appeared in the middle of the drag, and pushed the panel at the left aside, so that its edge jumped.
+#[test]
+fn the_list_of_bodies_appears_only_at_the_end_of_a_drag() {
+    for (kept, open) in [(None, Some(Tab::Shader)), (Some(Tab::Shader), None)] {
+        let mut interface = interface(SATURN, TIME);
+        let panels = &mut interface.settings.panels;
+        (panels.wide_width, panels.kept_wide_width) = (Some(800.0), Some(800.0));
+        // The kept panel is on the other side.
+        panels.on_left = open.is_some();
+        (interface.kept_tab, interface.tab) = (kept, open);
+        let mut window = harness(interface);
+        window.set_size(vec2(1280.0, 700.0));
+        settle(&mut window);
+        let case = format!("{kept:?} and {open:?}");
+        let has_list = |window: &Window| window.query_by_label("Follow target").is_some();
+        assert!(!has_list(&window), "{case}: the list has room beside 800 points");
+        let sky_left = |window: &Window| window.get_by_label_contains("The sky:").rect().left();
+        // Just inside the panel.
+        let start = window.get_by_label_contains("The sky:").rect().left_center() - vec2(2.0, 0.0);
+        window.hover_at(start);
+        window.run_steps(1);
+        window.drag_at(start);
+        window.run_steps(1);
+        for by in [-50.0, -150.0, -250.0, -300.0] {
+            window.hover_at(start + vec2(by, 0.0));
+            window.run_steps(2);
+            let off = sky_left(&window) - start.x - by;
+            assert!(!has_list(&window) && off.abs() < 4.0, "{case}: after {by}, the edge is {off} from the pointer");
+        }
+        window.drop_at(start + vec2(-300.0, 0.0));
+        settle(&mut window);
+        assert!(has_list(&window), "{case}: the list has room, but does not appear");
+        let panels = &window.state().settings.panels;
+        let stored = if open.is_some() { panels.wide_width } else { panels.kept_wide_width };
+        assert!((stored.expect("a width") - 500.0).abs() < 8.0, "{case}: {stored:?} stored");
+    }
+}
+
 /// Opening Share once widened all narrow panels, because its controls did not wrap.
 #[test]
 fn a_panel_keeps_its_width_whatever_it_shows() {

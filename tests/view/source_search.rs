@@ -91,15 +91,47 @@ fn the_current_match_is_in_view_sideways_in_a_line_with_a_frame() {
     }
 }
 
-#[test]
-fn hidden_lines_are_not_found() {
-    let mut window = window_with_source(NaifId(699), "2017-05-17T00:00:00Z");
+/// Chooses the ring's shadow in the legend, and returns the number of its lines.
+fn choose_ring_shadow(window: &mut Window) -> usize {
     let mut labels = window.query_all_by_label_contains("ring-shadow.").filter_map(|label| label.accesskit_node().label());
     let entry = labels.find(|name| name.split(' ').count() == 2).expect("an entry of the legend");
     drop(labels);
-    let lines_of_feature: usize = entry.split(' ').nth(1).and_then(|count| count.parse().ok()).expect("a number of lines");
     window.get_by_role_and_label(Role::Button, &entry).click_accesskit();
+    settle(window);
+    entry.split(' ').nth(1).and_then(|count| count.parse().ok()).expect("a number of lines")
+}
+
+fn press(window: &mut Window, button: &str) {
+    window.get_by_role_and_label(Role::Button, button).click_accesskit();
+    settle(window);
+}
+
+/// The current match was then the last one that is shown, which is before the one that was current.
+#[test]
+fn a_match_that_is_hidden_is_followed_by_the_next_one_or_the_first() {
+    let mut window = window_with_source(NaifId(699), "2017-05-17T00:00:00Z");
+    choose_ring_shadow(&mut window);
+    let all = find(&mut window, "=");
+    press(&mut window, "Previous");
+    assert_eq!(match_numbers(&window), [all, all]);
+    let (last_of_all, _) = framed_line(&window, "=").expect("no line has a frame");
+    window.get_by_label_contains("Only lines for").click_accesskit();
     settle(&mut window);
+    let [current, shown] = match_numbers(&window);
+    assert!(shown > 1 && current == 1, "match {current} of {shown}");
+    assert!(framed_line(&window, "=").is_some(), "the first match is not in view");
+    press(&mut window, "Previous");
+    assert_eq!(match_numbers(&window), [shown, shown]);
+    // The comparison must be able to fail: the match that was current is not among those shown.
+    assert_ne!(framed_line(&window, "=").expect("no line has a frame").0, last_of_all);
+    press(&mut window, "Next");
+    assert_eq!(match_numbers(&window), [1, shown]);
+}
+
+#[test]
+fn hidden_lines_are_not_found() {
+    let mut window = window_with_source(NaifId(699), "2017-05-17T00:00:00Z");
+    let lines_of_feature = choose_ring_shadow(&mut window);
     let all = find(&mut window, "=");
     window.get_by_label_contains("Only lines for").click_accesskit();
     settle(&mut window);
@@ -107,8 +139,7 @@ fn hidden_lines_are_not_found() {
     assert!(current >= 1 && shown >= 1 && shown <= lines_of_feature && shown < all, "{shown} of {all}, in {lines_of_feature} lines");
     for _ in 0..shown.min(6) {
         assert!(framed_line(&window, "=").is_some(), "match {:?} is not in view", match_numbers(&window));
-        window.get_by_role_and_label(Role::Button, "Next").click_accesskit();
-        settle(&mut window);
+        press(&mut window, "Next");
     }
     window.get_by_label_contains("Only lines for").click_accesskit();
     settle(&mut window);

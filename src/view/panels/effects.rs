@@ -90,9 +90,14 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let effect_with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
     let effects_with_cost: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(effect_with_cost).collect();
     measure_costs(interface, ui.ctx(), worker, only_body, &effects_with_cost);
-    // Effects that are drawn or were switched by hand come first; the others follow, one line each.
-    let (first, rest): (Vec<Effect>, Vec<Effect>) =
-        Effect::ALL.into_iter().partition(|e| set_by_hand.contains(e) || decisions.iter().any(|d| d.on && d.effect == e.name()));
+    // Effects that are drawn or were switched by hand come first; the others follow, one line each. While a button is held the rows stay in place: an image
+    // that arrives before the release may have other decisions, and the click is for the row that was pressed.
+    let is_first = |e: &Effect| set_by_hand.contains(e) || decisions.iter().any(|d| d.on && d.effect == e.name());
+    let keeps_rows = ui.input(|input| input.pointer.any_down() || input.pointer.any_released());
+    let last_first = interface.first_effects.take().filter(|_| keeps_rows);
+    let first_effects = last_first.unwrap_or_else(|| Effect::ALL.into_iter().filter(is_first).collect());
+    let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL.into_iter().partition(|e| first_effects.contains(e));
+    interface.first_effects = Some(first_effects);
     for (effects, is_one_line) in [(first, false), (rest, true)] {
         for effect in effects {
             let decision = decisions.iter().find(|d| d.effect == effect.name());
@@ -169,8 +174,20 @@ fn measure_costs(
 fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, presenter_preference: &mut DisplayPreference) {
     let (choices, current) = worker.session().renderers();
     if choices.len() < 2 {
-        return;
+        // egui numbers controls from the top. A field below would lose the focus once a GPU is ready and the choice appears.
+        return ui.skip_ahead_auto_ids(1);
     }
+    ui.scope(|ui| renderer_choice(ui, worker, choices, current, presenter_preference));
+}
+
+/// Shows the choice among these renderers, and that of what presents the image if one of them may be a GPU.
+fn renderer_choice(
+    ui: &mut egui::Ui,
+    worker: &dyn RenderWorker,
+    choices: &[RendererPreference],
+    current: RendererPreference,
+    presenter_preference: &mut DisplayPreference,
+) {
     ui.horizontal_wrapped(|ui| {
         ui.label(text!("effects-renderer"));
         for preference in choices.iter().copied() {

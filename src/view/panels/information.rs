@@ -94,8 +94,8 @@ pub(crate) struct InformationPanel {
     pub comparison: SizeComparison,
     /// Text in the city field.
     typed_city: String,
-    /// The place of the city in the field, once it was chosen.
-    city_place: Option<Home>,
+    /// The city that was chosen in the field, as long as its place is the observer's.
+    chosen_city: Option<&'static City>,
     report: LatestAnswer<ReportInputs, SkyReport>,
 }
 
@@ -271,17 +271,21 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     solar_eclipse(ui, report);
 }
 
-/// Shows the fields for the observer's place: a city, or latitude and longitude.
+fn place_of(city: &City) -> Home {
+    Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg }
+}
+
+/// Shows the fields for the observer's place: a city, or latitude and longitude. Escape takes back what was typed of a city's name.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     let place_before = panel.observer_place;
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.typed_city).hint_text(text!("place-city")).desired_width(110.0);
         let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
-        if response.changed() {
-            panel.city_place = None;
+        if response.lost_focus() && number_field::is_cancelled(ui) {
+            panel.typed_city = panel.chosen_city.map_or_else(String::new, |city| city.name.to_owned());
         }
         let found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
-        let is_chosen = |city: &City| panel.observer_place == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+        let is_chosen = |city: &City| panel.observer_place == place_of(city);
         let enter_pressed = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         let mut chosen = found.first().copied().filter(|_| enter_pressed);
         for city in found {
@@ -291,9 +295,9 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
             }
         }
         if let Some(city) = chosen {
-            panel.observer_place = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+            panel.observer_place = place_of(city);
             panel.typed_city = city.name.to_owned();
-            panel.city_place = Some(panel.observer_place);
+            panel.chosen_city = Some(city);
         }
     });
     let observer_place = &mut panel.observer_place;
@@ -314,8 +318,8 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     });
     observer_place.longitude_deg = wrapped_longitude_deg(observer_place.longitude_deg);
     // The field does not name a city whose place is no longer the observer's.
-    let is_outdated = panel.city_place.take_if(|place| *place != panel.observer_place).is_some();
-    let is_other_place = panel.observer_place != place_before && panel.city_place.is_none();
+    let is_outdated = panel.chosen_city.take_if(|city| place_of(city) != panel.observer_place).is_some();
+    let is_other_place = panel.observer_place != place_before && panel.chosen_city.is_none();
     if is_outdated || is_other_place {
         panel.typed_city.clear();
     }

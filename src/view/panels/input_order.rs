@@ -1,16 +1,19 @@
 //! The order of keyboard input in slow frames.
 //!
 //! In: the input events of a frame. Out: as many of these events as one pass of the interface can handle; the rest follows in later passes.
-//! Always: no event is lost, and the order of events is kept.
+//! Always: no event is lost, and the order of events is kept; a press that is not moved is a click, however slow the frames until the release are.
 //!
 //! egui moves the keyboard focus once per pass, and on Escape removes it before any field has read its text. If a frame takes a second, the
 //! keys `/`, the letters of a word, Enter and Escape can arrive in the same frame. If one pass handled them all, the letters would act as
 //! shortcuts. A press of the pointer elsewhere ends a text field (`theme::apply` tells egui so), which then reads its text. The release that follows is a
 //! click, by which a button may hide the field, so that the release needs a later pass than the press. What acts elsewhere without a press, such as a
 //! shortcut, needs a later pass too.
+//!
+//! egui takes a press for a drag once 0.8 seconds have passed in its time, that of the frames. On a busy machine one frame may take so long, and the click
+//! would be lost. Only a touch keeps this limit: a touch that is held opens the context menu.
 
 use egui::accesskit::Action;
-use egui::{Context, Event, Id, Key, Plugin, RawInput, Ui};
+use egui::{Context, Event, Id, InputOptions, Key, Plugin, RawInput, Ui};
 
 /// Delays events whose effect depends on where an earlier event moves the keyboard focus.
 #[derive(Default)]
@@ -86,6 +89,9 @@ impl Plugin for InputOrder {
     /// Passes on as many of the waiting and the new events as one pass can handle; none if a text field must read its text before the first of them.
     fn input_hook(&mut self, ctx: &Context, input: &mut RawInput) {
         self.waiting.append(&mut input.events);
+        let is_touched = ctx.input(|input| input.any_touches()) || self.waiting.iter().any(|event| matches!(event, Event::Touch { .. }));
+        let max_click_duration = if is_touched { InputOptions::default().max_click_duration } else { f64::INFINITY };
+        ctx.options_mut(|options| options.input_options.max_click_duration = max_click_duration);
         let edited_field = ctx.memory(|memory| memory.focused()).filter(|_| ctx.text_edit_focused());
         let count = events_in_pass(&self.waiting, edited_field);
         if let Some(field) = edited_field
@@ -149,6 +155,19 @@ mod tests {
         assert_eq!(passes(&events), [events.to_vec()]);
         // While a text is edited, it is read between the press and the release.
         assert_eq!([None, Some(Id::unique("field"))].map(|field| events_in_pass(&events, field)), [5, 2]);
+    }
+
+    /// A touch that is held opens the context menu; the press of a button that is held stays a click.
+    #[test]
+    fn only_a_touch_can_be_too_long_for_a_click() {
+        let pos = egui::pos2(1.0, 2.0);
+        let (device_id, id, phase, force) = (egui::TouchDeviceId(0), egui::TouchId(0), egui::TouchPhase::Start, None);
+        let press = Event::PointerButton { pos, button: egui::PointerButton::Primary, pressed: true, modifiers: Modifiers::NONE };
+        for (event, is_limited) in [(Event::Touch { device_id, id, phase, pos, force }, true), (press, false)] {
+            let ctx = Context::default();
+            InputOrder::default().input_hook(&ctx, &mut RawInput { events: vec![event], ..RawInput::default() });
+            assert_eq!(ctx.options(|options| options.input_options.max_click_duration.is_finite()), is_limited);
+        }
     }
 
     /// An arrow key steps from the number that was typed before it.

@@ -41,6 +41,7 @@ mod what_to_see_now;
 
 use self::render_loop::Viewport;
 pub use self::share::dialog::{FileDialog, FileRequest};
+use crate::scene::effects::Effect;
 use crate::scene::request::WarpMesh;
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::exposure_adaptation::ExposureAdaptation;
@@ -98,6 +99,8 @@ pub struct Interface {
     pub kept_tab: Option<Tab>,
     /// Whether the panel with the list of bodies is open.
     pub body_browser_shown: bool,
+    /// Whether the window had room for that panel beside the others when no edge of a panel was dragged.
+    bodies_have_room: bool,
     pub help_shown: bool,
     /// Whether the switches of the Effects panel apply to the selected body only.
     pub edits_selected_body_only: bool,
@@ -127,6 +130,8 @@ pub struct Interface {
     reply_until_s: Option<f64>,
     /// Whether the reply says why a view is not shown; see [`Self::refuse_view()`].
     is_reply_refusal: bool,
+    /// Whether the reply is that to a typed number: it says why the number does not count, or is empty.
+    is_reply_to_number: bool,
     /// Why there is no image of the current view.
     failure_reason: Option<String>,
     /// New messages of the session, for example that the renderer has changed, or that a map cannot be read.
@@ -146,6 +151,8 @@ pub struct Interface {
     events: events::EventsPanel,
     typed_place: camera_controls::TypedPlace,
     effect_costs: effects::EffectCosts,
+    /// The effects in the upper part of the Effects panel; `None` until it is first shown.
+    first_effects: Option<Vec<Effect>>,
     performance: performance::PerformancePanel,
     share: share::SharePanel,
     angle: angle::MeasuredAngle,
@@ -166,6 +173,7 @@ impl Interface {
             // No panel is on both sides, whatever the settings file says.
             kept_tab: panel_named(settings.panels.kept_panel.as_deref()).filter(|kept| tab != Some(*kept)),
             body_browser_shown: settings.panels.bodies_shown,
+            bodies_have_room: true,
             help_shown: false,
             edits_selected_body_only: false,
             quit_requested: false,
@@ -180,6 +188,7 @@ impl Interface {
             reply: String::new(),
             reply_until_s: None,
             is_reply_refusal: false,
+            is_reply_to_number: false,
             failure_reason: None,
             session_messages: Arc::default(),
             language: settings.language.unwrap_or_default(),
@@ -198,6 +207,7 @@ impl Interface {
             events: events::EventsPanel::default(),
             typed_place: camera_controls::TypedPlace::default(),
             effect_costs: effects::EffectCosts::default(),
+            first_effects: None,
             performance: performance::PerformancePanel::default(),
             share: share::SharePanel::default(),
             angle: angle::MeasuredAngle::default(),
@@ -226,7 +236,9 @@ impl Interface {
             self.notice = Some((lines.join("\n"), now_s + NOTICE_DURATION_S));
         }
         self.notice.take_if(|(_, until_s)| *until_s <= now_s);
-        if *self.reply_until_s.get_or_insert(now_s + REPLY_DURATION_S) <= now_s {
+        // Escape takes back what was typed or chosen, so that the reason why it was refused is about nothing any more.
+        let is_withdrawn = (self.is_reply_refusal || self.is_reply_to_number) && number_field::is_escape_pressed(ui);
+        if *self.reply_until_s.get_or_insert(now_s + REPLY_DURATION_S) <= now_s || is_withdrawn {
             self.reply.clear();
         }
         self.receive(ui.ctx(), worker);
@@ -254,6 +266,7 @@ impl Interface {
         side_panels::show(self, ui, worker, &mut actions);
         if let Some(reply) = number_field::take_reply(ui.ctx()) {
             self.show_reply(reply);
+            self.is_reply_to_number = true;
         }
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
         if self.help_shown {
@@ -274,8 +287,11 @@ impl Interface {
             }
         }
         // A reply of this frame, whose time is not set yet, may say why the view that these actions choose is shown in place of another one.
-        if self.is_reply_refusal && self.reply_until_s.is_some() && actions.iter().any(chooses_view) {
-            self.reply.clear();
+        if actions.iter().any(chooses_view) {
+            self.time_bar.forget_search();
+            if self.is_reply_refusal && self.reply_until_s.is_some() {
+                self.reply.clear();
+            }
         }
         for action in actions {
             match action {
@@ -307,7 +323,7 @@ impl Interface {
     pub fn show_reply(&mut self, text: impl Into<String>) {
         self.reply = text.into();
         self.reply_until_s = None;
-        self.is_reply_refusal = false;
+        (self.is_reply_refusal, self.is_reply_to_number) = (false, false);
     }
 
     /// Replies why the view that the user asked for is not shown. The reply ends when the user chooses another view, because it would seem to be about that

@@ -160,7 +160,7 @@ fn is_typing(ui: &Ui) -> bool {
 }
 
 /// Whether the input of this pass may change a text that has the focus, also by undoing what was typed.
-fn may_change_text(ui: &Ui) -> bool {
+pub(super) fn may_change_text(ui: &Ui) -> bool {
     let is_undo = |event: &Event| match event {
         Event::Key { key, pressed, modifiers, .. } => *pressed && modifiers.command && matches!(key, Key::Z | Key::Y),
         _ => false,
@@ -325,12 +325,17 @@ impl FieldText {
     }
 }
 
+/// Whether Escape was pressed in this pass.
+pub(super) fn is_escape_pressed(ui: &Ui) -> bool {
+    // A shortcut may have consumed the key, but not the raw event.
+    let is_escape = |event: &Event| matches!(event, Event::Key { key: Key::Escape, pressed: true, .. });
+    ui.input(|input| input.raw.events.iter().any(is_escape))
+}
+
 /// Whether Escape was pressed in this pass or in the one before. egui takes the focus from a field at once, and lets it read its text in both.
 pub(super) fn is_cancelled(ui: &Ui) -> bool {
     let pass = ui.ctx().cumulative_pass_nr();
-    // A shortcut may have consumed the key, but not the raw event.
-    let is_escape = |event: &Event| matches!(event, Event::Key { key: Key::Escape, pressed: true, .. });
-    if ui.input(|input| input.raw.events.iter().any(is_escape)) {
+    if is_escape_pressed(ui) {
         ui.ctx().data_mut(|data| data.insert_temp(Id::unique(ESCAPE_PASS), pass));
     }
     ui.ctx().data(|data| data.get_temp::<u64>(Id::unique(ESCAPE_PASS))).is_some_and(|escape_pass| pass <= escape_pass + 1)

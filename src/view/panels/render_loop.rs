@@ -50,6 +50,8 @@ pub(super) struct SeenPlace {
     pub(super) star_index: Option<usize>,
     /// The direction of the place, or of the body or star near it, as an ICRF unit vector; `None` outside the circle of a fisheye image.
     pub(super) direction: Option<DVec3>,
+    /// The pixel of the viewport.
+    pub(super) viewport_px: [u32; 2],
 }
 
 /// The image on screen, the last requested image, and their state. Times are in egui's time (`InputState::time`).

@@ -69,7 +69,8 @@ fn select_all(ctx: &egui::Context, field: Id, text: &str) {
 /// Shows the search field, with its suggestions or error.
 pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let field = TextEdit::singleline(&mut interface.search.typed).hint_text(text!("search-field-hint-text")).desired_width(150.0);
-    let response = ui.add(field).on_hover_text(text!("search-hint"));
+    // Its own id, because a wider window has captions before it.
+    let response = ui.add(field.id_salt("search")).on_hover_text(text!("search-hint"));
     let response = response.accessible_name(text!("search"));
     let focus_requested = std::mem::take(&mut interface.search.wants_focus);
     if focus_requested {

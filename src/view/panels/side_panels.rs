@@ -3,11 +3,12 @@
 //! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them. Always: the open
 //! panel and the kept panel are on opposite sides of the viewport. They leave [`MIN_VIEWPORT_WIDTH`] of it, unless the window has no room for a panel of
 //! [`MIN_PANEL_WIDTH`] beside that; a window that is too narrow for the stored widths does not change these. The kept panel is hidden while the window is too
-//! narrow for two panels; the list of bodies is hidden while it has no room beside the panels. Controls do not widen a panel: they wrap or scroll, all of
-//! them together if the panel is too low. A panel whose title is dragged to the other half of the window moves there, and the other panel takes its side.
+//! narrow for two panels; the list of bodies is hidden while it has no room beside the panels, but neither comes nor goes while the edge of a panel is
+//! dragged. Controls do not widen a panel: they wrap or scroll, all of them together if the panel is too low. A panel whose title is dragged to the other half
+//! of the window moves there, and the other panel takes its side. A panel for which the window has become too narrow reads a typed number before it is hidden.
 
 use super::icons::{self, Icon};
-use super::{Interface, Tab, body_browser, camera_controls};
+use super::{Interface, Tab, body_browser, camera_controls, number_field};
 use crate::view::app::settings::{PanelLayout, valid_width};
 use crate::view::app::viewer::Action as ViewerAction;
 use crate::view::language::text;
@@ -116,17 +117,65 @@ fn max_panel_width(room_width: f32, other_width: f32) -> f32 {
     (room_width - other_width - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH)
 }
 
+/// The name under which egui stores the width of the list of bodies.
+const BODIES_NAME: &str = "bodies";
+
+/// The id that egui gives to the edge of the panel of this name.
+fn edge_id(ui: &Ui, name: &str) -> Id {
+    ui.scope_id().with(name).with("__resize")
+}
+
+/// Whether the user drags the edge of this panel, or has dropped it in this frame.
+fn is_edge_dragged(ui: &Ui, name: &str) -> bool {
+    ui.ctx().read_response(edge_id(ui, name)).is_some_and(|edge| edge.dragged() || edge.drag_stopped())
+}
+
+/// Name under which egui stores which panel shows the control with the focus.
+const FOCUSED_PANEL: &str = "panel with the focus";
+
+/// A panel that showed the control with the focus when it was last shown.
+#[derive(Clone, Copy)]
+struct FocusedPanel {
+    panel: Id,
+    control: Id,
+}
+
+/// The control with the focus, if it has been shown in this pass.
+fn shown_focus(ui: &Ui) -> Option<Id> {
+    let focused = ui.memory(|memory| memory.focused())?;
+    ui.ctx().viewport(|viewport| viewport.this_pass.widgets.contains(focused)).then_some(focused)
+}
+
+/// Whether this panel is shown for one more pass although the window no longer has room for it: a text in it is being edited, which egui would drop. In this
+/// pass the field loses the focus and reads its text; while it is being typed, in a later one.
+fn must_read_text(ui: &Ui, name: &str) -> bool {
+    let ctx = ui.ctx();
+    let Some(focused) = ctx.memory(|memory| memory.focused()).filter(|_| ctx.text_edit_focused()) else { return false };
+    let last = ctx.data(|data| data.get_temp::<FocusedPanel>(Id::unique(FOCUSED_PANEL)));
+    let is_in_panel = last.is_some_and(|last| last.panel == ui.scope_id().with(name) && last.control == focused);
+    if !is_in_panel {
+        return false;
+    }
+    if !number_field::may_change_text(ui) {
+        ctx.memory_mut(|memory| memory.surrender_focus(focused));
+    }
+    ctx.request_repaint();
+    true
+}
+
 /// Shows a panel of this width, or of the nearest width in a range. Returns its new width if the user drags its edge. `name`: of `panel`.
 fn show_panel(ui: &mut Ui, panel: Panel, name: &str, width: f32, widths: Rangef, add_contents: impl FnOnce(&mut Ui)) -> Option<f32> {
     let id = ui.scope_id().with(name);
     // egui would keep the width that a small window has enforced in a wider window, too.
     ui.ctx().data_mut(|data| data.remove::<PanelState>(id));
+    let focus_before = shown_focus(ui);
     let shown_width = panel.default_size(width).size_range(widths).show(ui, add_contents).response.rect.width();
-    // The id that egui gives to the edge.
-    let edge_id = id.with("__resize");
-    let is_dragged = ui.ctx().read_response(edge_id).is_some_and(|edge| edge.dragged() || edge.drag_stopped());
+    if let Some(control) = shown_focus(ui).filter(|_| focus_before.is_none()) {
+        ui.ctx().data_mut(|data| data.insert_temp(Id::unique(FOCUSED_PANEL), FocusedPanel { panel: id, control }));
+    }
+    let (edge, is_dragged) = (edge_id(ui, name), is_edge_dragged(ui, name));
     let by_assistive_technology = [Action::Increment, Action::Decrement, Action::SetValue];
-    let is_set = ui.input(|input| by_assistive_technology.into_iter().any(|action| input.has_accesskit_action_request(edge_id, action)));
+    let is_set = ui.input(|input| by_assistive_technology.into_iter().any(|action| input.has_accesskit_action_request(edge, action)));
     (is_dragged || is_set).then_some(shown_width)
 }
 
@@ -134,18 +183,26 @@ fn show_panel(ui: &mut Ui, panel: Panel, name: &str, width: f32, widths: Rangef,
 pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<ViewerAction>) {
     let (window_width, room_width) = (ui.ctx().content_rect().width(), ui.available_width());
     // A click in this frame may close one of these panels or move it to the other side; the next frame shows that. No panel is shown twice in a frame.
-    let (open, kept) = (interface.tab, interface.visible_kept(ui.ctx()));
+    let visible_kept = interface.visible_kept(ui.ctx());
+    let kept = visible_kept.or_else(|| interface.kept_tab.filter(|tab| must_read_text(ui, egui_name(*tab, true))));
+    let open = interface.tab;
     let panels = &mut interface.settings.panels;
     let min_open_width = open.map_or(0.0, |_| MIN_PANEL_WIDTH);
     let kept_width = kept.map_or(0.0, |tab| wanted_width(panels, tab, true).min(max_panel_width(room_width, min_open_width)));
     let open_width = open.map_or(0.0, |tab| wanted_width(panels, tab, false).min(max_panel_width(room_width, kept_width)));
-    let has_bodies = interface.body_browser_shown
-        && window_width >= min_width_for_bodies(open.map(|tab| (tab, open_width)), kept.map(|tab| (tab, kept_width)));
+    // During a drag the list would push a panel at the left aside, and its edge away from the pointer.
+    let shown_panels = [(open, false), (kept, true)];
+    let names = shown_panels.into_iter().filter_map(|(tab, is_kept)| Some(egui_name(tab?, is_kept)));
+    if !names.chain([BODIES_NAME]).any(|name| is_edge_dragged(ui, name)) {
+        let min_width = min_width_for_bodies(open.map(|tab| (tab, open_width)), kept.map(|tab| (tab, kept_width)));
+        interface.bodies_have_room = window_width >= min_width;
+    }
+    let has_bodies = interface.body_browser_shown && (interface.bodies_have_room || must_read_text(ui, BODIES_NAME));
     if has_bodies {
         let width = *interface.settings.panels.bodies_width.get_or_insert(MIN_BODIES_WIDTH);
         let width = valid_width(Some(width), MIN_BODIES_WIDTH);
         let widths = Rangef::new(MIN_BODIES_WIDTH, (room_width - open_width - kept_width - MIN_VIEWPORT_WIDTH).max(MIN_BODIES_WIDTH));
-        let new_width = show_panel(ui, Panel::left("bodies"), "bodies", width, widths, |ui| {
+        let new_width = show_panel(ui, Panel::left(BODIES_NAME), BODIES_NAME, width, widths, |ui| {
             // The controls below the list scroll if they are taller than this.
             let max_height = 0.6 * ui.available_height();
             Panel::bottom("camera controls").show(ui, |ui| {
@@ -164,7 +221,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         let is_kept = true;
         let name = egui_name(tab, is_kept);
         let panel = if open_is_on_left { Panel::right(name) } else { Panel::left(name) };
-        // Beside the list of bodies it leaves the open panel its width: otherwise the list would disappear, and move the panel, during a drag.
+        // Beside the list of bodies it leaves the open panel its width: otherwise the list would disappear, and move the panel, at the end of a drag.
         let other_width = if has_bodies { open_width } else { min_open_width };
         let widths = Rangef::new(MIN_PANEL_WIDTH, max_panel_width(ui.available_width(), other_width));
         let new_width = show_panel(ui, panel, name, kept_width, widths, |ui| content(interface, ui, tab, worker, actions));

@@ -24,7 +24,7 @@ use crate::wording::echo_within;
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::accesskit::Action as ReaderAction;
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, Color32, ComboBox, Event, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
+use egui::{Button, Color32, ComboBox, Event, Grid, Key, PopupCloseBehavior, Sense, Slider, TextEdit, TextStyle, Vec2};
 use std::sync::Arc;
 
 /// The first event that a search finds, pending. An error is formatted later, because the language may change before it arrives.
@@ -72,6 +72,11 @@ impl Default for TimeBar {
 }
 
 impl TimeBar {
+    /// Drops a running search: the user has chosen another view meanwhile, which the event would replace.
+    pub(super) fn forget_search(&mut self) {
+        self.pending = None;
+    }
+
     /// The event that the search has found, or why there is none; `None` while the search runs, or if none was started.
     fn take_found(&mut self) -> Option<Result<SkyEvent, String>> {
         let (kind, pending) = self.pending.as_ref()?;
@@ -357,6 +362,9 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
     }
     if interface.time_bar.pending.is_some() {
         accessible::spinner(ui, text!("event-looking"));
+    } else {
+        // The spinner has a place of its own: otherwise the timeline would move under the pointer, and lose the focus.
+        ui.allocate_exact_size(Vec2::splat(ui.spacing().interact_size.y), Sense::hover());
     }
 }
 

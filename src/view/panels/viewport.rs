@@ -2,8 +2,8 @@
 //!
 //! In: the last image with its scene, messages, the mouse. Out: what is painted, actions, the picked pixel and star, measured angles. Always: the
 //! image is never stretched; the names of bodies avoid what the interface shows over the image; a click means what was under the pointer at the press, although
-//! another image may arrive before the release: of a running clock, or of a typed number that counts from the press on. Only the picked pixel is that of the new
-//! image.
+//! another image may arrive before the release: of a running clock, or of a typed number that counts from the press on. A picked pixel is a place in the
+//! viewport, the pressed one: the probe shows what every image has there, the new one and all later ones, as its cross does.
 
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
@@ -99,8 +99,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
             |from, to| scene.geometry.is_cut_between(from, to),
         );
     }
-    let place = pressed_place(interface, &response, &placement);
-    if let Some(click) = handle_mouse(ui, &response, viewport, place, actions) {
+    let place = pressed_place(interface, &response, &placement, viewport);
+    if let Some(click) = handle_mouse(ui, &response, place, actions) {
         handle_click(interface, worker, click);
     }
     context_menu(interface, &response, place, actions);
@@ -342,13 +342,17 @@ fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
 }
 
 /// What was under the pointer when its button was pressed on the image, until the release; `None` while no button is.
-fn pressed_place(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement) -> Option<SeenPlace> {
+fn pressed_place(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, viewport: Rect) -> Option<SeenPlace> {
     let place = interface.viewport.pressed_place.take().or_else(|| {
         let (pointer, rendered) = (response.interact_pointer_pos()?, interface.shown()?);
         let image_px = placement.image_px_of(pointer, &rendered.scene);
         let body = body_at(&interface.viewport.labels, &rendered.scene, image_px);
         let star_index = if body.is_none() { star_at(&rendered.scene, image_px) } else { None };
-        Some(SeenPlace { body, star_index, direction: snapped_direction(interface, image_px) })
+        let offset_px = (pointer - viewport.min) * response.ctx.pixels_per_point();
+        let [width, height] = interface.viewport.size_px;
+        // At a scale that is not whole, the last point of the viewport may be beyond its last pixel.
+        let viewport_px = [(offset_px.x as u32).min(width - 1), (offset_px.y as u32).min(height - 1)];
+        Some(SeenPlace { body, star_index, direction: snapped_direction(interface, image_px), viewport_px })
     });
     interface.viewport.pressed_place = place.filter(|_| response.is_pointer_button_down_on());
     place
@@ -360,7 +364,7 @@ enum Click {
     Measure { direction: DVec3, body: Option<NaifId> },
     /// Without Ctrl: picks a pixel for the probe, and a star.
     Pick {
-        /// The clicked pixel of the viewport.
+        /// The pressed pixel of the viewport.
         viewport_px: [u32; 2],
         /// Index in the star catalog of the star at the click, if there is no body.
         star_index: Option<usize>,
@@ -368,13 +372,7 @@ enum Click {
 }
 
 /// Turns drags, the wheel and clicks into actions; returns a click that measures an angle or picks a pixel.
-fn handle_mouse(
-    ui: &egui::Ui,
-    response: &egui::Response,
-    viewport: Rect,
-    place: Option<SeenPlace>,
-    actions: &mut Vec<Action>,
-) -> Option<Click> {
+fn handle_mouse(ui: &egui::Ui, response: &egui::Response, place: Option<SeenPlace>, actions: &mut Vec<Action>) -> Option<Click> {
     let pixels_per_point = f64::from(ui.ctx().pixels_per_point());
     let drag = response.drag_delta();
     let (drag_x_px, drag_y_px) = (f64::from(drag.x) * pixels_per_point, f64::from(drag.y) * pixels_per_point);
@@ -399,7 +397,7 @@ fn handle_mouse(
             actions.push(if changes_fov { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
         }
     }
-    let (pointer, SeenPlace { body, star_index, direction }) = (response.interact_pointer_pos()?, place?);
+    let SeenPlace { body, star_index, direction, viewport_px } = place?;
     // Clicks with Ctrl come before double-clicks, so that two quick clicks with Ctrl measure an angle, too.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
         return direction.map(|direction| Click::Measure { direction, body });
@@ -408,8 +406,7 @@ fn handle_mouse(
         actions.extend(body.map(Action::FlyTo));
     } else if response.clicked() {
         actions.extend(body.map(Action::Select));
-        let pixel = |points: f32| (f64::from(points) * pixels_per_point) as u32;
-        return Some(Click::Pick { viewport_px: [pixel(pointer.x - viewport.min.x), pixel(pointer.y - viewport.min.y)], star_index });
+        return Some(Click::Pick { viewport_px, star_index });
     }
     None
 }

@@ -1,9 +1,9 @@
 //! *What to see now*: a row of small images over the viewport's lower edge and in the Moments panel.
 //!
 //! In: clicks. Out: views, a selected event, an opened panel. Always: the images are drawn in the background, one after the other, after
-//! the first image of the viewport. A view that does not exist (see [`NowItem::view`]) is left out. The row over the viewport disappears
-//! permanently with the user's first action other than pausing time, or when a panel is opened or closed. The Moments panel always shows
-//! the images.
+//! the first image of the viewport. The place of a view that does not exist (see [`NowItem::view`]) stays empty, so that no button moves under the pointer. A
+//! click on an image that has not been drawn yet opens the view. The row over the viewport disappears permanently with the user's first action other than
+//! pausing time, or when a panel is opened or closed. The Moments panel always shows the images.
 
 use super::icons::{self, Icon};
 use super::render_loop::colour_image;
@@ -61,6 +61,8 @@ pub(crate) struct NowThumbnails {
     states: [ThumbnailState; NowItem::ALL.len()],
     /// Whether an action hides the row as soon as the press that may have caused it is no longer part of a click.
     must_hide: bool,
+    /// An item that was clicked before its view was known. The view opens once it is, unless the user does something else first.
+    awaited: Option<NowItem>,
 }
 
 /// Takes a finished image and requests the next one, one at a time. Called only while the row is shown.
@@ -124,6 +126,9 @@ pub(crate) fn open_panels(interface: &Interface) -> OpenPanels {
 pub(crate) fn hide_after_input(interface: &mut Interface, ctx: &Context, panels_before: OpenPanels, actions: &[Action]) {
     // Pausing time is no reason to hide the row: the user may still be looking at it.
     let has_acted = actions.iter().any(|action| !matches!(action, Action::TogglePause));
+    if has_acted || open_panels(interface) != panels_before {
+        interface.now_thumbnails.awaited = None;
+    }
     let must_hide = &mut interface.now_thumbnails.must_hide;
     *must_hide |= has_acted;
     // A press that ends a typed date acts before the release, which may be a click on the row.
@@ -161,20 +166,39 @@ pub(crate) fn show_over_viewport(interface: &mut Interface, ui: &Ui, worker: &dy
     }
 }
 
-/// Shows the thumbnails as buttons; returns whether one was clicked.
+/// Shows the thumbnails as buttons; returns whether a view was opened.
 pub(crate) fn thumbnail_row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
     update(interface, ui.ctx(), worker);
-    let mut clicked = None;
-    for (item, state) in NowItem::ALL.into_iter().zip(&interface.now_thumbnails.states) {
-        if matches!(state, ThumbnailState::Missing) {
-            continue;
-        }
-        let thumbnail = if let ThumbnailState::Ready(thumbnail) = state { Some(thumbnail) } else { None };
-        if thumbnail_button(ui, item, thumbnail.map(|t| &**t)) {
-            clicked = thumbnail.map(|t| (item, t.now_view.clone()));
+    let NowThumbnails { states, awaited, .. } = &interface.now_thumbnails;
+    let (mut clicked, mut arrived) = (None, None);
+    for (item, state) in NowItem::ALL.into_iter().zip(states) {
+        let thumbnail = match state {
+            ThumbnailState::Missing => {
+                ui.allocate_exact_size(button_size(ui), Sense::hover());
+                continue;
+            }
+            ThumbnailState::Ready(thumbnail) => Some(&**thumbnail),
+            ThumbnailState::NotRequested | ThumbnailState::Loading(_) => None,
+        };
+        let known_view = || thumbnail.map(|thumbnail| thumbnail.now_view.clone());
+        let is_awaited = *awaited == Some(item);
+        if thumbnail_button(ui, item, thumbnail, is_awaited) {
+            clicked = Some((item, known_view()));
+        } else if is_awaited && thumbnail.is_some() {
+            arrived = Some((item, known_view()));
         }
     }
-    let Some((item, now_view)) = clicked else { return false };
+    let Some((item, known_view)) = clicked.or(arrived) else { return false };
+    // The window does not wait for the search for an eclipse.
+    let view_without_search = || {
+        let base_view = interface.viewer.base_view();
+        (item != NowItem::Eclipse).then(|| item.view(worker.session(), interface.viewer.now(), &base_view)).flatten()
+    };
+    let Some(now_view) = known_view.or_else(view_without_search) else {
+        interface.now_thumbnails.awaited = Some(item);
+        return false;
+    };
+    interface.now_thumbnails.awaited = None;
     open(interface, ui.ctx(), worker, item, now_view, actions);
     true
 }
@@ -215,12 +239,16 @@ pub(crate) fn open(
     }
 }
 
-/// Shows the button of an item: its image, or a spinner until `thumbnail` has arrived, above its title and description. Returns whether the button was
-/// clicked.
-fn thumbnail_button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>) -> bool {
+fn button_size(ui: &Ui) -> Vec2 {
     let line_height = ui.text_style_height(&TextStyle::Small);
-    let size = Vec2::from(THUMBNAIL_SIZE) + vec2(0.0, (1.0 + MAX_DESCRIPTION_LINES as f32) * line_height + 6.0);
-    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+    Vec2::from(THUMBNAIL_SIZE) + vec2(0.0, (1.0 + MAX_DESCRIPTION_LINES as f32) * line_height + 6.0)
+}
+
+/// Shows the button of an item: its image, or a spinner until `thumbnail` has arrived, above its title and description. `is_awaited`: whether it was clicked
+/// already. Returns whether the button was clicked.
+fn thumbnail_button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>, is_awaited: bool) -> bool {
+    let line_height = ui.text_style_height(&TextStyle::Small);
+    let (rect, response) = ui.allocate_exact_size(button_size(ui), Sense::click());
     let title = thumbnail.map_or(item.name(), |t| t.now_view.title.as_str());
     let about = thumbnail.map_or("", |t| t.now_view.about.as_str());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("{title}: {about}")));
@@ -237,7 +265,7 @@ fn thumbnail_button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>) -
         None => {}
     }
     let visuals = ui.visuals();
-    if response.hovered() || response.has_focus() {
+    if response.hovered() || response.has_focus() || is_awaited {
         painter.rect_stroke(image, 4.0, Stroke::new(2.0, visuals.selection.bg_fill), egui::StrokeKind::Outside);
     }
     let lines = |top: f32, text: &str, max_rows: usize, colour| {

@@ -59,7 +59,8 @@ fn key_field(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatur
     ui.horizontal(|ui| {
         let label = ui.label(text!("key-another"));
         let field = TextEdit::singleline(&mut page.typed).hint_text("lambert.albedo.sun1.ellipsoid").desired_width(f32::INFINITY);
-        let response = ui.add(field).labelled_by(label.id).on_hover_text(text!("key-another-hint"));
+        // Its own id, because the lines above come and go with answers to queries. By egui's number of the control it would then lose the focus.
+        let response = ui.add(field.id_salt("another key")).labelled_by(label.id).on_hover_text(text!("key-another-hint"));
         if response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
             match page.typed.trim().parse::<ShaderKey>() {
                 Ok(key) => {

@@ -18,7 +18,7 @@ use crate::view::panels::theme::{MIN_LIST_HEIGHT, SMALL_TEXT_POINTS};
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::render_worker::{Pending, ask};
 use crate::view::worker::session_inputs::SessionInputs;
-use egui::{FontId, RichText, ScrollArea, TextEdit};
+use egui::{Align2, FontId, RichText, ScrollArea, Sense, TextEdit, vec2};
 
 /// The reports of one pixel computed in f32 and in f64.
 type BothPrecisions = [PixelReport; 2];
@@ -66,13 +66,17 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         return;
     };
     page.start_query(inspected, interface, pixel);
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
         let x_field = number_field::show(ui, &mut x, NumberKind::Whole, 0..=width - 1, text!("probe-x"), |field| field.prefix("x "));
         let y_field = number_field::show(ui, &mut y, NumberKind::Whole, 0..=height - 1, text!("probe-y"), |field| field.prefix("y "));
         if x_field.changed() || y_field.changed() {
             page.newly_picked_px = Some([x, y]);
+        }
+        // The time is here because the line of the radiance, with it, would be wider than the panel.
+        if let Some(Ok([report, _])) = &page.answer {
+            ui.label(instant_text(report.time));
         }
         if page.pending.is_some() && page.answer.is_some() {
             accessible::spinner(ui, text!("probe-another"));
@@ -87,7 +91,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, error_text(why))),
     };
     let radiance = report_f32.radiance.map(brief_number).join(", ");
-    ui.label(text!("probe-radiance", level = radiance, stops = signed(report_f32.exposure_stops, 2), time = instant_text(report_f32.time)));
+    ui.label(text!("probe-radiance", level = radiance, stops = signed(report_f32.exposure_stops, 2)));
     if report_f32.draws.is_empty() {
         ui.label(text!("probe-empty"));
         return;
@@ -111,7 +115,9 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let draw_f64 = report_f64.draws.iter().find(|d| d.body == draw_f32.body && d.part == draw_f32.part);
     ui.horizontal(|ui| {
         let label = ui.label(text!("probe-filter"));
-        ui.add(TextEdit::singleline(&mut page.filter).desired_width(160.0)).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
+        // Its own id, because the lines above depend on the report, which a running clock renews.
+        let field = TextEdit::singleline(&mut page.filter).id_salt("filter of the probe").desired_width(160.0);
+        ui.add(field).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
         if ui.small_button(text!("shader-copy")).on_hover_text(text!("probe-copy-hint")).clicked() {
             ui.ctx().copy_text(rows(draw_f32, draw_f64).iter().map(|r| format!("{}\n", r.text())).collect());
         }
@@ -198,19 +204,23 @@ fn row_height(ui: &egui::Ui) -> f32 {
     ui.ctx().fonts_mut(|fonts| fonts.row_height(&FontId::monospace(SMALL_TEXT_POINTS)))
 }
 
-/// Shows the rows whose name contains the filter text.
+/// Shows the rows whose name contains the filter text, below headings that scroll sideways with their columns, but not down with the rows.
 fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
     let matching: Vec<&Row> = rows.iter().filter(|r| r.name.contains(filter.trim())).collect();
     let headings = columns(&text!("probe-count", count = matching.len()), "f32", "f64", text!("probe-difference"));
-    ui.label(row_text(headings).strong());
-    ui.spacing_mut().item_spacing.y = 1.0;
     let height = row_height(ui);
+    let (place, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &headings));
+    ui.spacing_mut().item_spacing.y = 1.0;
     let area = ScrollArea::both().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT);
-    area.show_rows(ui, height, matching.len(), |ui, range| {
+    let list = area.show_rows(ui, height, matching.len(), |ui, range| {
         for row in matching.get(range).unwrap_or_default() {
             ui.add(egui::Label::new(row_text(row.text())).extend());
         }
     });
+    let corner = place.min - vec2(list.state.offset.x, 0.0);
+    let painter = ui.painter().with_clip_rect(place.intersect(ui.clip_rect()));
+    painter.text(corner, Align2::LEFT_TOP, headings, FontId::monospace(SMALL_TEXT_POINTS), ui.visuals().strong_text_color());
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! In: the text of the displayed module in the chosen language. Out: egui shapes. Always: only visible lines are laid out, so that a text of a hundred
 //! thousand lines scrolls as fast as a short text; the list of lines is a single Tab stop, and arrow keys move between its lines; the search finds only lines
-//! that the list shows, and the current match is in view, in a frame.
+//! that the list shows, and the current match is in view, in a frame; until the text of another module has arrived, the last one stays.
 
 use super::module_text::{ModuleLine, ModuleText, feature_colour, find_all, layout_job};
 use super::{Inspected, ShaderPanel};
@@ -54,6 +54,8 @@ pub(crate) struct SourcePage {
     hides_names: bool,
     /// Whether the legend also lists negated features. The lines of `not eclipse`, for example, are in the module because the draw has no eclipse.
     shows_negated: bool,
+    /// The text that was shown last.
+    last_text: Option<Arc<ModuleText>>,
     /// The text in the search field.
     needle: String,
     /// Index of the current match in the lines of `found`.
@@ -90,6 +92,7 @@ fn language_name(language: Language) -> (&'static str, &'static str) {
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'_>) {
     let page = &mut panel.source;
     let language = page.language.unwrap_or(Language::Wgsl);
+    let text = panel.queries.text(inspected.worker, &inspected.id, language);
     ui.horizontal_wrapped(|ui| {
         for choice in Language::ALL {
             let (name, tooltip) = language_name(choice);
@@ -97,12 +100,18 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'
                 page.language = Some(choice);
             }
         }
+        if text.is_none() {
+            accessible::spinner(ui, text!("source-coming"));
+        }
     });
-    let text = match panel.queries.text(inspected.worker, &inspected.id, language) {
-        Some(Ok(text)) => text,
-        Some(Err(why)) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
-        None => return drop(accessible::spinner(ui, text!("source-coming"))),
+    // The last text stays until the new one has arrived: without the search field, a text that is typed into it would become shortcuts.
+    let last_text = page.last_text.take().filter(|last| last.language == language);
+    let text = match (text, last_text) {
+        (Some(Ok(text)), _) | (None, Some(text)) => text,
+        (Some(Err(why)), _) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
+        (None, None) => return,
     };
+    page.last_text = Some(Arc::clone(&text));
     page.show_requested(&text);
     page.search(ui, &text);
     if !text.features.is_empty() {
@@ -157,7 +166,7 @@ impl SourcePage {
     }
 
     /// Searches the lines that the list shows, unless it has done so. The first match becomes current; if only the lines have changed, the next match after
-    /// the current one.
+    /// the current one, which as with the buttons is the first match if none follows.
     fn update_found(&mut self, text: &Arc<ModuleText>) {
         let only_feature = self.only_feature(text);
         let last = self.found.as_ref().filter(|found| Arc::ptr_eq(&found.text, text) && found.needle == self.needle);
@@ -168,8 +177,8 @@ impl SourcePage {
         let is_shown = |line: &ModuleLine| only_feature.is_none_or(|feature| usize::from(line.feature_index) == feature);
         let is_match = |line: &ModuleLine| is_shown(line) && !find_all(&line.text, &self.needle).is_empty();
         let lines = (0..).zip(&text.lines).filter(|(_, line)| is_match(line)).map(|(index, _)| index).collect::<Vec<u32>>();
-        let next_index = last_line.map_or(0, |last_line| lines.partition_point(|line| *line < last_line));
-        self.match_index = next_index.min(lines.len().saturating_sub(1));
+        let next_index = last_line.and_then(|last_line| lines.iter().position(|line| *line >= last_line));
+        self.match_index = next_index.unwrap_or(0);
         // Once the search is empty, the list goes back to the beginnings of the lines.
         let is_emptied = self.needle.is_empty() && self.found.as_ref().is_some_and(|found| !found.needle.is_empty());
         self.scroll_line = lines.get(self.match_index).copied().or(is_emptied.then_some(self.cursor_line as u32));

@@ -23,7 +23,7 @@ use crate::view::error_texts::error_text;
 use crate::view::language::{Language, text};
 use crate::view::link::{MAX_BYTES, SCHEME, view_from_text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
-use egui::TextEdit;
+use egui::{Id, TextEdit, UiBuilder};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -126,12 +126,18 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     images::single_image(interface, ui);
     ui.separator();
     images::frames(interface, ui);
-    images::animation(interface, ui);
+    section(ui, "animation", |ui| images::animation(interface, ui));
     images::progress(interface, ui);
     ui.separator();
-    bookmarks(interface, ui, actions);
+    section(ui, "bookmarks", |ui| bookmarks(interface, ui, actions));
     ui.separator();
-    appearance(interface, ui);
+    section(ui, "appearance", |ui| appearance(interface, ui));
+}
+
+/// Shows controls below others that come and go by themselves, such as the progress of an export. egui numbers controls from the top, so that a field would
+/// lose the focus, and what is typed next would act as shortcuts. These controls are numbered on their own.
+fn section(ui: &mut egui::Ui, name: &str, add_contents: impl FnOnce(&mut egui::Ui)) {
+    ui.scope_builder(UiBuilder::new().scope_id(Id::unique(("section of Share", name))), add_contents);
 }
 
 /// Shows the controls for links and view files.
