@@ -92,7 +92,7 @@ fn the_linear_model_interpolates_between_the_contacts() {
     let prober = f32_prober();
     // `k`: radius of the occluder, `d`: distance of its centre, both in radii of the Sun.
     let blocked = |k: f64, d: f64, model: &str| ask(&prober, &json!({"q": "disc-overlap", "k": k, "d": d, "model": model}), "blocked");
-    for k in [0.3, 1.0, 4.0] {
+    for k in [0.3_f64, 1.0, 4.0] {
         let (outer_contact, inner_contact) = (1.0 + k, (1.0 - k).abs());
         assert_eq!(blocked(k, outer_contact, "linear"), 0.0);
         let greatest = f64::min(k * k, 1.0);
