@@ -218,7 +218,7 @@ fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
             ui.add(egui::Label::new(row_text(row.text())).extend());
         }
     });
-    let corner = place.min - vec2(list.state.offset.x, 0.0);
+    let corner = place.min - vec2(list.state.clamped_offset().x, 0.0);
     let painter = ui.painter().with_clip_rect(place.intersect(ui.clip_rect()));
     painter.text(corner, Align2::LEFT_TOP, headings, FontId::monospace(SMALL_TEXT_POINTS), ui.visuals().strong_text_color());
 }
