@@ -61,9 +61,9 @@ fn unreadable(path: &Path, source: std::io::Error) -> FragmentFolderError {
     FragmentFolderError::Unreadable { path: shown_path(path), source }
 }
 
-/// Whether a file or folder is hidden. Editors and file systems keep locks, drafts and attributes in hidden files, some with the extension `.wesl`;
-/// Emacs' lock is a link without a target.
-fn is_hidden(path: &Path) -> bool {
+/// Whether a file or folder is hidden. Editors and file systems keep locks, drafts and attributes of a file in hidden files, some with its extension; Emacs'
+/// lock is a link without a target.
+pub(super) fn is_hidden(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'))
 }
 

@@ -43,6 +43,7 @@ pub use custom_surfaces::{SurfaceArgumentError, SurfaceError, SurfaceFile, surfa
 use devices::Devices;
 pub use effect_cost::{EffectCost, LightChange};
 pub use error::{CacheFolderError, SessionError};
+use fragment_folder::is_hidden;
 pub use fragment_folder::{FragmentFolderError, FragmentTimes, fragment_times, read_fragments};
 pub use images::{PROVENANCE_CHUNK, is_exr, write_image, write_new_image};
 pub use lunar_heights::read_lunar_heights;
@@ -153,7 +154,7 @@ fn no_folder(folder: &Path, remedy: &str) -> SessionError {
     SessionError::File { path: echo(&folder.display().to_string()), why: format!("there is no such folder; {remedy}") }
 }
 
-/// The built-in catalog, overridden by the `*.toml` files of a folder in order of their names. A `Cargo.toml`, as in catalogs/, is skipped.
+/// The built-in catalog, overridden by the `*.toml` files of a folder in order of their names. Hidden files are skipped, and a `Cargo.toml`, as in catalogs/.
 ///
 /// # Errors
 /// A folder without such files, a file that cannot be read, or a list of all invalid fields.
@@ -166,7 +167,7 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let entries = std::fs::read_dir(folder).and_then(|all| all.collect::<std::io::Result<Vec<_>>>()).map_err(|e| file_error(folder, e))?;
     let is_toml = |path: &PathBuf| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let mut paths: Vec<PathBuf> = entries.iter().map(|e| e.path()).filter(is_toml).collect();
-    paths.retain(|p| p.file_name().is_some_and(|name| name != "Cargo.toml"));
+    paths.retain(|p| !is_hidden(p) && p.file_name().is_some_and(|name| name != "Cargo.toml"));
     if paths.is_empty() {
         let why = "no catalog file (*.toml) in it; --catalogs takes a folder of catalog files".to_owned();
         return Err(SessionError::File { path: echo(&folder.display().to_string()), why });

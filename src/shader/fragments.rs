@@ -6,6 +6,7 @@
 use super::ShaderError;
 use super::constants::CONSTANTS;
 use super::source::Fragment;
+use crate::wording::without_byte_order_mark;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::{LazyLock, OnceLock};
 
@@ -172,6 +173,7 @@ impl Fragments {
     pub fn and_files(mut self, files: impl IntoIterator<Item = (String, String)>) -> Self {
         let is_built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
         for (path, text) in files {
+            let text = without_byte_order_mark(&text).to_owned();
             if is_built_in(&path, &text) {
                 self.user_files.remove(&path);
             } else {
@@ -251,6 +253,14 @@ mod tests {
         let restored = changed.and_files(file(text));
         assert_eq!(restored.text(path), Some(text));
         assert!(restored.are_built_in() && restored == Fragments::default());
+    }
+
+    #[test]
+    fn a_byte_order_mark_is_no_part_of_a_file() {
+        let (path, text) = FRAGMENTS[0];
+        let with_mark = |text: &str| Fragments::with_files([(path.to_owned(), format!("\u{feff}{text}"))]);
+        assert!(with_mark(text).are_built_in());
+        assert_eq!(with_mark("// nothing").text(path), Some("// nothing"));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::initial_view::initial_view;
 use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, pose_on_ground};
-use crate::wording::{did_you_mean, echo_within, json_error_text};
+use crate::wording::{did_you_mean, echo_within, json_error_text, without_byte_order_mark};
 use glam::DVec3;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 use serde::Serialize;
@@ -110,6 +110,7 @@ struct PartialView {
 impl PartialView {
     /// Reads a link or JSON text.
     fn of(text: &str) -> Self {
+        let text = without_byte_order_mark(text);
         if text.len() as u64 > MAX_BYTES {
             Self::from_error(format!("too long for a view: {} bytes, the limit is {MAX_BYTES}", text.len()))
         } else if is_link(text) {

@@ -43,6 +43,8 @@ fn a_folder_of_catalogs_has_a_catalog() {
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
     write("Cargo.toml", "[package]\n");
     write("notes.txt", "none\n");
+    // Attributes that macOS keeps beside a file; the text is not TOML.
+    write("._mine.toml", "none\n");
     let error = read().expect_err("no catalog");
     assert!(error.contains(&folder.path().display().to_string()) && error.contains("no catalog file (*.toml) in it"), "{error}");
     // On some systems names of files are in capital letters.

@@ -12,7 +12,10 @@ fn bench(args: &[&str]) -> Output {
 /// The report with neither `--effects` nor `--counts`.
 fn report_of_saturn() -> String {
     let out = bench(&["--scene", "saturn", "--size", "9x9", "--frames", "1"]);
-    String::from_utf8_lossy(&out.stdout).into_owned()
+    let report = String::from_utf8_lossy(&out.stdout).into_owned();
+    // Without a report, a test that it lacks something could not fail.
+    assert!(report.contains("\"scenes\""), "{report} {}", String::from_utf8_lossy(&out.stderr));
+    report
 }
 
 fn number(value: &Value, what: &str) -> f64 {

@@ -70,6 +70,13 @@ fn built_in_tours_are_smooth_from_end_to_end() {
 }
 
 #[test]
+fn a_byte_order_mark_is_no_part_of_a_tour() {
+    let (_, _, text) = orrery_catalogs::TOURS[0];
+    let tour = parse(text).expect("a tour");
+    assert_eq!(parse(&format!("\u{feff}{text}")), Ok(tour));
+}
+
+#[test]
 fn a_camera_path_starts_and_ends_at_its_stops() {
     let stop = |view: &str| format!(r#"{{"view":"orrery://view?{view}","hold_s":2,"travel_s":3,"time_rate":100}}"#);
     let stops = [

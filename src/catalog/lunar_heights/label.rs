@@ -6,7 +6,7 @@
 //! without a height, is rejected with an error that names the keyword.
 
 use super::{DEFAULT_SPHERE_KM, check_size};
-use crate::wording::echo;
+use crate::wording::{echo, without_byte_order_mark};
 
 /// The map that a label and its image describe.
 pub(super) struct LabelledHeights {
@@ -63,7 +63,7 @@ fn no_height_values(label: &str) -> Result<Vec<(String, f32)>, String> {
 
 /// The name of the image file that a label refers to.
 pub(super) fn image_file(label: &str) -> Result<String, String> {
-    let pointer = required(label, "^IMAGE")?;
+    let pointer = required(without_byte_order_mark(label), "^IMAGE")?;
     // Either a file name, optionally followed by a record number, or a record number in the label's own file.
     let file = pointer.split(',').next().unwrap_or(pointer).trim().trim_matches('"').trim();
     if file.is_empty() || file.chars().all(|c| c.is_ascii_digit()) {
@@ -144,6 +144,7 @@ impl Sample {
 
 /// The heights that a label and the bytes of its image give.
 pub(super) fn heights(label: &str, image: &[u8]) -> Result<LabelledHeights, String> {
+    let label = without_byte_order_mark(label);
     let count = |keyword: &str| -> Result<usize, String> {
         let value = required(label, keyword)?;
         value.parse().map_err(|_| format!("{keyword} = {}: not a whole number", echo(value)))
@@ -262,6 +263,16 @@ END_OBJECT\r
         let bytes: Vec<u8> = read.heights_km.iter().flat_map(|km| km.to_le_bytes()).collect();
         let real_heights = heights(&real_label, &bytes).expect("read");
         assert_eq!((real_heights.heights_km, real_heights.sphere_km), (read.heights_km, 1737.4));
+    }
+
+    /// It would be part of the first line's keyword.
+    #[test]
+    fn a_byte_order_mark_is_no_part_of_the_label() {
+        for first_line in ["^IMAGE = \"LDEM_4.IMG\"\r\n", "  LINES = 2\r\n"] {
+            let text = format!("\u{feff}{first_line}{}", LABEL.replace(first_line, ""));
+            assert_eq!(image_file(&text), Ok("LDEM_4.IMG".into()));
+            assert_eq!(heights(&text, &image(LITTLE_ENDIAN)).map(|read| read.columns), Ok(4), "{first_line}");
+        }
     }
 
     #[test]

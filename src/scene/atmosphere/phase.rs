@@ -45,8 +45,8 @@ fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
     (1.0 - asymmetry * asymmetry) / (4.0 * PI * asymmetry_base(cos_scattering, asymmetry).powf(1.5))
 }
 
-/// 1 + g^2 - 2 g c, with g the asymmetry and c the cosine: the base of the powers in Henyey-Greenstein's and other functions. In the forward direction it is (1 - g)^2,
-/// which is 0 for g = 1; as in the shader, it is at least 1e-6, so that nothing divides by 0.
+/// 1 + g^2 - 2 g c, with g the asymmetry and c the cosine: the base of the powers in Henyey-Greenstein's and other functions. In the forward direction it is
+/// (1 - g)^2, which is 0 for g = 1; as in the shader, it is at least 1e-6, so that nothing divides by 0.
 fn asymmetry_base(cos_scattering: f64, asymmetry: f64) -> f64 {
     (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6)
 }

@@ -37,7 +37,7 @@ const FINE_ALTITUDES_DEG: (f64, f64) = (-45.0, 15.0);
 const COARSE_STEP_DEG: f64 = 15.0;
 /// Number of altitudes: 61 in the fine steps, 5 in the coarse ones.
 const ALTITUDES: usize = 66;
-/// Heights of the camera as fractions of the air's height. Above the last one, what is left of the air is thinner than a scale height: its light is taken to
+/// Heights of the camera as fractions of the air's height. Above the last one, what is left of the air is about a scale height or less: its light is taken to
 /// be proportional to its thickness.
 const HEIGHT_PARTS: [f64; 6] = [0.0, 0.05, 0.2, 0.5, 0.8, 0.95];
 const LAST_HEIGHT_PART: f64 = HEIGHT_PARTS[HEIGHT_PARTS.len() - 1];

@@ -42,7 +42,8 @@ impl SurroundingAir<'_> {
     /// of a day darkens with height. In dusk, where nothing is lit but the sky, these directions have a part of the light that they have on the ground, and the
     /// exposure is that of a dusk with this part of the light, where this is less. The part may be small: most light of a dusk comes from air below the camera,
     /// and what is above it is in the shadow of the body except towards the Sun.
-    /// Near the top of the air [`Self::sky_weight`] falls faster than the light, and the exposure is for the light: no sky is shown brighter than on the ground.
+    /// Near the top of the air [`Self::sky_weight`] falls faster than the light, and the exposure is for the light: a sky that is darker than on the ground is
+    /// not shown brighter.
     /// `towards`, `towards_sun`: vectors from the body to the light and to the Sun; `directions`: see [`Self::scattered_radiance`].
     pub(crate) fn exposure_radiance_of_sky(&self, towards: DVec3, irradiance: f64, towards_sun: DVec3, directions: &[(DVec3, f64)]) -> f64 {
         let on_ground = 0.0;

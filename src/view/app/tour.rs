@@ -16,6 +16,7 @@ use crate::scene::viewpoint::{Viewer, viewer};
 use crate::session::Session;
 use crate::time::Instant;
 use crate::view::link::view_from_text;
+use crate::wording::without_byte_order_mark;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -133,7 +134,7 @@ impl Tour {
     /// # Errors
     /// If the text is not a tour; the error names the stop and the invalid field.
     pub fn parse(text: &str, session: &Session, now: Instant) -> Result<Self, TourError> {
-        let file: TourFile = serde_json::from_str(text)?;
+        let file: TourFile = serde_json::from_str(without_byte_order_mark(text))?;
         if file.stops.len() > MAX_STOPS {
             return Err(TourError::TooManyStops(file.stops.len()));
         }

@@ -60,6 +60,9 @@ fn links_and_files_restore_the_view_exactly() {
         assert!(is_link(&form) && of_link(&form) == Ok(view()), "{form}");
     }
     assert!(!is_link("orrery.json") && !is_link("or"));
+    for text in [link, view().to_json()] {
+        assert_eq!(with_test_defaults(PartialView::of(&format!("\u{feff}{text}"))), Ok(view()), "a byte order mark does not count");
+    }
 }
 
 #[test]

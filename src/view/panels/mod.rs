@@ -286,9 +286,9 @@ impl Interface {
                 self.tour.pause();
             }
         }
-        // A reply of this frame, whose time is not set yet, may say why the view that these actions choose is shown in place of another one.
         if actions.iter().any(chooses_view) {
             self.time_bar.forget_search();
+            // A reply of this frame, whose time is not set yet, may say why the view that these actions choose is shown in place of another one.
             if self.is_reply_refusal && self.reply_until_s.is_some() {
                 self.reply.clear();
             }

@@ -327,6 +327,10 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
 
 /// Shows the buttons for the previous and the next event of a kind, and starts their searches.
 fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    // The event may arrive in the very frame in which a key or a typed date chooses another view.
+    if actions.iter().any(super::chooses_view) {
+        interface.time_bar.forget_search();
+    }
     match interface.time_bar.take_found() {
         Some(Ok(event)) => events::show(interface, worker, Arc::new(event), actions),
         Some(Err(why)) => interface.refuse_view(why),
