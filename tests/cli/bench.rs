@@ -12,7 +12,9 @@ fn bench(args: &[&str]) -> Output {
 /// The report with neither `--effects` nor `--counts`.
 fn report_of_saturn() -> String {
     let out = bench(&["--scene", "saturn", "--size", "9x9", "--frames", "1"]);
-    String::from_utf8_lossy(&out.stdout).into_owned()
+    let report = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(out.status.success() && report.contains("\"saturn\""), "{report}{}", String::from_utf8_lossy(&out.stderr));
+    report
 }
 
 fn number(value: &Value, what: &str) -> f64 {
@@ -48,6 +50,7 @@ fn the_report_is_one_json_value_whose_stages_fit_into_the_frame() {
     }
 }
 
+/// The first line says what is wrong. To an option that clap refuses (exit status 2) clap adds an empty line and a reference to `--help`.
 #[test]
 fn invalid_arguments_are_refused_in_one_helpful_line() {
     for (args, status, message_part) in
@@ -56,7 +59,10 @@ fn invalid_arguments_are_refused_in_one_helpful_line() {
         let out = bench(&args);
         let message = String::from_utf8_lossy(&out.stderr);
         assert_eq!(out.status.code(), Some(status), "{args:?}: {message}");
-        assert!(message.contains(message_part), "{args:?}: {message}");
+        let lines: Vec<&str> = message.lines().collect();
+        assert!(lines[0].contains(message_part), "{args:?}: {message}");
+        let clap_lines: &[&str] = if status == 2 { &["", "For more information, try '--help'."] } else { &[] };
+        assert_eq!(lines[1..], *clap_lines, "{args:?}");
         assert!(out.stdout.is_empty());
     }
 }
