@@ -192,12 +192,17 @@ fn frames_are_refused_after_the_map_in_the_textures_folder_has_changed() {
     };
     write_map(&catalogs, 100);
     write_map(&maps, 100);
+    std::fs::write(catalogs.join("a.toml"), "[[body]]\nid = 401\ngeometric_albedo = 0.2\n").expect("written");
     let pattern = folder.path().join("m-%d.png");
     let folders = ["--catalogs", path_text(&catalogs), "--textures", path_text(&maps)];
     let draw = || render(&[&BASE[..], &folders, &["--frames", "2", "-o", path_text(&pattern)]].concat());
-    assert!(draw().status.success());
-    let again = draw();
-    assert!(again.status.success() && stderr_text(&again).contains("kept 2 of 2"), "{}", stderr_text(&again));
+    let first = draw();
+    assert!(first.status.success(), "{}", stderr_text(&first));
+    for grey in [100, 50] {
+        write_map(&catalogs, grey);
+        let again = draw();
+        assert!(again.status.success() && stderr_text(&again).contains("kept 2 of 2"), "{grey}: {}", stderr_text(&again));
+    }
     write_map(&maps, 200);
     let other = draw();
     assert!(other.status.code() == Some(1) && stderr_text(&other).contains("images"), "{}", stderr_text(&other));
