@@ -276,17 +276,20 @@ fn the_albedo_of_water_is_below_a_tenth_everywhere() {
         let brightest = (0..3).map(|k| c[k] * gain[k]).fold(0.0, f64::max);
         assert!(brightest < 0.1, "{lat_deg}, {lon_deg}: {brightest}");
     }
-    let mut brightest_water: f64 = 0.0;
+    let (mut brightest_water, mut places): (f64, u32) = (0.0, 0);
     for lat_deg in -60..=60 {
         for lon_deg in (-180..180).filter(|lon_deg| brightness(&water, f64::from(lat_deg), f64::from(*lon_deg), 0.3) > 0.9) {
             let c = mean_colour(&earth, f64::from(lat_deg), f64::from(lon_deg), 0.1);
             // Skips sea ice, which is white.
             if c[2] > 1.3 * c[0] {
                 brightest_water = brightest_water.max(c[1] * gain[1]);
+                places += 1;
             }
         }
     }
-    assert!(brightest_water < 0.1, "{brightest_water}");
+    assert!(brightest_water < 0.1 && places > 5000, "{brightest_water} at {places} places");
+    // Negative control: the Sahara.
+    assert!(mean_colour(&earth, 23.0, 10.0, 0.3)[1] * gain[1] > 0.1);
 }
 
 /// Each map has a row in the list of sources. Maps made for this program, and maps whose source is partly invented, are declared as
