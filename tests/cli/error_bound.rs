@@ -121,7 +121,15 @@ fn a_bound_never_takes_the_place_of_an_image() {
         assert!(out.status.code() == Some(1) && stderr_text.contains(message_part), "{extra_options:?}: {stderr_text}");
         assert!(!path.join("new.png").exists() && !path.join("new-bound.png").exists(), "{extra_options:?}");
     }
-    assert_eq!(before, ["moon.png", "bound.png"].map(|name| std::fs::read(path.join(name)).expect("there")));
+    let contents = || ["moon.png", "bound.png"].map(|name| std::fs::read(path.join(name)).expect("there"));
+    assert_eq!(before, contents());
+    // With `--overwrite` a file of the other kind is replaced, here each by the other's content.
+    let [image, bound] = &before;
+    assert_ne!(image, bound);
+    run_successfully(path, &[&args[..], &["-o", "new.png", "--error", "moon.png", "--overwrite"]].concat());
+    assert_eq!([bound, bound], contents().each_ref(), "a bound in place of the image");
+    run_successfully(path, &[&args[..], &["-o", "bound.png", "--overwrite"]].concat());
+    assert_eq!([bound, image], contents().each_ref(), "an image in place of the bound");
 }
 
 /// In reference quality most of the bound comes from the stated errors of the models of atmosphere and eclipse. In the middle of a fisheye image, which is

@@ -28,6 +28,8 @@ fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
 
 const TIME: &str = "2024-04-08T18:17:16Z";
 const BASE: [&str; 6] = ["--target", "phobos", "--time", TIME, "--size", "12x10"];
+/// With this the names of temporary files begin (`TEMPORARY_PREFIX` of src/files.rs): no message names such a file.
+const TEMPORARY_PREFIX: &str = ".orrery-writing-";
 
 /// One option is changed at a time: each change alone makes another request.
 #[test]
@@ -46,8 +48,12 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
     std::fs::create_dir_all(shaders.join("entry")).expect("made");
     std::fs::write(shaders.join("entry/blur.wesl"), format!("{}\n// edited\n", fragment("entry/blur.wesl"))).expect("written");
     let path = folder.path().join("p.png");
+    // An old file with this prefix is removed, so this is the prefix that the program uses.
+    let left_behind = folder.path().join(format!("{TEMPORARY_PREFIX}old"));
+    std::fs::File::create(&left_behind).and_then(|file| file.set_modified(std::time::SystemTime::UNIX_EPOCH)).expect("a file");
     let first = render(&[&BASE[..], &["-o", path_text(&path)]].concat());
     assert!(first.status.success() && first.stderr.is_empty(), "{}", stderr_text(&first));
+    assert!(!left_behind.exists(), "{TEMPORARY_PREFIX} is not the prefix of temporary files");
     let bytes = std::fs::read(&path).expect("written");
 
     // The same request written differently, and options that do not change the image; `maps` is an empty folder.
@@ -63,7 +69,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         (&["--size", "10x12"], "12x10"),
         (&["--from", "sun"], "from side as usual, fitted, not centre of Sun"),
         (&["--distance-radii", "7"], "7 radii"),
-        (&["--at", "3,4"], "from"),
+        (&["--at", "3,4"], "not Phobos + ["),
         (&["--fov", "21"], "21 deg"),
         (&["--up", "celestial"], "celestial"),
         (&["--exposure", "1"], "1 stops"),
@@ -92,7 +98,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         let line = stderr_text(&out);
         assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{args:?}: {line}");
         assert!(line.contains("p.png") && line.contains("--overwrite") && line.contains(message_part), "{args:?}: {line}");
-        assert!(line.chars().count() < 600 && !line.contains(".tmp"), "{line}");
+        assert!(line.chars().count() < 600 && !line.contains(TEMPORARY_PREFIX), "{line}");
         assert_eq!(std::fs::read(&path).expect("there"), bytes, "{args:?}: a refused file is left as it is");
     }
     // With --overwrite the file is replaced by the same bytes that a new file gets.
@@ -186,12 +192,17 @@ fn frames_are_refused_after_the_map_in_the_textures_folder_has_changed() {
     };
     write_map(&catalogs, 100);
     write_map(&maps, 100);
+    std::fs::write(catalogs.join("a.toml"), "[[body]]\nid = 401\ngeometric_albedo = 0.2\n").expect("written");
     let pattern = folder.path().join("m-%d.png");
     let folders = ["--catalogs", path_text(&catalogs), "--textures", path_text(&maps)];
     let draw = || render(&[&BASE[..], &folders, &["--frames", "2", "-o", path_text(&pattern)]].concat());
-    assert!(draw().status.success());
-    let again = draw();
-    assert!(again.status.success() && stderr_text(&again).contains("kept 2 of 2"), "{}", stderr_text(&again));
+    let first = draw();
+    assert!(first.status.success(), "{}", stderr_text(&first));
+    for grey in [100, 50] {
+        write_map(&catalogs, grey);
+        let again = draw();
+        assert!(again.status.success() && stderr_text(&again).contains("kept 2 of 2"), "{grey}: {}", stderr_text(&again));
+    }
     write_map(&maps, 200);
     let other = draw();
     assert!(other.status.code() == Some(1) && stderr_text(&other).contains("images"), "{}", stderr_text(&other));
@@ -217,7 +228,7 @@ fn write_errors_do_not_name_the_temporary_file() {
             let line = stderr_text(&out);
             assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1 && line.contains(message_part), "{path:?}: {line}");
             // A missing folder is named, instead of the system's text for error 2.
-            assert!(!line.contains(".orrery-writing") && !line.contains("os error 2)"), "{path:?}: {line}");
+            assert!(!line.contains(TEMPORARY_PREFIX) && !line.contains("os error 2)"), "{path:?}: {line}");
             // Overwriting would not help.
             assert!(!line.contains("--overwrite"), "{path:?}: {line}");
         }

@@ -85,19 +85,27 @@ fn visible_fraction(k: f64, d: f64) -> [f64; 3] {
     })
 }
 
-/// A uniform disc has no limb darkening: the coefficients change nothing, even those that leave the limb dark (u1 + u2 = 1).
+/// A uniform disc has no limb darkening: the coefficients change nothing, even those that leave the limb dark (u1 + u2 = 1). They do change a limb-darkened
+/// disc.
 #[test]
 fn the_uniform_disc_does_not_depend_on_limb_darkening() {
     let prober = Prober { session: &SESSION, renderer: &RENDERER };
     for (k, d) in [(0.3, 0.2), (0.9, 0.5), (1.0, 0.0), (1.1, 1.9), (4.0, 3.5)] {
-        let blocked = |u1: f64, u2: f64| {
-            let question = json!({"q": "disc-overlap", "k": k, "d": d, "u1": u1, "u2": u2, "model": "uniform-disc"});
+        let blocked_of = |model: &str, u1: f64, u2: f64| {
+            let question = json!({"q": "disc-overlap", "k": k, "d": d, "u1": u1, "u2": u2, "model": model});
             prober.answer(&question.to_string()).expect("an answer")["blocked"].as_f64().expect("a number")
         };
+        let blocked = |u1: f64, u2: f64| blocked_of("uniform-disc", u1, u2);
         for step in 0..=8 {
             let u1 = f64::from(step) / 8.0;
             assert_eq!(blocked(u1, 1.0 - u1), blocked(0.0, 0.0), "k {k}, d {d}, u1 {u1}");
         }
+        let [darkened, plain] = [1.0, 0.0].map(|u1| blocked_of("limb-darkened", u1, 0.0));
+        assert_eq!(
+            (darkened - plain).abs() > 1e-3,
+            d + 1.0 > k,
+            "k {k}, d {d}: {darkened} and {plain} of the light of the limb-darkened disc"
+        );
     }
 }
 

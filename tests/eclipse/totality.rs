@@ -139,6 +139,7 @@ fn the_corona_follows_its_law_at_every_scale() {
         // A pixel belongs to the ring that contains its centre. The first ring begins beyond the disc's soft edge.
         let edges: Vec<f64> =
             (0..6).map(|k| (1.0 + 1.5 * pixel_radii) * (1.25_f64).powi(k)).filter(|r| *r < 0.45 * f64::from(size) * pixel_radii).collect();
+        let mut rings = 0;
         for ring in edges.windows(2) {
             let ring_pixels: Vec<&SunPixel> = all.iter().filter(|p| (ring[0]..ring[1]).contains(&p.radius)).collect();
             if ring_pixels.len() < 60 {
@@ -153,7 +154,9 @@ fn the_corona_follows_its_law_at_every_scale() {
             let expected = ring_pixels.iter().map(law_in_pixel).sum::<f64>() / ring_pixels.len() as f64;
             // Measured error: 0.6 %.
             assert!((measured / expected - 1.0).abs() < 0.01, "{fov_deg} degrees, {size} px, {ring:?}: {measured:e} for {expected:e}");
+            rings += 1;
         }
+        assert!(rings >= 2, "{fov_deg} degrees, {size} px: {rings} rings of 60 pixels or more");
         // The middle of the disc shows the Sun itself: a million times brighter than the corona.
         let middle = all.iter().filter(|p| p.radius < 0.8).map(|p| p.luminance).fold(f64::MAX, smaller);
         assert!(middle > 2e4, "{middle}");

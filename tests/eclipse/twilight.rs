@@ -224,15 +224,16 @@ fn shadow_ratio_by_photons(
     shadowed / unshadowed
 }
 
-/// Outside every penumbra the tables change nothing, to the last bit.
+/// Outside every penumbra the tables change nothing, to the last bit; in the umbra the sky is darker.
 #[test]
 fn outside_the_penumbra_the_sky_is_unchanged() {
     let time = parse_time("2024-04-08T18:42:38Z");
-    for location in [(-30.0, -60.0), (45.0, 10.0)] {
+    for (location, is_outside) in [((-30.0, -60.0), true), ((45.0, 10.0), true), (DALLAS, false)] {
         for altitude_deg in [3.0, 40.0] {
-            let radiance_with =
-                |effects: &str| radiance(NaifId::EARTH, location, time, altitude_deg, 120.0, &format!("{CLEAR_SKY}{effects}"));
-            assert_eq!(radiance_with(",+eclipse"), radiance_with(",-eclipse"), "{location:?} {altitude_deg}");
+            let [eclipsed, plain] = [",+eclipse", ",-eclipse"]
+                .map(|effects| radiance(NaifId::EARTH, location, time, altitude_deg, 120.0, &format!("{CLEAR_SKY}{effects}")));
+            assert_eq!(eclipsed == plain, is_outside, "{location:?} {altitude_deg}: {eclipsed}, without the eclipse {plain}");
+            assert!(is_outside || eclipsed.y < 0.1 * plain.y, "{location:?} {altitude_deg}: {eclipsed}, without the eclipse {plain}");
         }
     }
 }

@@ -99,10 +99,16 @@ fn summed(body: &Body, cells: &[(DVec3, f64, f64)], sun: DVec3, viewer: DVec3) -
 /// Without harmonics a body is equally bright from all sides: as bright as the mean of its map, which its disc shows.
 #[test]
 fn a_map_without_harmonics_has_the_brightness_of_its_mean() {
-    let mut moon = Catalog::embedded().body(NaifId::MOON).expect("the Moon").clone();
+    let shipped = Catalog::embedded().body(NaifId::MOON).expect("the Moon").clone();
+    let mut moon = shipped.clone();
     let map = moon.maps.albedo.as_mut().expect("a map");
     (map.harmonics, map.relative_mean) = (None, 1.25);
-    assert_eq!(light_curve(&moon, DVec3::X, DVec3::Y), 1.25);
+    for (sun, viewer) in [(DVec3::X, DVec3::Y), (DVec3::X, DVec3::X), (DVec3::NEG_X, DVec3::NEG_X), (DVec3::Z, DVec3::Z)] {
+        assert_eq!(light_curve(&moon, sun, viewer), 1.25, "lit from {sun}, seen from {viewer}");
+    }
+    // Negative control: with its harmonics the near side and the far side differ.
+    let [near, far] = [DVec3::X, DVec3::NEG_X].map(|side| light_curve(&shipped, side, side));
+    assert!((near - far).abs() > 0.3, "near side {near}, far side {far}");
 }
 
 /// At full phase and at phase angles of 30, 60 and 100 degrees, from all sides.

@@ -8,7 +8,9 @@ use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Axes, Look, Position, ViewRequest};
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
-use std::path::Path;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 const STANDARD: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 const DRAFT: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
@@ -43,6 +45,24 @@ fn views() -> Vec<(String, ViewRequest)> {
     named_requests
 }
 
+/// The entries that [`StoredMaps`] keeps in this cache, made to look as if they were written in 1970.
+fn entries_dated_1970(cache: &Path) -> Vec<PathBuf> {
+    let folder = std::fs::read_dir(cache.join("orrery").join("maps")).expect("a folder");
+    let entries: Vec<PathBuf> =
+        folder.map(|e| e.expect("an entry").path()).filter(|path| path.extension().is_some_and(|e| e == "levels")).collect();
+    for path in &entries {
+        File::options().write(true).open(path).and_then(|file| file.set_modified(SystemTime::UNIX_EPOCH)).expect("a file");
+    }
+    entries
+}
+
+/// The number of entries that were written again.
+fn written_again(entries: &[PathBuf]) -> usize {
+    let modified = |path: &PathBuf| path.metadata().and_then(|m| m.modified()).expect("a time");
+    entries.iter().filter(|path| modified(path) != SystemTime::UNIX_EPOCH).count()
+}
+
+/// A session decodes no map that is stored. If the entries are damaged, it decodes those maps again and draws the same bytes.
 #[test]
 fn a_session_with_stored_maps_draws_the_same_bytes() {
     let cache = tempfile::tempdir().expect("a folder");
@@ -58,6 +78,8 @@ fn a_session_with_stored_maps_draws_the_same_bytes() {
     let entry_count = stored.status().entries;
     assert!(entry_count >= 9, "only {entry_count} maps were stored");
     assert_eq!(stored.verify(), (entry_count, Vec::new()));
+    let entries = entries_dated_1970(cache.path());
+    assert_eq!(entries.len() as u64, entry_count);
     // Each view has a new session, so that no mip level is in memory because of another view.
     for (_, ((name, request), expected)) in views.iter().zip(&drawn).enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
         let reading = session(cache.path());
@@ -65,8 +87,14 @@ fn a_session_with_stored_maps_draws_the_same_bytes() {
             assert!(draw(&reading, request, sampling) == *expected, "{name}, {sampling:?}");
         }
     }
-    assert_eq!(stored.status().entries, entry_count, "a map was decoded again");
+    assert_eq!((stored.status().entries, written_again(&entries)), (entry_count, 0), "a map was decoded again");
     // Negative control: the views differ, so that equal images are no accident.
     let differing = drawn.windows(2).filter(|pair| pair[0] != pair[1]).count();
     assert_eq!(differing, views.len() - 1, "consecutive views with different images");
+    // Negative control: a map whose entry is damaged is decoded and stored again.
+    entries.iter().for_each(|path| std::fs::write(path, "damaged").expect("written"));
+    let damaged = entries_dated_1970(cache.path());
+    let saturn = views.iter().position(|(name, _)| name == "Saturn, whole").expect("a view");
+    assert!(draw(&session(cache.path()), &views[saturn].1, DRAFT) == drawn[saturn][0], "with damaged entries");
+    assert!((1..damaged.len()).contains(&written_again(&damaged)), "{} entries written again", written_again(&damaged));
 }

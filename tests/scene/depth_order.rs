@@ -182,6 +182,7 @@ fn a_moon_hides_the_clouds_or_is_hidden_by_them() {
             assert_eq!(draw_index(NaifId::MOON) > draw_index(NaifId::EARTH), in_front, "{distance_km:e} km");
             if in_front {
                 assert_eq!(with[k], without[k], "{distance_km:e} km: the cloud deck is visible through the Moon");
+                assert!(with != without, "{distance_km:e} km: no clouds are visible beside the Moon");
             }
         }
     }

@@ -1,4 +1,5 @@
-//! The glare of small discs brighter than white: from a point to a large disc the image changes steadily and keeps its light.
+//! The glare of small discs brighter than white: from a point to a large disc the image changes steadily and keeps its light. The glare of a planet that
+//! leaves the frame.
 
 use crate::support::folds::{larger, smaller};
 use crate::support::session::SESSION;
@@ -14,6 +15,8 @@ use orrery::time::Instant;
 use std::f64::consts::PI;
 
 const MERCURY: NaifId = NaifId(199);
+const JUPITER: NaifId = NaifId(599);
+const SATURN: NaifId = NaifId(699);
 const SIDE: u32 = 160;
 
 /// Mercury, some 1000 times as bright as white if fully lit. `px_per_rad`: in the middle of the image.
@@ -183,4 +186,52 @@ fn not_every_small_disc_has_glare() {
     };
     let diameter_px = SESSION.scene(&sun).expect("a scene").body(NaifId::SUN).expect("the Sun").diameter_px;
     assert!((4.0..16.0).contains(&diameter_px) && !has_glare(&sun), "{diameter_px}");
+}
+
+/// Jupiter beside Saturn, at a long exposure: while Jupiter leaves the frame, its glare fades gradually. Half of the glare is left when Jupiter's centre is on
+/// the edge, and a third of it four pixels farther out: as much as an image of twice the width shows in the same columns.
+#[test]
+fn the_glare_of_a_planet_leaves_the_frame_gradually() {
+    const HEIGHT: u32 = 200;
+    // Saturn is in the middle of the image, Jupiter on the right. Returns the green levels of all pixels, and the column of Jupiter's centre.
+    let drawn = |fov_deg: f64, width: u32| {
+        let request = ViewRequest {
+            up: Up::Ecliptic,
+            width,
+            height: HEIGHT,
+            exposure: ExposureRequest::Stops(20.0),
+            layers: Layers::parse("-stars,-milky-way,-zodiacal-light").expect("layers"),
+            position: Position::Centre(NaifId::EARTH),
+            fov_deg: Some(fov_deg),
+            ..ViewRequest::of(SATURN, Instant::parse("2020-12-01T00:00:00Z").expect("a time"))
+        };
+        let drawn = SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::DisplayAndHdr).expect("drawn");
+        let camera = &drawn.scene.camera;
+        let clip = camera.clip(drawn.scene.body(JUPITER).expect("Jupiter").placement.centre_km).expect("in front of the camera");
+        (drawn.frame.display.iter().map(|pixel| pixel[1]).collect::<Vec<u8>>(), camera.pixel_from_clip(clip).x)
+    };
+    // The fraction of Jupiter's glare that is in the frame, and the distance of Jupiter's centre from the frame's right edge, positive outside.
+    let glare_in_frame = |fov_deg: f64| {
+        let (width, wide_width) = (HEIGHT as usize, 2 * HEIGHT as usize);
+        let ((levels, column), (wide_levels, _)) = (drawn(fov_deg, HEIGHT), drawn(fov_deg, 2 * HEIGHT));
+        let light = |levels: &[u8], width: usize, columns: std::ops::Range<usize>| -> f64 {
+            (0..levels.len()).filter(|k| columns.contains(&(k % width))).map(|k| f64::from(levels[k])).sum()
+        };
+        // The wide image extends 100 pixels farther on each side. The columns begin 40 pixels right of Saturn, where nearly all of the light is Jupiter's.
+        let (in_frame, in_same_columns) = (light(&levels, width, 140..200), light(&wide_levels, wide_width, 240..300));
+        assert!((in_frame / in_same_columns - 1.0).abs() < 0.01, "{fov_deg} degrees: {in_frame}, {in_same_columns} in the wide image");
+        (in_frame / light(&wide_levels, wide_width, 240..400), column - width as f64)
+    };
+    // While the field of view grows, Jupiter moves into the frame.
+    let fractions: Vec<(f64, f64)> = (0..16).map(|k| glare_in_frame(4.3 + 0.02 * f64::from(k))).collect();
+    assert!(fractions[0].1 > 4.0 && fractions[15].1 < -1.0, "{fractions:?}");
+    for (fraction, outside_px) in &fractions {
+        let expected = if outside_px.abs() < 0.5 { 0.45..0.55 } else { 0.3..0.6 };
+        assert!(expected.contains(fraction), "{fraction} of the glare, {outside_px} pixels outside: {fractions:?}");
+    }
+    assert!(fractions.iter().any(|f| f.1.abs() < 0.5), "{fractions:?}");
+    assert!(fractions.windows(2).all(|w| (w[1].0 - w[0].0).abs() < 0.03), "{fractions:?}");
+    // Negative control: 30 pixels outside, most of the glare is gone, so that the light is not Saturn's.
+    let (fraction, outside_px) = glare_in_frame(3.4);
+    assert!(fraction < 0.1 && outside_px > 30.0, "{fraction} of the glare, {outside_px} pixels outside");
 }

@@ -52,6 +52,7 @@ fn a_report_names_the_fragment_that_changed_and_its_effect_on_the_image() {
     assert!(compare_revisions(&built_in, &Revision::built_in(), &modules).is_equal());
 
     let comment = compare_revisions(&built_in, &edited(|t| format!("// A comment.\n{t}")), &modules);
+    assert_eq!(comment.changed.len(), 2, "modules contain the comments of their fragments");
     assert!(comment.changed.iter().all(|c| c.image.is_some_and(|p| p.max_levels == 0.0)), "a comment changes an image");
 
     let darker = edited(|t| t.replacen("return ", "return 0.9 * ", 1));

@@ -343,12 +343,12 @@ fn reflectance_agrees_with_the_shader_at_every_angle() {
     }
 }
 
-/// A roughness given in degrees in the catalog reaches the shader as the square of radians.
+/// A roughness given in degrees in the catalog reaches the shader as the square of radians, a lunar weight as it is.
 #[test]
 fn the_catalogs_parameters_reach_the_photometric_laws() {
     let catalog = Catalog::embedded();
     let time = Instant::parse("2024-09-08T04:00:00Z").expect("a time");
-    let mut found = 0;
+    let (mut weights, mut roughnesses) = (0, 0);
     for body in catalog.bodies() {
         let expected = match body.photometry {
             Photometry::LunarLambert { lunar_weight } => lunar_weight,
@@ -359,11 +359,12 @@ fn the_catalogs_parameters_reach_the_photometric_laws() {
         let draws =
             scene.draws.iter().filter(|d| d.body == body.id && matches!(d.features.surface, Surface::LunarLambert | Surface::OrenNayar));
         for draw in draws {
-            found += 1;
+            let count = if draw.features.surface == Surface::OrenNayar { &mut roughnesses } else { &mut weights };
+            *count += 1;
             assert!((f64::from(draw.uniforms.photometric_parameter) - expected).abs() < 1e-6, "{}", body.name);
         }
     }
-    assert!(found > 0, "no body has this law");
+    assert!(weights > 0 && roughnesses > 0, "draws with a lunar weight: {weights}, with a roughness: {roughnesses}");
 }
 
 /// Mip levels of a cloud map have the mean of this opacity, so it must be the one that the shader computes from a texel.

@@ -148,6 +148,7 @@ fn an_edited_function_is_not_replaced() {
     for (shipped, edit) in [("floor(at)", "floor(at + 0.5)"), ("- vec2i(1)", "- vec2i(2)"), ("mix(above, below, weight.y)", "above")] {
         assert!(FRAGMENT.contains(shipped), "{shipped}");
         let edited = program(&format!("{}{ENTRY}", FRAGMENT.replace(shipped, edit)));
-        assert!(reads(&edited).iter().all(|op| *op == TextureOp::Load), "{edit}");
+        let reads = reads(&edited);
+        assert!(!reads.is_empty() && reads.iter().all(|op| *op == TextureOp::Load), "{edit}: {reads:?}");
     }
 }

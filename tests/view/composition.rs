@@ -1,10 +1,12 @@
 //! Domes, whole spheres and stereo pairs in the window: they are chosen in the panel and kept in links, and a click selects what is drawn there.
 
+use crate::support::folds::smaller;
 use crate::view::input::{SATURN, TIME, Window, click, pausable_window};
 use crate::view::interface::{interface, session, settle};
 use egui_kittest::kittest::Queryable;
 use glam::DVec2;
 use orrery::catalog::NaifId;
+use orrery::scene::labels::CLICK_RADIUS_PX;
 use orrery::scene::request::{Projection, StereoLayout, WarpMesh};
 use orrery::time::Instant;
 use orrery::view::app::composition_state::CompositionState;
@@ -43,8 +45,11 @@ fn settled_window(interface: Interface, height_points: f32) -> Window {
     window
 }
 
-/// In every composition, clicks on the middles of Saturn and of three moons each select a body, at least once the one that was aimed at. A side-by-side
-/// pair is clicked in both images.
+/// Saturn and five moons. Each composition shows at least one of the moons away from all other bodies.
+const AIMED_AT: [NaifId; 6] = [SATURN, NaifId(601), NaifId(602), NaifId(604), NaifId(608), NaifId(611)];
+
+/// In every composition, a click on the middle of Saturn selects Saturn, and one on a moon away from all other bodies selects this moon. A side-by-side pair
+/// is clicked in both images. A click on empty sky selects nothing.
 #[test]
 fn a_click_selects_what_the_image_shows_there() {
     for composition in compositions() {
@@ -53,37 +58,49 @@ fn a_click_selects_what_the_image_shows_there() {
         let rendered = window.state().shown().expect("an image");
         let (width, scene) = (f64::from(rendered.width), &rendered.scene);
         let points_per_px = f64::from(sky.width()) / width;
-        let pixel_of = |id: NaifId| {
-            let body = scene.body(id).expect("of the catalog");
-            scene.geometry.pixel_of(&scene.camera, body.placement.centre_km).map(|px| (id, px))
-        };
-        let [titan, iapetus, rhea] = [606, 608, 605].map(NaifId);
-        let places: Vec<(NaifId, DVec2)> = [SATURN, titan, iapetus, rhea].into_iter().filter_map(pixel_of).collect();
-        assert_eq!(places.first().map(|p| p.0), Some(SATURN), "{composition:?}");
+        let height = f64::from(sky.height()) / points_per_px;
+        let shown: Vec<(NaifId, DVec2)> = scene
+            .bodies
+            .iter()
+            .filter(|b| b.has_direction())
+            .filter_map(|b| Some((b.id, scene.geometry.pixel_of(&scene.camera, b.placement.centre_km)?)))
+            .collect();
+        let px_of = |id: NaifId| shown.iter().find(|s| s.0 == id).map(|s| s.1);
+        let saturn_px = px_of(SATURN).expect("the target is in the image");
         // The target is in the middle of its image; a dome's tilt moves it up or down only.
         let image_count = if composition.stereo == Some(StereoLayout::SideBySide) { 2.0 } else { 1.0 };
-        assert!((places[0].1.x - 0.5 * width / image_count).abs() < 1.0, "{composition:?}: {places:?} of {width}");
+        assert!((saturn_px.x - 0.5 * width / image_count).abs() < 1.0, "{composition:?}: {saturn_px} of {width}");
         let image_offsets = if image_count == 2.0 { vec![0.0, 0.5 * width] } else { vec![0.0] };
-        let inside = |px: DVec2| {
-            px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / image_count - 2.0 && px.y * points_per_px < f64::from(sky.height()) - 2.0
+        let inside = |px: DVec2| px.cmpgt(DVec2::splat(2.0)).all() && px.x < width / image_count - 2.0 && px.y < height - 2.0;
+        // Distance to the nearest body other than `except`.
+        let clearance_px = |px: DVec2, except: Option<NaifId>| {
+            shown.iter().filter(|s| Some(s.0) != except).map(|s| s.1.distance(px)).fold(f64::INFINITY, smaller)
         };
-        let mut hits = 0;
-        for (id, px) in places {
+        let selected_at = |window: &mut Window, px: DVec2| {
+            window.state_mut().viewer.selected = NaifId::SUN;
+            click(window, sky.min + egui::vec2((px.x * points_per_px) as f32, (px.y * points_per_px) as f32));
+            let selected = window.state().viewer.selected;
+            // Wait, so that the next click is not part of a double-click.
+            crate::view::input::advance(window, 1.0);
+            selected
+        };
+        let mut clicked = Vec::new();
+        for id in AIMED_AT {
+            let is_clear = |px: &DVec2| inside(*px) && clearance_px(*px, Some(id)) > 1.5 * CLICK_RADIUS_PX;
+            let Some(px) = px_of(id).filter(is_clear) else { continue };
             for offset in &image_offsets {
-                if !inside(px) {
-                    continue;
-                }
-                window.state_mut().viewer.selected = NaifId::SUN;
-                click(&mut window, sky.min + egui::vec2(((px.x + offset) * points_per_px) as f32, (px.y * points_per_px) as f32));
-                // A moon may be in front of or behind the planet or another moon.
-                let selected = window.state().viewer.selected;
-                assert!(selected != NaifId::SUN, "{composition:?}: nothing at {px} for {id:?}");
-                hits += usize::from(selected == id);
-                // Wait, so that the next click is not part of a double-click.
-                crate::view::input::advance(&mut window, 1.0);
+                let at = px + DVec2::new(*offset, 0.0);
+                assert_eq!(selected_at(&mut window, at), id, "{composition:?}: at {at}");
             }
+            clicked.push(id);
         }
-        assert!(hits >= 1, "{composition:?}: no click selected the body that it was aimed at");
+        assert!(clicked.first() == Some(&SATURN) && clicked.len() > 1, "{composition:?}: only {clicked:?} could be clicked on");
+        // In the inner part of the image, which a fisheye's circle includes. Saturn's disc has a radius of less than a quarter of the height.
+        let places = (5..16).flat_map(|i| (5..16).map(move |j| DVec2::new(f64::from(i), f64::from(j)) / 20.0));
+        let mut places = places.map(|p| p * DVec2::new(width / image_count, height));
+        let is_empty = |px: &DVec2| clearance_px(*px, None) > 2.0 * CLICK_RADIUS_PX && px.distance(saturn_px) > 0.3 * height;
+        let empty = places.find(is_empty).expect("a place without bodies");
+        assert_eq!(selected_at(&mut window, empty), NaifId::SUN, "{composition:?}: at {empty}, where nothing is");
     }
 }
 

@@ -181,5 +181,6 @@ fn a_moons_event_is_visible_between_contacts_below_the_horizon() {
     }
     // On the other side of the Earth, Jupiter is below the horizon.
     let opposite = seen_from(&shadow, Home { longitude_deg: 84.3, ..home });
+    assert_eq!(opposite.contacts.len(), seen.contacts.len());
     assert!(!opposite.is_visible && opposite.contacts.iter().all(|contact| !contact.is_up), "{opposite:?}");
 }

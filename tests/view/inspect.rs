@@ -70,6 +70,10 @@ fn the_source_names_the_feature_that_draws_the_rings_shadow() {
     // The draw of the rings has no shadow of the rings: it has only lines for the absence of that feature ("not ring-shadow...").
     press(&mut harness, "WGSL");
     press(&mut harness, "ring");
+    assert!(
+        !names_containing(&harness, "body-shadow.").is_empty(),
+        "the legend is not that of the rings, on which the globe's shadow falls"
+    );
     assert!(names_containing(&harness, "ring-shadow.").iter().all(|f| f.starts_with("not ")), "a line is for the ring's shadow");
 }
 

@@ -66,4 +66,22 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn a_single_bit_of_any_lane_is_found() {
+        if !is_x86_feature_detected!("avx2") {
+            return;
+        }
+        // SAFETY: AVX2 was detected.
+        let is_any_set = |lanes: &[f32; LANES]| unsafe { is_any_set_avx2(lanes) };
+        assert!(!is_any_set(&[0.0; LANES]));
+        for lane in 0..LANES {
+            // The sign bit alone makes -0.0, which equals 0.0 as a number.
+            for bits in [1, 1 << 31, u32::MAX] {
+                let mut lanes = [0.0; LANES];
+                lanes[lane] = f32::from_bits(bits);
+                assert!(is_any_set(&lanes), "lane {lane}, bits {bits:x}");
+            }
+        }
+    }
 }
