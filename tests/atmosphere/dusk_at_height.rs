@@ -127,7 +127,7 @@ fn the_sky_of_high_haze_is_metered_as_it_is_drawn_at_height() {
 }
 
 /// From half of the air's height to its top, by day and in dusk, no view of the sky is shown brighter than a fifth of white, or than the same view from the
-/// ground (and half as bright again, for the error of the metered radiance). At the exposure for a dark sky some of these views would be white.
+/// ground (up to three times as bright: the error of the metered radiance). At the exposure for a dark sky some of these views would be white.
 #[test]
 fn no_sky_of_the_upper_air_is_brighter_than_on_the_ground() {
     for (_, (id, name)) in bodies().into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
@@ -150,7 +150,7 @@ fn no_sky_of_the_upper_air_is_brighter_than_on_the_ground() {
                 for (k, ((drawn, level), (_, level_on_ground))) in drawn_at(part * top_km).into_iter().zip(on_ground).enumerate() {
                     let at = format!("{name}, {part} of the height, the Sun at {sun_altitude_deg} degrees, view {k}");
                     println!("{at}: {level:.4} of white, on the ground {level_on_ground:.4}");
-                    assert!(level < f64::max(0.2, 1.5 * level_on_ground), "{at}: {level} of white, on the ground {level_on_ground}");
+                    assert!(level < f64::max(0.2, 3.0 * level_on_ground), "{at}: {level} of white, on the ground {level_on_ground}");
                     brightest_for_a_dark_sky = brightest_for_a_dark_sky.max(drawn / darkest_white());
                 }
             }
