@@ -103,6 +103,7 @@ fn small_points_are_faint_and_never_lost() {
     let (large, _) = of_size("1.0");
     let hidden = ViewRequest { layers: Layers::parse("-data").expect("layers"), ..view("2024-03-11T03:00:00Z") };
     let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("no-layer.toml"), "").expect("written");
     let without = session_over(folder.path()).0.draw(&hidden, SAMPLING, FrameImages::Display).expect("drawn").frame.display.clone();
     assert!(points.len() > 30, "{} points", points.len());
     for point in &points {
