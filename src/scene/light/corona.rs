@@ -2,10 +2,9 @@
 //!
 //! In: the apparent position of the Sun, the threshold, the date, the glare that the frame draws. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl,
 //! and the reason; for the light meter, the corona's weight and its radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it,
-//! and the air in front dims and reddens it, along each line of sight as it does there. A body of less than four pixels is drawn as a point (`scene::point`),
-//! wholly or in part; so is the inner corona of such a Sun (`InnerPart`), which keeps its light: in totality about half that of the full Moon, however small
-//! the image. The corona is left out if it changes the glare by less than the threshold. A Sun outside the frame has no glare (`glare`), so
-//! its corona is drawn. While the Sun enters the frame the glare grows; once the corona makes no visible difference beside it, it is left out. The light meter
+//! and the air in front reddens each line of sight by its own path. A body of less than four pixels is drawn as a point (`scene::point`), wholly or in part;
+//! so is the inner corona of such a Sun (`InnerPart`), which keeps its light: in totality about half that of the full Moon, however small the image. The
+//! corona is left out if it changes the glare by less than the threshold. A Sun outside the frame has no glare (`glare`), so its corona is drawn. While the Sun enters the frame the glare grows; once the corona makes no visible difference beside it, it is left out. The light meter
 //! counts a corona under the same conditions, so that no image is exposed for one that is not drawn. K corona (light scattered by electrons) and F corona (by
 //! dust) are combined: averaged over position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the
 //! sunspot cycle. From 15 to 25 degrees from the Sun the corona fades into the zodiacal light (scene::sky::zodiacal). Left out: streamers; the change of the
@@ -410,6 +409,29 @@ mod tests {
         let total: f64 = (0..steps).map(|k| 1.03 + (f64::from(k) + 0.5) * step).map(|rho| radiance(rho) * TAU * rho * step).sum();
         let fraction = total / (PI * sun_disc_radiance());
         assert!((0.5e-6..2e-6).contains(&fraction), "{fraction:e}");
+    }
+
+    /// The point of a small Sun and the draw of the corona together have the light between limb and inner edge, by a sum over the law. A body that hides half
+    /// of every ring hides half of the point; a Sun that is drawn as a disc has no point.
+    #[test]
+    fn point_and_draw_of_the_inner_corona_have_its_light() {
+        let inner_part = |half_pixel_radii: f64, disc_fraction: f64| {
+            InnerPart::of(&SunInImage { diameter_px: 1.0, sine_of_radius: 0.0047, disc_fraction, half_pixel_radii, pixel_sr: 1e-6 })
+        };
+        for (half_pixel_radii, disc_fraction) in [(0.3, 0.7), (0.5, 0.0), (1.0, 0.0), (50.0, 0.0)] {
+            let inner = inner_part(half_pixel_radii, disc_fraction);
+            let steps = 100_000;
+            // Even steps of the logarithm of the distance.
+            let step = inner.radius.ln() / f64::from(steps);
+            let ring = |k: i32| ((f64::from(k) + 0.5) * step).exp();
+            let expected: f64 = (0..steps).map(|k| radiance(ring(k)) * TAU * ring(k) * ring(k) * step).sum();
+            let (point, half_hidden) = (inner.point_light(|_| 1.0), inner.point_light(|_| 0.5));
+            let of_draw = inner.radiance * PI * (inner.radius * inner.radius - 1.0);
+            assert!(((point + of_draw) / expected - 1.0).abs() < 1e-6, "{half_pixel_radii}: {point} and {of_draw} for {expected}");
+            assert!(point > 0.0 && (half_hidden / point - 0.5).abs() < 1e-9, "{half_pixel_radii}: {half_hidden} of {point}");
+        }
+        let of_disc = inner_part(0.2, 1.0);
+        assert_eq!([of_disc.radius, of_disc.radiance, of_disc.point_light(|_| 1.0)], [1.0, 0.0, 0.0]);
     }
 
     #[test]
