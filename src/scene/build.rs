@@ -37,6 +37,7 @@ use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::{Caches, Context, MeshRequirement, Requirements, Resources};
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{lunar_limb, order};
+use glam::Vec3;
 
 /// A view whose bodies are placed and whose light is metered, before anything is decided.
 pub struct SceneBuilder<'a> {
@@ -185,7 +186,8 @@ impl<'a> SceneBuilder<'a> {
         let mut bodies = BodiesInFrame::decide(&self, &frame);
         // This also adds decisions to the bodies' reports.
         let light_around_sun = LightAroundSun::decide(&frame, &self.placed, &mut bodies.reports);
-        bodies.apply_visibility(&frame, &self.placed, self.exposure.white());
+        let corona_flux = light_around_sun.corona.map_or(Vec3::ZERO, |c| c.point_flux);
+        bodies.apply_visibility(&frame, &self.placed, self.exposure.white(), corona_flux);
         let sky = Sky::build(&self, &frame, light_around_sun.corona.is_some());
         let BodiesInFrame { reports, draws, points, orbits, traces } = bodies;
         let draws = order::far_to_near(&self.placed, draws);

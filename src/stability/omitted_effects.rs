@@ -28,7 +28,7 @@ const DISPLAY_BOUND: f64 = 1.0;
 const LINEAR_BOUND: f64 = 2e-3;
 
 /// Effects that are not switched on by hand, so that the scene chooses them in both frames. Points and meshes set how a body is represented and not its
-/// radiance. No body of the shipped catalogs has overlays. The scene omits the corona where the Sun is smaller than a pixel or two, however bright the corona
+/// radiance. No body of the shipped catalogs has overlays. The scene omits the corona beside the disc of a Sun of less than a pixel, however bright the corona
 /// is.
 const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 

@@ -3,6 +3,7 @@
 mod air_pass;
 mod clouds;
 mod clouds_with_ground;
+mod corona_in_air;
 mod draft;
 mod dusk;
 mod dusk_at_height;

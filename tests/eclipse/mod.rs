@@ -5,6 +5,7 @@ mod faint_transits;
 mod linear_penumbra;
 mod overlapping_limbs;
 mod reference_tables;
+mod small_corona;
 mod totality;
 mod twilight;
 mod umbra;

@@ -209,8 +209,8 @@ fn the_flattening_of_the_corona_follows_the_solar_cycle() {
     }
 }
 
-/// The corona is part of the scene when it is visible: not if the exposure is too short, not in the glare of more than a thin ring of the Sun, and not around a
-/// Sun smaller than a pixel.
+/// The corona is part of the scene when it is visible: not if the exposure is too short, not in the glare of more than a thin ring of the Sun, and not beside
+/// the disc of a Sun smaller than a pixel.
 #[test]
 fn the_corona_is_drawn_when_it_can_be_seen() {
     let from_ground = |time: &str, place, stops| {

@@ -261,9 +261,16 @@ pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<
         w.vec3("up", corona.up)?;
         w.f32("radii_per_sine", corona.radii_per_sine)?;
         w.f32("half_pixel_radii", corona.half_pixel_radii)?;
+        w.f32("inner_radius", corona.inner_radius)?;
+        w.f32("inner_radiance", corona.inner_radiance)?;
         w.f32("flattening", corona.flattening)?;
         w.vec3("terms", corona.terms)?;
         w.vec3("colour", corona.colour)?;
+        w.vec3("air_middle", corona.air_middle)?;
+        w.vec3("air_right", corona.air_right)?;
+        w.vec3("air_up", corona.air_up)?;
+        w.f32("horizon_sine", corona.horizon_sine)?;
+        w.vec4_array("tints", &corona.tints)?;
         w.f32("outer_cosine", corona.outer_cosine)?;
         w.f32("inverse_fade_width", corona.inverse_fade_width)?;
         w.f32("cutoff", corona.cutoff)

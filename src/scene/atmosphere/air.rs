@@ -295,12 +295,18 @@ impl<'a> SurroundingAir<'a> {
     }
 
     /// Tint of light from beyond the air, for objects that are drawn before the air: transmittance per channel divided by its mean. The draw of the sky is
-    /// blended over them and dims them by the mean. `direction`: towards the light, ICRF.
+    /// blended over them and dims them by the mean. Light from many directions gets its tints from `atmosphere::tint_table`. `direction`: towards the light,
+    /// ICRF.
     pub(crate) fn tint(&self, direction: DVec3) -> DVec3 {
         let transmittance = self.transmittance(direction);
         let mean = transmittance.element_sum() / 3.0;
         // Where practically no light passes: red, with a mean of 1.
         if mean > 1e-12 { transmittance / mean } else { DVec3::new(3.0, 0.0, 0.0) }
+    }
+
+    /// The body's place relative to the camera.
+    pub(super) fn placement(&self) -> &Placement {
+        &self.placement
     }
 
     /// Unit vector at the camera, away from the body's centre.

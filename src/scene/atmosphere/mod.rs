@@ -19,6 +19,7 @@ pub(crate) mod rim;
 pub(crate) mod sky_brightness;
 mod sky_in_view;
 pub(crate) mod species;
+pub(crate) mod tint_table;
 pub(crate) mod uniform_rows;
 
 /// |p|² - 1 of a point p at a height above the unit sphere, without the cancellation of a difference of nearly equal numbers.

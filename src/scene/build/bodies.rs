@@ -24,7 +24,7 @@ use crate::scene::point;
 use crate::scene::resources::{Context, Resources};
 use crate::scene::surface::detail;
 use crate::scene::visibility::{hidden, lunar_limb, points};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3};
 
 /// The contribution of the bodies of a frame to its scene.
 pub(super) struct BodiesInFrame {
@@ -74,11 +74,11 @@ impl BodiesInFrame {
     }
 
     /// Applies the lunar limb profile to the Moon, removes draws and points that other bodies hide, and widens the sprites of bright points. `white`:
-    /// radiance shown as white.
-    pub(super) fn apply_visibility(&mut self, frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], white: f64) {
+    /// radiance shown as white. `corona_flux`: see [`points::apply`].
+    pub(super) fn apply_visibility(&mut self, frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], white: f64, corona_flux: Vec3) {
         let camera = frame.camera;
         lunar_limb::apply_to_moon(placed, camera, &mut self.draws, &mut self.reports);
-        points::apply(frame, placed, &self.draws, &mut self.points, &mut self.reports);
+        points::apply(frame, placed, &self.draws, corona_flux, &mut self.points, &mut self.reports);
         hidden::apply(placed, camera, &mut self.draws, &mut self.reports);
         lunar_limb::update_features(&self.draws, &mut self.reports);
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);

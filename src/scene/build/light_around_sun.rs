@@ -30,7 +30,8 @@ impl LightAroundSun {
     pub(super) fn decide(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyReport]) -> Self {
         let (request, camera, threshold) = (frame.context.request, frame.camera, frame.threshold);
         // Limbs and corona are drawn before the air around the camera. The draw of that air multiplies them by its transmittance averaged over the channels,
-        // so here they get only the tint: the transmittance divided by that average. The glare is drawn after the air, so here it gets the transmittance.
+        // so here they get only the tint: the transmittance divided by that average. A limb is narrow and gets one tint, the corona one for each line of sight.
+        // The glare is drawn after the air, so here it gets the transmittance.
         let tint = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.tint(towards));
         let transmittance = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(towards));
         // The request with the effects that the user set for this one body, the Sun.
@@ -40,7 +41,12 @@ impl LightAroundSun {
         Self {
             refracted_limbs: refracted_limb::refracted_limbs(request, camera, placed, threshold, tint, reports),
             glare: decide(sun_request, Effect::Glare, glare::glare(request, camera, placed, threshold, transmittance), reports),
-            corona: decide(sun_request, Effect::Corona, corona::corona(request, camera, placed, threshold, veil.as_ref(), tint), reports),
+            corona: decide(
+                sun_request,
+                Effect::Corona,
+                corona::corona(request, camera, placed, threshold, veil.as_ref(), frame.air),
+                reports,
+            ),
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::star_place::star_from_viewer;
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::air::SurroundingAir;
+use crate::scene::atmosphere::tint_table::TintTable;
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
@@ -77,41 +78,6 @@ impl StarPlacer {
     /// Upper limit of the displacement of a cell's stars, by their motion since the epoch and by parallax, as a fraction of their distance.
     fn shift(&self, cell: &SkyCell) -> f64 {
         cell.max_motion_per_year * self.years_since_epoch.abs() + cell.max_parallax_rad * self.viewer_au.length()
-    }
-}
-
-/// Tint of starlight by the air around the camera as a function of altitude: transmittance per channel divided by its mean over the channels. The draw of the
-/// air, blended over the stars, dims them by the mean.
-struct AirTint {
-    /// Zenith, ICRF.
-    up: DVec3,
-    /// At [`TINT_STEPS`] + 1 altitudes.
-    tints: Vec<DVec3>,
-}
-
-/// Steps of the table of tints, from [`AirTint::LOWEST_DEG`] to the zenith, denser near the horizon.
-const TINT_STEPS: usize = 48;
-
-impl AirTint {
-    /// Lowest altitude of the table. Stars below it, which a camera more than 9 km above the Earth may see because its horizon is lower, get the tint
-    /// of this altitude.
-    const LOWEST_DEG: f64 = -3.0;
-
-    fn of(air: &SurroundingAir<'_>) -> Self {
-        let up = air.up();
-        let horizontal = up.any_orthonormal_vector();
-        let tint = |k: usize| {
-            let altitude_rad = (Self::LOWEST_DEG + (90.0 - Self::LOWEST_DEG) * (k as f64 / TINT_STEPS as f64).powi(2)).to_radians();
-            air.tint(up * altitude_rad.sin() + horizontal * altitude_rad.cos())
-        };
-        Self { up, tints: (0..=TINT_STEPS).map(tint).collect() }
-    }
-
-    fn at(&self, direction: DVec3) -> DVec3 {
-        let altitude_deg = direction.dot(self.up).clamp(-1.0, 1.0).asin().to_degrees();
-        let position = ((altitude_deg - Self::LOWEST_DEG) / (90.0 - Self::LOWEST_DEG)).clamp(0.0, 1.0).sqrt() * TINT_STEPS as f64;
-        let lower = (position as usize).min(TINT_STEPS - 1);
-        self.tints[lower].lerp(self.tints[lower + 1], position - lower as f64)
     }
 }
 
@@ -184,7 +150,7 @@ pub(crate) fn stars(
         return (Vec::new(), decided(false, limit_note));
     }
     let placer = StarPlacer::of(catalog, viewer, request);
-    let tint = air.map(AirTint::of);
+    let tints = air.map(|air| TintTable::of(Some(air)));
     let all_stars = catalog.stars();
     let culling = CullingFrame {
         camera,
@@ -197,7 +163,7 @@ pub(crate) fn stars(
         // A cell's stars are in order of brightness, the brightest first.
         let bright = cell.stars.clone().map(|k| (k, &all_stars.stars()[k])).take_while(|(_, star)| f64::from(star.v_magnitude) <= faintest);
         let to_sprite = |(k, star): (usize, &Star)| {
-            let sprite = sprite(camera, star, &placer.place(star).boosted(total_boost), tint.as_ref(), white)?;
+            let sprite = sprite(camera, star, &placer.place(star).boosted(total_boost), tints.as_ref(), white)?;
             Some(StarSprite { star: Some(k), ..sprite })
         };
         sprites.extend(bright.filter_map(to_sprite));
@@ -242,11 +208,11 @@ impl CullingFrame<'_> {
 }
 
 /// The sprite of a star, if it is in the frame. `white`: the radiance displayed as white. The caller sets the star's index.
-fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
+fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tints: Option<&TintTable>, white: f64) -> Option<StarSprite> {
     let clip = camera.clip(place.direction)?;
     // As `point::flux_of_irradiance`.
     let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightness_ratio * PI / pixel_sr(camera, place.direction);
-    let colour = star_colour(star.b_v) * tint.map_or(DVec3::ONE, |t| t.at(place.direction));
+    let colour = star_colour(star.b_v) * tints.map_or(DVec3::ONE, |t| t.at(place.direction));
     let radius_px = point_radius_px(flux * point_peak() / white);
     let max_clip = DVec2::ONE + (radius_px + 1.0) / camera.half_size_px();
     (clip.abs().cmple(max_clip).all()).then(|| StarSprite {

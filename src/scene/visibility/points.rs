@@ -83,11 +83,12 @@ fn daylight_weight(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>]) -> f64 {
 }
 
 /// Dims the points by what is in front of them, reduces the areas that they cover (to 0 where they hide nothing), and records as a decision the fraction of
-/// each body's light that nearer bodies leave visible.
+/// each body's light that nearer bodies leave visible. `corona_flux`: light of the Sun's corona that no body hides; it is added to the Sun's point.
 pub(crate) fn apply(
     frame: &FrameContext<'_>,
     placed: &[PlacedBody<'_>],
     draws: &[Draw],
+    corona_flux: Vec3,
     points: &mut Vec<Point>,
     bodies: &mut [BodyReport],
 ) {
@@ -106,9 +107,13 @@ pub(crate) fn apply(
         }
         let ringed = ringed.iter().filter(|planet| planet.placed.body.id != point.body);
         let rings: Vec<RingsAtBody> = ringed.map(|planet| planet.rings_at(p)).collect();
+        let by_rings = rings.iter().map(|r| r.transmittance).product::<f64>();
         // Fraction per channel.
-        let transmitted = visible * rings.iter().map(|r| r.transmittance).product::<f64>();
+        let transmitted = visible * by_rings;
         point.flux *= narrow(transmitted);
+        if point.body == NaifId::SUN {
+            point.flux += corona_flux * narrow_scalar(by_rings);
+        }
         // The sprite of a point beside a disc may reach into the disc, so the point hides something from that distance on.
         let margin_rad = MIN_POINT_RADIUS_PX * frame.camera.pixel_tangent();
         let is_behind_point =

@@ -11,7 +11,7 @@
 //! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
 mod city_lights;
-mod geometry;
+pub(super) mod geometry;
 mod ground;
 mod log_mean;
 mod outer_corona;
@@ -31,6 +31,7 @@ use crate::scene::camera::{Camera, silhouette::Outline};
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::refracted_limb::LimbLight;
 use crate::scene::eclipse::sun_occluders::evaluate_shadow;
+use crate::scene::features::inputs::diameter_px;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN};
 use crate::scene::light::glare::VeilingGlare;
@@ -435,7 +436,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let towards = sun.placement.centre_km / sun.distance_km;
         let sin_radius = sun.body.radii_km.x / sun.distance_km;
-        let corona_weight = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
+        let corona_weight = corona::meter_weight(self.meter.context.request, camera, self.meter.placed, sun, self.glare.as_ref());
         let ray_weight = outer_corona::ray_weight_of_inner_corona(sin_radius);
         if corona_weight <= 0.0 || ray_weight >= 1.0 || towards.dot(camera.forward) <= 0.0 {
             return None;
@@ -444,6 +445,11 @@ impl<'a> MeteredFrame<'_, 'a> {
         let (annuli, sectors) = (12, 16);
         let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(annuli));
         let mut mean = LogMean::default();
+        // The sprite of a small Sun covers more of the frame than the inner corona, and is fainter by the same factor.
+        let sun_px = diameter_px(camera, sun);
+        let annuli_area_px = PI * (0.5 * sun_px * CORONA_RADII[1]).powi(2);
+        let dilution = annuli_area_px / (annuli_area_px + (1.0 - self.disc_fraction(sun, sun_px)) / point_peak());
+        let nearer = self.bodies_before_inner_corona(sun);
         for k in 0..annuli {
             // Radii of the annulus's inner edge and of its middle, solar radii.
             let inner = CORONA_RADII[0] * growth.powi(k);
@@ -453,7 +459,6 @@ impl<'a> MeteredFrame<'_, 'a> {
             let share = area / (4.0 * camera.tan_half_fov.element_product()) / f64::from(sectors);
             // Approximate angular width of a grid cell.
             let cell_width = rho * sin_radius * (growth - 1.0);
-            let nearer = self.nearer_bodies(sun, cell_width);
             for n in 0..sectors {
                 let (sin, cos) = (TAU * (f64::from(n) + 0.5) / f64::from(sectors)).sin_cos();
                 // As in shaders/entry/corona.wesl, the sine is proportional to the distance from the Sun's centre.
@@ -466,8 +471,8 @@ impl<'a> MeteredFrame<'_, 'a> {
                     let visibility = Self::ray_visibility(&nearer, direction, cell_width);
                     let inside = inside * frame_position_weight(clip.abs().max_element().min(1.0));
                     mean.add(
-                        share * inside * visibility,
-                        corona::radiance(rho) * self.sun_transmittance,
+                        share * inside * visibility / dilution,
+                        corona::radiance(rho) * dilution * self.sun_transmittance,
                         self.foreground_radiance(direction, NaifId::SUN),
                     );
                 }

@@ -4,8 +4,10 @@
 //! In: the metered frame. Out: one subject, the corona beyond the annuli of the inner corona ([`MeteredFrame::corona`]). Always: continuous in the camera's
 //! position.
 
+use super::geometry::area_px;
 use super::{ANNULI_TO_RAYS_SINES, AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT};
 use crate::catalog::NaifId;
+use crate::ephemeris::angle_rad;
 use crate::message::reason;
 use crate::scene::light::corona;
 use crate::scene::numeric::{smooth_rise, smoothstep};
@@ -21,7 +23,21 @@ pub(super) fn ray_weight_of_inner_corona(sin_sun_radius: f64) -> f64 {
     smooth_rise(ANNULI_TO_RAYS_SINES, sin_sun_radius)
 }
 
-impl MeteredFrame<'_, '_> {
+impl<'a> MeteredFrame<'_, 'a> {
+    /// The bodies in the frame that may hide parts of the inner corona. Bodies of less than a pixel count, too, as in front of the Sun: the Moon hides the
+    /// brightest part of the corona in images of any size.
+    pub(super) fn bodies_before_inner_corona(&self, sun: &PlacedBody<'_>) -> Vec<&PlacedBody<'a>> {
+        // The soft limbs of bodies (`MeteredFrame::ray_visibility`) reach less than another solar radius.
+        let edge_rad = ((CORONA_RADII[1] + 1.0) * sun.body.radii_km.x / sun.distance_km).min(1.0).asin();
+        let is_in_front = |o: &&PlacedBody<'_>| {
+            o.body.id != NaifId::SUN
+                && o.distance_km < sun.distance_km
+                && area_px(self.meter.camera, o) > 0.0
+                && angle_rad(o.placement.centre_km, sun.placement.centre_km) < o.angular_radius_rad() + edge_rad
+        };
+        self.meter.placed.iter().filter(is_in_front).collect()
+    }
+
     /// The fraction of the inner corona's outer edge that nearer bodies hide, whether they are in the frame or not: 1 if a body hides all of the inner corona.
     /// A body much smaller than one of the sectors into which the edge is divided hides nothing.
     fn hidden_part_of_inner_corona(&self, sun: &PlacedBody<'_>) -> f64 {
@@ -55,7 +71,7 @@ impl MeteredFrame<'_, '_> {
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
         // 0 from `NEAREST_AU` outwards, 1 within half of that distance.
         let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
-        let corona_weight = corona::meter_weight(request, camera, sun, self.glare.as_ref());
+        let corona_weight = corona::meter_weight(request, camera, self.meter.placed, sun, self.glare.as_ref());
         let outer_weight = if corona_weight > 0.0 { corona_weight * nearness.max(self.hidden_part_of_inner_corona(sun)) } else { 0.0 };
         if outer_weight <= 0.0 {
             return None;
