@@ -86,6 +86,7 @@ fn wrong_composition_arguments_are_refused_in_one_line() {
         (&["--stereo", "anaglyph", "--projection", "fisheye"], &["stereo requires the perspective projection"]),
         (&["--stereo", "anaglyph", "--eye-separation-km", "-3"], &["more than 0 km"]),
         (&["--stereo", "anaglyph", "--eye-separation-km", "1e9"], &["at most"]),
+        (&["--stereo", "side-by-side", "--size", "7x4"], &["--size 7x4", "even width"]),
         (&["--dome-tilt", "20"], &["--projection fisheye"]),
         (&["--projection", "fisheye", "--fov", "400"], &["1 to 360 degrees"]),
     ] {
