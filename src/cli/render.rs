@@ -14,7 +14,7 @@ use crate::files::is_same_file;
 use crate::measure::{check_has_bounds, error_bounds};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
-use crate::scene::request::{CAMERA_FILE_HELP, Projection, Purpose, ViewRequest};
+use crate::scene::request::{CAMERA_FILE_HELP, Projection, Purpose, StereoLayout, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
 use crate::wording::{counted, echo};
 use std::path::{Path, PathBuf};
@@ -132,6 +132,13 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     }
     if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
         return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
+    }
+    let is_odd_pair = |request: &ViewRequest| {
+        request.width % 2 == 1 && request.composition.stereo.is_some_and(|stereo| stereo.layout == StereoLayout::SideBySide)
+    };
+    if numbers().any(|number| is_odd_pair(&views.request(number))) {
+        let size = &args.view.size;
+        return Err(CliError::Failed(format!("--size {size}: a side-by-side pair has an even width, half of it for each eye")));
     }
     let lacks_its_outline = |request: &ViewRequest| request.layers.outline && request.composition.projection != Projection::Perspective;
     if numbers().next().is_some_and(|number| lacks_its_outline(&views.request(number))) {

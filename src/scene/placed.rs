@@ -63,6 +63,12 @@ impl PlacedBody<'_> {
         (self.body.radii_km.max_element() / self.distance_km).min(1.0).asin()
     }
 
+    /// Whether the body fills more than a right angle: it is ground with a horizon, not a disc with a diameter. So it is from within the air of any body of
+    /// the built-in catalog. Not for a camera in the body, which does not see it.
+    pub(crate) fn is_ground_below_camera(&self) -> bool {
+        !self.placement.camera_is_inside() && self.angular_radius_rad() > std::f64::consts::FRAC_PI_4
+    }
+
     /// What the radiance by the photometric model is multiplied by: the factor that makes the disc as bright as the published phase law
     /// ([`disc_light::phase_correction`]) or, for an emissive body, whose model gives 1, the radiance of the Sun's disc.
     pub(crate) fn phase_brightness(&self) -> f64 {

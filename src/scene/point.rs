@@ -54,9 +54,10 @@ pub(crate) fn beyond_small_disc(diameter_px: f64) -> f64 {
     smoothstep((diameter_px / DISC_ONLY_FROM_PX).ln() / (NO_GLARE_FROM_PX / DISC_ONLY_FROM_PX).ln())
 }
 
-/// As [`disc_fraction`], but 1 if the user has switched points off. `points`: the user's choice for the effect `points`; `None`: no choice.
-pub(crate) fn drawn_disc_fraction(points: Option<bool>, diameter_px: f64) -> f64 {
-    if points == Some(false) { 1.0 } else { disc_fraction(diameter_px) }
+/// As [`disc_fraction`], but 1 if the user has switched points off, and for ground below the camera, however few pixels the image has. `points`: the user's
+/// choice for the effect `points`; `None`: no choice.
+pub(crate) fn drawn_disc_fraction(points: Option<bool>, placed: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+    if points == Some(false) || placed.is_ground_below_camera() { 1.0 } else { disc_fraction(diameter_px) }
 }
 
 /// For a core of amplitude 1: the Gaussian's value at the sprite's rim, and the integral over the sprite's circle of the Gaussian less this value.

@@ -94,6 +94,11 @@ fn wrong_composition_arguments_are_refused_in_one_line() {
     }
     let exr = render(&["--stereo", "anaglyph"], &folder.path().join("x.exr")).expect_err("refused");
     assert!(exr.contains("display values"), "{exr}");
+    let odd = folder.path().join("odd.png");
+    let size = ["--size", "7x4", "--stereo", "side-by-side", "-o", odd.to_str().expect("a UTF-8 path")];
+    let odd = orrery(&[&VIEW_ARGUMENTS[..5], &size].concat());
+    let message = String::from_utf8_lossy(&odd.stderr).trim().to_owned();
+    assert!(!odd.status.success() && message.contains("--size 7x4") && message.contains("even width"), "{message}");
     // The folder contains only the mesh.
     assert!(std::fs::read_dir(folder.path()).expect("a folder").count() == 1, "an image was written");
 }

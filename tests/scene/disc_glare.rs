@@ -235,3 +235,19 @@ fn the_glare_of_a_planet_leaves_the_frame_gradually() {
     let (fraction, outside_px) = glare_in_frame(3.4);
     assert!(fraction < 0.1 && outside_px > 30.0, "{fraction} of the glare, {outside_px} pixels outside");
 }
+
+/// In an image of few pixels, the ground on which the camera stands is no small disc: it is neither a point nor has it glare.
+#[test]
+fn ground_below_the_camera_has_no_glare() {
+    for side in [1, 2, 8] {
+        let request = ViewRequest {
+            position: Position::Ground { body: NaifId::EARTH, latitude_deg: 10.0, longitude_deg: 10.0, height_km: 0.0017 },
+            width: side,
+            height: side,
+            ..ViewRequest::of(NaifId::EARTH, Instant::parse("2017-05-17T00:00:00Z").expect("a time"))
+        };
+        let scene = SESSION.scene(&request).expect("a scene");
+        assert!(scene.points.iter().all(|p| p.body != NaifId::EARTH), "{side}: {:?}", scene.points);
+        assert!(scene.draws.iter().any(|d| d.body == NaifId::EARTH), "{side}: the ground is drawn");
+    }
+}

@@ -47,6 +47,15 @@ fn is_drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelectio
     }
 }
 
+/// Whether the clouds, if they are drawn and no eclipse excludes it, have procedural billows.
+pub(crate) fn may_have_billows(inputs: &DecisionInputs<'_, '_>) -> bool {
+    let Some(clouds) = &inputs.body().clouds else { return false };
+    let shell = clouds::shell(&inputs.placed.placement, clouds::shell_scale(inputs.body(), clouds));
+    let (deg_per_px, max_deg_per_px) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
+    let is_switched_off = |effect: Effect| inputs.effects().override_of(effect) == Some(false);
+    !shell.camera_is_inside() && deg_per_px < max_deg_per_px && ![Effect::Detail, Effect::Clouds].into_iter().any(is_switched_off)
+}
+
 /// Decides on the clouds and creates their draw, if there is one.
 fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Option<Draw> {
     let (body, placed) = (inputs.body(), inputs.placed);

@@ -59,16 +59,37 @@ fn second_light(inputs: &DecisionInputs<'_, '_>, light: &IncidentLight) -> (bool
     (part > min_part, reason)
 }
 
+/// Whether the air is drawn, if it may be seen.
+fn is_drawn(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Placement) -> bool {
+    let is_significant = || is_significant(inputs, inputs.body(), air, shell.camera_is_inside()).0;
+    inputs.effects().override_of(Effect::Atmosphere).unwrap_or_else(is_significant)
+}
+
+/// Whether the disc's colour includes the light of the air, unless the catalog gives the ground's own colour. The pixel view of the optical depth shows all of
+/// the air.
+fn map_includes_air(inputs: &DecisionInputs<'_, '_>) -> bool {
+    !colours_exclude_air(inputs.body()) && inputs.pixel_view() != PixelView::OpticalDepth
+}
+
+/// Whether air is drawn in front of the ground even if the rings' shadow and an eclipse are drawn, too.
+pub(crate) fn is_over_ground(inputs: &DecisionInputs<'_, '_>) -> bool {
+    let body = inputs.body();
+    let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return false };
+    let gives_way = map_includes_air(inputs) && !shell.camera_is_inside();
+    is_drawn(inputs, air, &shell) && !gives_way && chosen_model(inputs, air, &shell).0 != AtmosphereModel::None
+}
+
 /// Whether the body's draws may read a table of multiple scattering.
 pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
     let body = inputs.body();
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return false };
-    let is_drawn =
-        inputs.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(inputs, body, air, shell.camera_is_inside()).0);
     // As in `scene::features::decide`: there is a decision on the air of a body that is drawn as a disc or whose globe and rings are outside the frame, not on
     // that of a body in the frame that is only a point.
     let is_decided_on = inputs.disc_fraction > 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none();
-    is_drawn && is_decided_on && may_be_seen(inputs, &shell) && chosen_model(inputs, air, &shell).0 == AtmosphereModel::Table
+    is_drawn(inputs, air, &shell)
+        && is_decided_on
+        && may_be_seen(inputs, &shell)
+        && chosen_model(inputs, air, &shell).0 == AtmosphereModel::Table
 }
 
 /// Decides on the atmosphere: sets the model for the globe's draw, and creates the draw of the sky beyond the limb.
@@ -120,7 +141,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     // Unless the catalog gives the ground's own colour, the disc's colour was measured from space and already includes the atmosphere. A camera above the
     // atmosphere sees that colour. The deeper the camera is in the atmosphere, the more the colour counts as the ground's own, seen through the air. The pixel
     // view of the optical depth shows all of the air.
-    let map_includes_air = !colours_exclude_air(body) && inputs.pixel_view() != PixelView::OpticalDepth;
+    let map_includes_air = map_includes_air(inputs);
     let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
     let colour_includes_air = map_includes_air && !camera_is_inside;
     // Whether the rim, where it is opaque, has the disc's colour.

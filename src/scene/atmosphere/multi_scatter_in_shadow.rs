@@ -58,7 +58,7 @@ const SPREAD_ITERATIONS: usize = 4;
 const MAX_RESCATTERED: f64 = 0.98;
 /// Distance from the penumbra, outwards and inwards, over which the factors vary: about seven mean free paths of red light at the Earth's
 /// ground, of 87 km with aerosol.
-const MAX_SPREAD_KM: f64 = 600.0;
+pub(crate) const MAX_SPREAD_KM: f64 = 600.0;
 /// Lower limit of the cosine of the Sun's zenith angle; under a lower Sun the shadow leaves the planet.
 const MIN_SUN_COSINE: f64 = 0.05;
 /// Number of samples of the visible fraction of the Sun across the occluder's limb.

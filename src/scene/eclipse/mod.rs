@@ -8,13 +8,16 @@ pub mod approximate_shadow;
 pub(crate) mod decision;
 pub(crate) mod model;
 pub mod occluders;
+pub(crate) mod points_in_frame;
 pub mod refracted_limb;
 pub(crate) mod refraction;
 pub(crate) mod shadow_cone;
 pub(crate) mod shadow_path;
 pub mod shadow_region;
 pub(crate) mod sun_occluders;
+pub(crate) mod sunlight_past;
 pub mod uniforms;
+pub(crate) mod visible_part;
 
 pub use model::{EclipseModelChoice, choose_eclipse_model};
 pub use occluders::{FoundOccluders, Occluder, Receiver, ReceiverExtent, candidates, limb_darkening, max_occluders, select_occluders};

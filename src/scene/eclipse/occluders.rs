@@ -198,17 +198,17 @@ pub fn select_occluders<'a>(
     let mut occluders = Vec::new();
     // The smallest gap, in penumbra radii, between a penumbra and the receiver, and the name of the occluder.
     let mut nearest_miss: Option<(f64, &'a str)> = None;
+    let mut out_of_view = Vec::new();
     for occluder in candidates {
         let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver.radius_km());
         if occluder.max_blocked_fraction < min_blocked_fraction {
             continue;
         }
-        let body = occluder.body;
         let gap = occluder.penumbra_gap(&axis, extent.max_radius);
         if gap > 0.0 {
             let gap_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
             if occluder.max_blocked_fraction > VISIBLE_CHANGE && nearest_miss.is_none_or(|(min_ratio, _)| gap_ratio < min_ratio) {
-                nearest_miss = Some((gap_ratio, &body.name));
+                nearest_miss = Some((gap_ratio, &occluder.body.name));
             }
             continue;
         }
@@ -216,6 +216,8 @@ pub fn select_occluders<'a>(
         let importance = occluder.importance(&axis, extent, axis_ratios, min_change.unwrap_or(VISIBLE_CHANGE));
         if importance == Importance::Visible || min_change.is_none() {
             occluders.push((importance, occluder));
+        } else if importance == Importance::OutOfView {
+            out_of_view.push(occluder.body.name.clone());
         }
     }
     // A large moon whose shadow falls outside the image must not take the place of a small one whose shadow is in it.
@@ -232,6 +234,7 @@ pub fn select_occluders<'a>(
             let found = reason!("eclipse-penumbra-of", bodies = names).and(takes);
             if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
+        (None, _) if !out_of_view.is_empty() => reason!("eclipse-out-of-view", bodies = out_of_view),
         (None, Some((gap_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{gap_ratio:.2}")),
         (None, None) => reason!("eclipse-none", part = format_args!("{:.2e}", min_change.unwrap_or(0.0).max(min_blocked_fraction))),
     };
@@ -490,9 +493,6 @@ mod tests {
                     left_out += u32::from(!is_visible(axis_ratios));
                 }
             }
-            println!(
-                "{axis_ratios}: {seen} seen, {left_out_if_sphere} left out if taken for a sphere; {left_out} of {hidden} hidden ones left out"
-            );
             assert!(seen > 3000 && 2 * left_out > hidden, "{axis_ratios}: {seen}, {left_out} of {hidden}");
             assert_eq!(left_out_if_sphere > 0, axis_ratios != DVec3::ONE, "{axis_ratios}: {left_out_if_sphere}");
         }

@@ -1,10 +1,11 @@
 //! Where an occluder's shadow lies near its receiver, and whether it meets the image.
 //!
 //! In: an occluder, shape and size of its receiver, and the frustum of the camera in the receiver's axes. Out: a tapered capsule that contains every point of
-//! the receiver in the penumbra, and whether any of it can be in the image. Always: the capsule may be too large, but never too small, so a shadow in the image
-//! is never judged to be outside.
+//! the receiver in the penumbra, and whether any of it can be in the image: in the frustum and, of an ellipsoid, in front of its horizon (`visible_part`).
+//! Always: the capsule may be too large, but never too small, so a shadow in the image is never judged to be outside.
 
 use crate::scene::camera::{Camera, Placement};
+use crate::scene::eclipse::visible_part::VisiblePart;
 use glam::{DVec2, DVec3};
 
 /// Pixels by which the frustum is widened on each side, because a pixel at the image's edge also shows what is less than a pixel outside.
@@ -22,6 +23,10 @@ pub struct Frustum {
     inward_normals: [DVec3; 5],
     /// Tangent of the angle of the smallest pixel, which is at a corner.
     smallest_pixel_tangent: f64,
+    /// View rays through the corners, of view depth 1.
+    corner_rays: [DVec3; 4],
+    /// What the image shows of the receiver, if its ground hides what is behind the horizon.
+    visible_part: Option<VisiblePart>,
 }
 
 impl Frustum {
@@ -35,7 +40,17 @@ impl Frustum {
             inward_normals: [sides[0], sides[1], sides[2], sides[3], forward].map(DVec3::normalize),
             // A corner is at sqrt(1 + tan²) times the distance of the middle, and its pixels are seen obliquely.
             smallest_pixel_tangent: camera.pixel_tangent() / (1.0 + camera.tan_half_fov.length_squared()),
+            corner_rays: [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]]
+                .map(|[x, y]| forward + right * (x * tan.x) + up * (y * tan.y)),
+            visible_part: None,
         }
+    }
+
+    /// The frustum for a receiver whose ground, an ellipsoid with these semi-axes, hides what is behind the horizon. `max_radius`: of the top of its air;
+    /// `spread`: distance outside a shadow up to which the light is changed, too; both in equatorial radii.
+    pub(crate) fn above_ground(self, axis_ratios: DVec3, max_radius: f64, spread: f64) -> Self {
+        let visible_part = VisiblePart::of(self.position, self.corner_rays, axis_ratios, max_radius, spread);
+        Self { visible_part, ..self }
     }
 }
 
@@ -53,6 +68,8 @@ pub enum ReceiverShape {
 pub(crate) struct ShadowRegion {
     /// Centre and radius of both ends, the one nearer to the Sun first.
     ends: [(DVec3, f64); 2],
+    /// Unit vector along the axis.
+    sunward: DVec3,
 }
 
 impl ShadowRegion {
@@ -93,15 +110,17 @@ impl ShadowRegion {
             }
         }
         let end = |behind: f64| (centre - sunward * behind, radius_at(behind));
-        (from <= to).then(|| Self { ends: [end(from), end(to)] })
+        (from <= to).then(|| Self { ends: [end(from), end(to)], sunward })
     }
 
-    /// Whether any part of the region can be in the image: no plane of the frustum has both ends, and so the entire region, outside.
+    /// Whether any part of the region can be in the image: no plane of the frustum has both ends, and so the entire region, outside, and it touches the visible
+    /// part of the receiver.
     pub(crate) fn meets(&self, frustum: &Frustum) -> bool {
-        frustum
+        let meets_planes = frustum
             .inward_normals
             .iter()
-            .all(|normal| self.ends.iter().any(|(centre, radius)| (*centre - frustum.position).dot(*normal) > -radius))
+            .all(|normal| self.ends.iter().any(|(centre, radius)| (*centre - frustum.position).dot(*normal) > -radius));
+        meets_planes && frustum.visible_part.is_none_or(|visible| visible.may_touch(self.sunward, &self.ends))
     }
 
     /// A lower limit of the width of the pixels that show the region, measured at the region, in equatorial radii.
@@ -198,7 +217,7 @@ mod tests {
                     assert!(region.meets(&frustum), "{shape:?}: {point} is darkened and in the image");
                     let pixel = (point - frustum.position).length() * frustum.smallest_pixel_tangent;
                     assert!(region.min_pixel(&frustum) <= pixel * 1.0001, "{shape:?}: a smaller pixel at {point}");
-                    let narrow = ShadowRegion { ends: region.ends.map(|(centre, radius)| (centre, 0.1 * radius)) };
+                    let narrow = ShadowRegion { ends: region.ends.map(|(centre, radius)| (centre, 0.1 * radius)), ..region };
                     left_out_if_narrow += usize::from(!narrow.meets(&frustum));
                 }
             }

@@ -6,7 +6,7 @@
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::BEST_SOURCE;
 use crate::message::Reason;
-use crate::scene::atmosphere::clouds;
+use crate::scene::atmosphere::{clouds, multi_scatter_in_shadow};
 use crate::scene::camera::Camera;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::model::{EclipseModelChoice, choose_eclipse_model, eclipse_model_choice};
@@ -87,7 +87,12 @@ pub(crate) fn sun_occluders<'a>(
     };
     // From the unit-sphere frame to body axes, in equatorial radii.
     let camera_position = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
-    let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
+    // Of a shape model, more may be seen than of the ellipsoid.
+    let has_horizon = matches!(part, ReceivingPart::Body) && meshes::mesh_of(context, body).is_none();
+    let spread_km = if body.atmosphere.is_some() { multi_scatter_in_shadow::MAX_SPREAD_KM } else { 0.0 };
+    let frustum = camera
+        .map(|c| Frustum::of(c, &placed.placement))
+        .map(|f| if has_horizon { f.above_ground(body.radii_km / body.radii_km.x, max_radius, spread_km / body.radii_km.x) } else { f });
     // A pixel's width in equatorial radii: the body's disc is two radii wide. The lower limit avoids a division by 0.
     let extent =
         ReceiverExtent { max_radius, shape, camera_position: Some(camera_position), frustum, pixel_width: 2.0 / diameter_px.max(1e-9) };

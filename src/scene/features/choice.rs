@@ -183,7 +183,7 @@ impl FeatureSelection {
                 (false, false, secondary) => 1 + secondary.min(MAX_LIGHTS - 1),
             },
             eclipse: if available.is_emissive { Eclipse::default() } else { self.eclipse },
-            // Under an atmosphere in an eclipse the rings' shadow is left out; `features::leave_out_rare_combinations` reports this as a decision.
+            // Under an atmosphere in an eclipse the rings' shadow is left out; `features::combinations` reports this as a decision.
             ring_shadow: if available.has_rings
                 && !available.is_emissive
                 && (air.model == AtmosphereModel::None || self.eclipse.occluders == 0)

@@ -74,7 +74,7 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
         let mesh = meshes::mesh_of(frame.context, placed.body);
         let rect = mesh.map_or_else(|| placed.outline.rect(camera), |m| meshes::rect(camera, &placed.placement, m));
         let ring_view = ring_view(frame, placed).filter(|v| rect.is_some() || v.meets_frame());
-        let disc_fraction = point::drawn_disc_fraction(frame.context.request.effects.override_of(Effect::Points), diameter_px);
+        let disc_fraction = point::drawn_disc_fraction(frame.context.request.effects.override_of(Effect::Points), placed, diameter_px);
         Self { frame, placed, diameter_px, rect, mesh, ring_view, disc_fraction, glare_fraction: 0.0 }
     }
 
@@ -147,6 +147,8 @@ pub(crate) struct Decisions<'c> {
     pub secondary_lights: Vec<IncidentLight>,
     /// Occluders of the globe, its air and its clouds.
     pub eclipse: EclipseUniforms,
+    /// Factor on the sunlight of globe, air and clouds, per channel: less than 1 in an eclipse that dims all that the frame shows (`combinations`).
+    pub sunlight_factor: DVec3,
     /// The uniforms of the rings' shadow and of ring-shine, for the draws of globe and sky.
     pub ring: RingUniforms,
     /// The overlays that are drawn, the lowest first.
@@ -176,6 +178,7 @@ impl<'c> Decisions<'c> {
             chosen: FeatureSelection::default(),
             secondary_lights: Vec::new(),
             eclipse: EclipseUniforms::default(),
+            sunlight_factor: DVec3::ONE,
             ring: RingUniforms::default(),
             overlays: Vec::new(),
             blend_mode: 0.0,

@@ -4,6 +4,7 @@
 //! features. [`decide`] runs [`ALL_DECISIONS`] in order. Always: a decision reads only the results of decisions before it.
 
 pub mod choice;
+pub(crate) mod combinations;
 pub(crate) mod globe;
 pub(crate) mod inputs;
 pub mod possible;
@@ -12,8 +13,8 @@ use crate::catalog::{Map, NaifId};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::multi_scatter_in_shadow;
 use crate::scene::body_report::Appearance;
-use crate::scene::camera::ClipRect;
 use crate::scene::camera::silhouette::Outline;
+use crate::scene::camera::{self, ClipRect};
 use crate::scene::decision::{Decision, DecisionLog};
 use crate::scene::draw::features::{AirPass, AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
 use crate::scene::draw::uniforms::{DrawUniforms, Light};
@@ -44,14 +45,15 @@ pub(crate) struct DecidedBody {
 }
 
 /// The decisions about a body that is drawn as a disc, in their order.
-const ALL_DECISIONS: [DecideEffect; 11] = [
+const ALL_DECISIONS: [DecideEffect; 12] = [
     ground::decide,
     light::planet_shine::decide,
     eclipse::decision::decide,
     overlays::decide,
     rings::decision::decide,
+    combinations::decide_eclipse,
     atmosphere::decision::decide,
-    leave_out_rare_combinations,
+    combinations::leave_out_rare_combinations,
     crescent::decide,
     atmosphere::air_pass::decide,
     mesh_decision::decide,
@@ -63,36 +65,6 @@ const AIR_ONLY_DECISIONS: [DecideEffect; 3] = [light::planet_shine::decide, ecli
 
 /// The decisions about effects that read maps, for [`required_maps`].
 const MAP_DECISIONS: [DecideEffect; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];
-
-/// Leaves out rare combinations of effects that would multiply the number of shader keys.
-fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    let chosen = &mut decisions.chosen;
-    if chosen.air_model != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
-        // All combinations of ring shadow, atmosphere model, number of occluders and eclipse model would triple the number of these keys.
-        decisions.log.record(Effect::RingShadow.name(), false, reason!("left-out-under-air"));
-        chosen.ring_shadow = RingShadow::None;
-    }
-    if chosen.detail && chosen.eclipse.occluders > 0 {
-        decisions.log.record(Effect::Detail.name(), false, reason!("left-out-in-eclipse"));
-        chosen.detail = false;
-    }
-    if chosen.ring_shine && !decisions.secondary_lights.is_empty() {
-        // No shader has both ring-shine and planet-shine: the light that causes the smaller irradiance of the ground is left out.
-        // `brightest` is relative to sunlight.
-        let rings_irradiance =
-            decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.body_to_sun_km).irradiance.x;
-        let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
-        if bodies_irradiance > rings_irradiance {
-            decisions.log.record(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
-            chosen.ring_shine = false;
-            decisions.ring.shine = None;
-        } else {
-            decisions.log.record(Effect::PlanetShine.name(), false, reason!("shine-beside-rings"));
-            decisions.secondary_lights.clear();
-        }
-    }
-    decisions
-}
 
 /// Decides on all effects of one body. A body with the camera at its centre is not drawn.
 pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_is_at_centre: bool) -> DecidedBody {
@@ -292,6 +264,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
     if draws.iter().any(|d| d.features.air.model == AtmosphereModel::Table) && !decided.eclipse.occluder_positions.is_empty() {
         decided.eclipse.multi_scatter = multi_scatter_in_shadow::tables(inputs.body(), &decided.eclipse);
     }
+    let sunlight_factor = camera::narrow(decided.sunlight_factor);
     for draw in &mut draws {
         // The features may round the number of lights up (`choice`), so that there are fewer shader keys; the additional lights are black.
         let black_light =
@@ -299,13 +272,17 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {
             draw.uniforms.lights.push(black_light);
         }
+        // The first light is the Sun; that of the second in the air is relative to it.
+        if let Some(sun) = draw.uniforms.lights.first_mut() {
+            sun.irradiance *= sunlight_factor;
+        }
         draw.uniforms.eclipse.clone_from(&decided.eclipse);
         if draw.part == BodyPart::Sky && draw.features.ring_shadow != RingShadow::None {
             draw.uniforms.ring.clone_from(&decided.ring);
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
         draw.uniforms.air.map_weight = decided.map_weight;
-        draw.uniforms.air.second_light_irradiance = decided.second_light_irradiance;
+        draw.uniforms.air.second_light_irradiance = decided.second_light_irradiance / sunlight_factor;
         if draw.part != BodyPart::Sky {
             draw.uniforms.air.night_radiance *= decided.night_fraction_on_ground;
         }

@@ -45,12 +45,13 @@ fn flux_by_planet_shine(inputs: &DecisionInputs<'_, '_>) -> DVec3 {
 }
 
 /// The glare of a body's disc. `None` if the disc is too large, is not brighter than white, or is so far outside the frame that its glare does not reach it;
-/// for the Sun; if the user has switched points off; and in pixel views other than the final image.
+/// for ground below the camera; for the Sun; if the user has switched points off; and in pixel views other than the final image.
 pub(crate) fn of(inputs: &DecisionInputs<'_, '_>) -> Option<DiscGlare> {
     let (frame, placed, diameter_px) = (inputs.frame, inputs.placed, inputs.diameter_px);
     let is_possible = inputs.disc_fraction > 0.0
         && diameter_px < point::NO_GLARE_FROM_PX
         && placed.body.id != NaifId::SUN
+        && !placed.is_ground_below_camera()
         && inputs.pixel_view() == PixelView::Final
         && inputs.effects().override_of(Effect::Points) != Some(false);
     let clip_if_glare_reaches_frame = |centre_km: DVec3| {

@@ -89,7 +89,7 @@ impl Albedo {
         let clouds = body.clouds.as_ref().filter(|_| !is_off(Effect::Clouds));
         let cloudiness = clouds.map_or(0.0, |c| smooth_rise(GROUND_TO_PLANET_CLOUD_HEIGHTS, height_km / c.height_km));
         // A body drawn as a point has the light of the whole planet.
-        let weight = (1.0 - cloudiness) * drawn_disc_fraction(effects.override_of_body(body, Effect::Points), diameter_px);
+        let weight = (1.0 - cloudiness) * drawn_disc_fraction(effects.override_of_body(body, Effect::Points), p, diameter_px);
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);
         Self { of_lights: blend(whole.of_lights, clear.of_lights), of_sky: blend(whole.of_sky, clear.of_sky) }
     }

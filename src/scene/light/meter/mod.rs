@@ -244,7 +244,7 @@ impl<'a> MeteredFrame<'_, 'a> {
 
     /// Fraction of a body's light that the frame draws as a disc; it draws the rest as a point.
     fn disc_fraction(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-        drawn_disc_fraction(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
+        drawn_disc_fraction(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), p, diameter_px)
     }
 
     /// The lights that other bodies reflect onto a body, unless the user has switched planet-shine off.

@@ -1,0 +1,146 @@
+//! Effects that no shader has together with an eclipse: the rings' shadow under air, and relief finer than the maps. They are drawn where no shadow falls on
+//! what the image shows, or where the shadow takes the same part of all sunlight in it.
+
+use crate::support::folds::{larger, smaller};
+use crate::support::session::SESSION;
+use glam::DVec3;
+use orrery::FrameImages;
+use orrery::catalog::NaifId;
+use orrery::render::plan::SamplingQuality;
+use orrery::scene::Scene;
+use orrery::scene::draw::{BodyPart, Detail, Draw, PixelView, RingShadow};
+use orrery::scene::effects::EffectOverrides;
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
+use orrery::time::Instant;
+
+const SATURN: NaifId = NaifId(699);
+const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 4 };
+/// The bound of `features::combinations`: by how much of the light that is left the sunlight in the frame may differ from a common factor.
+const MAX_UNIFORM_ERROR: f64 = 0.02;
+
+/// A view from above a place (latitude, east longitude, height in km), along a direction in body axes.
+fn above(body: NaifId, [latitude_deg, longitude_deg, height_km]: [f64; 3], direction: DVec3, fov_deg: f64, time: &str) -> ViewRequest {
+    ViewRequest {
+        position: Position::Ground { body, latitude_deg, longitude_deg, height_km },
+        look: Look::Along { direction, axes: Axes::BodyFixed },
+        up: Up::Zenith,
+        fov_deg: Some(fov_deg),
+        exposure: ExposureRequest::Stops(0.0),
+        layers: Layers::NONE,
+        width: 48,
+        height: 36,
+        ..ViewRequest::of(body, Instant::parse(time).expect("a time"))
+    }
+}
+
+/// From 100 m above the Moon, at 20 degrees north and 60 degrees east, towards the north-west and 15 degrees down.
+fn low_over_the_moon(time: &str) -> ViewRequest {
+    let direction = DVec3::new(-0.9286410655049862, 0.0645791000260818, 0.3653153586938076);
+    above(NaifId::MOON, [20.0, 60.0, 0.1], direction, 60.0, time)
+}
+
+fn scene(request: &ViewRequest, effects: &str) -> Scene {
+    SESSION.scene(&ViewRequest { effects: EffectOverrides::parse(effects).expect("effects"), ..request.clone() }).expect("a scene")
+}
+
+fn draw_of(scene: &Scene, body: NaifId, part: BodyPart) -> &Draw {
+    scene.draws.iter().find(|d| d.body == body && d.part == part).expect("drawn")
+}
+
+/// Whether the eclipse of a body counts as drawn, by its last decision, and the reasons of all.
+fn eclipse_decision(scene: &Scene, body: NaifId) -> (bool, String) {
+    let decisions = &scene.body(body).expect("in the catalog").decisions;
+    let of_eclipse: Vec<_> = decisions.iter().filter(|d| d.effect == "eclipse").collect();
+    let reasons: Vec<String> = of_eclipse.iter().map(|d| d.reason.to_string()).collect();
+    (of_eclipse.last().is_some_and(|d| d.on), reasons.join("; "))
+}
+
+/// Green irradiance by the Sun in the draw of a body's globe, relative to that without eclipses.
+fn sunlight(body: NaifId, request: &ViewRequest, effects: &str) -> f64 {
+    let of = |effects: &str| {
+        let scene = scene(request, effects);
+        f64::from(draw_of(&scene, body, BodyPart::Globe).uniforms.lights[0].irradiance.y)
+    };
+    of(effects) / of("-eclipse")
+}
+
+/// On 2007-02-01 Mimas' penumbra is 37 degrees from the camera, which is 200 km above Saturn: its rings' shadow is drawn. Where the penumbra is in view, the
+/// eclipse is drawn instead: there the rings take less light. An eclipse that the user switches on is drawn anywhere.
+#[test]
+fn a_moons_shadow_elsewhere_leaves_the_rings_shadow() {
+    const TIME: &str = "2007-02-01T12:00:00Z";
+    let along_the_ground = DVec3::new(-0.8382754701224185, 0.21276648187839925, 0.5020205776461033);
+    let far_from_it = above(SATURN, [25.0, 300.7515, 200.0], along_the_ground, 90.0, TIME);
+    let decided = scene(&far_from_it, "");
+    for part in [BodyPart::Globe, BodyPart::Sky] {
+        let features = draw_of(&decided, SATURN, part).features;
+        assert!(features.eclipse.occluders == 0 && features.ring_shadow != RingShadow::None, "{part:?}: {features:?}");
+    }
+    let (is_on, reasons) = eclipse_decision(&decided, SATURN);
+    assert!(!is_on && reasons.contains("Mimas") && reasons.contains("not on what the image shows"), "{reasons}");
+    let forced = scene(&far_from_it, "+eclipse");
+    let features = draw_of(&forced, SATURN, BodyPart::Globe).features;
+    assert!(features.eclipse.occluders > 0 && features.ring_shadow == RingShadow::None, "{features:?}");
+    // Straight down on a place in the penumbra, where half of the Sun is left.
+    let down = -DVec3::new(0.5 * 40_f64.to_radians().cos(), -0.5 * 40_f64.to_radians().sin(), 0.75_f64.sqrt());
+    let features = draw_of(&scene(&above(SATURN, [60.0, -40.0, 200.0], down, 90.0, TIME), ""), SATURN, BodyPart::Globe).features;
+    assert!(features.eclipse.occluders > 0 && features.ring_shadow == RingShadow::None, "{features:?}");
+}
+
+/// On 2024-04-08 at 16:30 the Moon's penumbra is more than 2000 km from the camera over Utah: hills and billows are drawn, in full sunlight.
+#[test]
+fn a_shadow_far_from_the_ground_in_view_leaves_hills_and_billows() {
+    let direction = DVec3::new(0.7477018538483815, -0.39151608974397645, -0.5363367311897258);
+    let request = above(NaifId::EARTH, [40.0, -110.0, 15.0], direction, 60.0, "2024-04-08T16:30:00Z");
+    let decided = scene(&request, "");
+    let details = [BodyPart::Globe, BodyPart::Clouds].map(|part| draw_of(&decided, NaifId::EARTH, part).features.detail);
+    assert_eq!(details, [Detail::Hills, Detail::Billows]);
+    assert!(decided.draws.iter().filter(|d| d.body == NaifId::EARTH).all(|d| d.features.eclipse.occluders == 0));
+    assert_eq!(sunlight(NaifId::EARTH, &request, ""), 1.0);
+}
+
+/// In the penumbra of 2022-11-08, the ground in view from 100 m has lost 37 % of its sunlight everywhere: craters are drawn, in dimmed sunlight.
+#[test]
+fn craters_are_drawn_in_an_even_penumbra() {
+    let request = low_over_the_moon("2022-11-08T09:30:00Z");
+    let decided = scene(&request, "");
+    let features = draw_of(&decided, NaifId::MOON, BodyPart::Globe).features;
+    assert!(features.detail == Detail::Craters && features.eclipse.occluders == 0, "{features:?}");
+    let (is_on, reasons) = eclipse_decision(&decided, NaifId::MOON);
+    assert!(is_on && reasons.contains("all sunlight in the image counts as 6"), "{reasons}");
+    let left = sunlight(NaifId::MOON, &request, "");
+    assert!((left - 0.632).abs() < 0.01, "{left}");
+    // Without craters there is nothing to choose between, and the shadow of every pixel is drawn.
+    for effects in ["-detail", "+eclipse"] {
+        let features = draw_of(&scene(&request, effects), NaifId::MOON, BodyPart::Globe).features;
+        assert!(features.detail == Detail::None && features.eclipse.occluders == 1, "{effects}: {features:?}");
+        assert_eq!(sunlight(NaifId::MOON, &request, effects), 1.0, "{effects}");
+    }
+}
+
+/// From before the penumbra into the umbra: where the sunlight is dimmed as a whole, it is the light of every pixel's shadow to within the bound. So the light
+/// does not jump where the image changes from one to the other.
+#[test]
+fn dimmed_sunlight_is_that_of_every_pixel() {
+    let (mut full, mut dimmed, mut drawn, mut worst) = (0, 0, 0, 0.0_f64);
+    for minutes in (0..=108).step_by(3) {
+        let start = Instant::parse("2022-11-08T08:40:00Z").expect("a time");
+        let request = ViewRequest { time: start.plus_seconds(60.0 * f64::from(minutes)), ..low_over_the_moon("2022-11-08T08:40:00Z") };
+        let decided = scene(&request, "");
+        if draw_of(&decided, NaifId::MOON, BodyPart::Globe).features.eclipse.occluders > 0 {
+            drawn += 1;
+            continue;
+        }
+        let left = sunlight(NaifId::MOON, &request, "");
+        *(if left < 1.0 { &mut dimmed } else { &mut full }) += 1;
+        let view = ViewRequest { pixel_view: PixelView::Eclipse, ..request };
+        let pixels = SESSION.draw(&view, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr;
+        let of_ground: Vec<f64> = pixels.iter().filter(|p| p[3] > 0.999 && p[1] > 0.0).map(|p| f64::from(p[1])).collect();
+        let (least, most) = (of_ground.iter().copied().fold(1.0, smaller), of_ground.iter().copied().fold(0.0, larger));
+        assert!(of_ground.len() > 500, "{minutes} min: {} pixels show ground", of_ground.len());
+        worst = larger(worst, larger(left - least, most - left) / left);
+    }
+    println!("{full} full, {dimmed} dimmed, {drawn} drawn; largest error {worst:.4}");
+    assert!(worst < MAX_UNIFORM_ERROR + 0.003, "{worst}");
+    assert!(full > 3 && dimmed > 8 && drawn > 3, "{full} {dimmed} {drawn}");
+}
