@@ -14,5 +14,6 @@ mod refracted_limb;
 mod shadows;
 mod single_scattering;
 mod sky_from_inside;
+mod sky_in_umbra;
 mod skylight;
 mod top_of_air;

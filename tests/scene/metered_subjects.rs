@@ -157,6 +157,29 @@ fn a_narrow_field_of_view_is_exposed_for_what_it_shows() {
     assert!(full.iter().all(|stops| (stops - full[2]).abs() < 0.5), "{full:?}");
 }
 
+/// Sunlit ground 60 km below, along the lower edge of the frame, is not white in an image exposed for the dark sky above it. While the camera turns up, the
+/// image is exposed for the ground until only a sliver of it is left, and for the dark sky without ground. With the weight of its position alone, the Moon's
+/// ground on the lowest 4 % of the frame was 200,000 times too bright.
+#[test]
+fn sunlit_ground_along_the_edge_of_the_frame_is_metered() {
+    // Places on the equator with the Sun 45 degrees high. The horizon leaves the frame at altitudes of the camera of 20.2 degrees (the Moon) and 18.2 (Triton).
+    let looking = |body: NaifId, longitude_deg: f64, altitude_deg: f64| {
+        let (sin_lon, cos_lon) = longitude_deg.to_radians().sin_cos();
+        let up = DVec3::new(cos_lon, sin_lon, 0.0);
+        let (sin, cos) = altitude_deg.to_radians().sin_cos();
+        let look = Look::Along { direction: up * sin - DVec3::Z * cos, axes: Axes::BodyFixed };
+        let position = Position::Ground { body, latitude_deg: 0.0, longitude_deg, height_km: 60.0 };
+        ViewRequest { look, up: Up::Zenith, fov_deg: Some(70.0), target: None, ..view(body, "2017-05-17T00:00:00Z", position) }
+    };
+    for (body, longitude_deg, altitude_deg) in [(NaifId::MOON, -27.74, 17.0), (NaifId(801), 167.4, 13.0)] {
+        let [level, raised] = [0.0, altitude_deg].map(|altitude_deg| stops(&looking(body, longitude_deg, altitude_deg)));
+        assert!((raised - level).abs() < 0.7, "{body:?}: {level} stops, {raised} with the camera raised");
+    }
+    let moon = |altitude_deg: f64| looking(NaifId::MOON, -27.74, altitude_deg);
+    assert!(stops(&moon(22.0)) > 18.0, "{} stops without ground", stops(&moon(22.0)));
+    assert_changes_smoothly("the Moon's ground leaves the frame", 2.0, 48, |k| moon(10.0 + 0.25 * k));
+}
+
 /// The Earth in front of the Sun, from the centre of the eclipsed Moon: as the field of view becomes narrower, the bright ring of air leaves the frame, at last
 /// through the corners. From then on the image is exposed for the night side. If each part counted in full while it is in the frame, the exposure would
 /// change by 12 stops within half a percent of the field of view, the step of this test.

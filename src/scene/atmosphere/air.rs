@@ -278,8 +278,8 @@ pub(crate) fn set_ends(uniforms: &mut DrawUniforms, far_end: FarEnd) {
 /// The atmosphere around the camera.
 pub(crate) struct SurroundingAir<'a> {
     pub body: &'a Body,
-    air: &'a Atmosphere,
-    placement: Placement,
+    pub(super) air: &'a Atmosphere,
+    pub(super) placement: Placement,
     skies: &'a SkyBrightnessCache,
 }
 

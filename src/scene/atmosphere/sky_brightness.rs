@@ -12,10 +12,11 @@
 //! half of the air's (tests/atmosphere/dusk_at_height.rs), except in the lowest 3 degrees, below the lowest rays, where an arch of dusk is up to 20 times
 //! brighter. Computed once for each air, in some 50 ms: [`SkyBrightnessCache`] keeps the result from frame to frame.
 
-use crate::catalog::{Atmosphere, PhaseFunction, Species};
+use crate::catalog::{Atmosphere, Species};
 use crate::memo::{Memo, NumbersKey};
-use crate::scene::atmosphere::air_sphere::{direction, scattering_in_draws};
-use crate::scene::atmosphere::extinction::{column_above_km, density, extinction, quadrature};
+use crate::scene::atmosphere::air_sphere::direction;
+use crate::scene::atmosphere::constituent::{Constituent, lit_part};
+use crate::scene::atmosphere::extinction::{column_above_km, density, quadrature};
 use crate::scene::atmosphere::phase;
 use crate::scene::numeric::gauss_legendre;
 use crate::units::luminance;
@@ -29,8 +30,6 @@ const ZENITH_ANGLES: usize = 4;
 const AZIMUTHS: usize = 4;
 const STEPS: usize = 32;
 const RAYS: usize = ZENITH_ANGLES * AZIMUTHS;
-/// The edge of the body's shadow in the air is softened over this fraction of the air's height, so that it does not move from step to step in jumps.
-const SHADOW_EDGE: f64 = 0.03;
 
 /// Altitudes of the light source, degrees: in steps of one degree from the first to the second number, then in steps of 15 up to the zenith.
 const FINE_ALTITUDES_DEG: (f64, f64) = (-45.0, 15.0);
@@ -109,56 +108,6 @@ fn mean_of_rays(values: &[f64; RAYS]) -> f64 {
     means.zip(gauss_legendre(ZENITH_ANGLES)).map(|(mean, (_, weight))| mean * weight).sum()
 }
 
-/// A species with what does not depend on the ray.
-struct Constituent<'a> {
-    species: &'a Species,
-    scattering: DVec3,
-    extinction: DVec3,
-    /// 1 - m, where m is the mean cosine of the scattering angle (for some functions not the catalog's asymmetry). By the similarity relation, this scattering
-    /// acts like isotropic scattering whose coefficient is smaller by this factor: the *reduced* scattering.
-    reduced_scattering_factor: DVec3,
-}
-
-impl<'a> Constituent<'a> {
-    fn of(species: &'a Species) -> Self {
-        let mean_cosine = species.aerosol_phase().map_or(DVec3::ZERO, |aerosol| phase::mean_cosine(PhaseFunction::Aerosol(aerosol)));
-        Self {
-            species,
-            scattering: scattering_in_draws(species),
-            extinction: extinction(species),
-            reduced_scattering_factor: DVec3::ONE - mean_cosine,
-        }
-    }
-
-    /// Column of the species from a point outwards to a light source that is not behind the body. `from_centre_km`: the point's distance from the body's
-    /// centre; `cosine`: of the source's zenith angle at the point.
-    fn column_to_light_km(&self, ground_radius_km: f64, from_centre_km: f64, cosine: f64) -> f64 {
-        let (s, height_km) = (self.species, from_centre_km - ground_radius_km);
-        // Distance of the line's lowest point from the body's centre. The ray to a source below the horizon passes this point.
-        let closest_km = from_centre_km * (1.0 - cosine * cosine).max(0.0).sqrt();
-        let closest_height_km = (closest_km - ground_radius_km).max(0.0);
-        if let Some(centre_km) = s.tent_centre_km {
-            // The vertical column, divided by the cosine of the ray's zenith angle where it crosses the middle of the layer; a ray that only grazes the layer
-            // gets the smallest cosine. `scale_height_km` of a triangular layer is half its width.
-            let layer_km = ground_radius_km + centre_km;
-            let cosine_in_layer = (1.0 - (closest_km / layer_km).powi(2)).max(s.scale_height_km / layer_km).sqrt();
-            let above_km = column_above_km(s, height_km);
-            let vertical_km = if cosine >= 0.0 { above_km } else { 2.0 * column_above_km(s, closest_height_km) - above_km };
-            return vertical_km / cosine_in_layer;
-        }
-        // Chapman's function, with the upper bound of the error function by Abramowitz & Stegun 1964, 7.1.13. It is exact for a horizontal ray.
-        let erfc_argument_sq = cosine * cosine * from_centre_km / (2.0 * s.scale_height_km);
-        let column_scale_km = density(s, height_km) * (2.0 * from_centre_km * s.scale_height_km).sqrt();
-        let outwards_km = column_scale_km / (erfc_argument_sq.sqrt() + (erfc_argument_sq + 4.0 / PI).sqrt());
-        if cosine >= 0.0 {
-            return outwards_km;
-        }
-        // The column along the whole line, less the column from the point in the direction away from the source.
-        let whole_line_km = density(s, closest_height_km) * (2.0 * PI * closest_km * s.scale_height_km).sqrt();
-        (whole_line_km - outwards_km).max(0.0)
-    }
-}
-
 /// A spherical atmosphere, with the brightness of its sky by single scattering and the two-stream approximation.
 struct TwoStreamSky<'a> {
     radius_km: f64,
@@ -185,9 +134,7 @@ impl TwoStreamSky<'_> {
             let from_centre_km = point.length();
             let height_km = from_centre_km - self.radius_km;
             let cosine = point.dot(light) / from_centre_km;
-            // Height at which the source's light passes closest to the body's centre, if the source is below the horizon.
-            let closest_height_km = from_centre_km * (1.0 - cosine * cosine).max(0.0).sqrt() - self.radius_km;
-            let lit_part = if cosine >= 0.0 { 1.0 } else { (0.5 + closest_height_km / (SHADOW_EDGE * self.top_km)).clamp(0.0, 1.0) };
+            let lit_part = lit_part(self.radius_km, self.top_km, from_centre_km, cosine);
             let (mut step_absorption, mut step_reduced_scattering) = (DVec3::ZERO, DVec3::ZERO);
             let (mut scattered_into_ray, mut depth_to_light) = (DVec3::ZERO, DVec3::ZERO);
             for (c, into_ray) in self.constituents.iter().zip(&into_ray) {

@@ -8,7 +8,7 @@ use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
 use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, FloatExt};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Number of decades by which a weight falls between the middle of the frame and its edge, so that a body that enters the frame gains weight gradually. The
@@ -18,6 +18,19 @@ const EDGE_DECADES: f64 = 5.0;
 /// Weight of a position in the frame. `edge_fraction`: 0 in the middle of the frame, 1 on its edge.
 pub(crate) fn frame_position_weight(edge_fraction: f64) -> f64 {
     10.0_f64.powf(-EDGE_DECADES * smoothstep(2.0 * edge_fraction - 1.0))
+}
+
+/// Share of the frame from which ground has its full [`least_weight_of_ground`], and the decades by which this is below 1: a twentieth. Ground that reaches
+/// inner parts of the frame has more weight by its position alone, so nothing changes there.
+const LEAST_WEIGHT_SHARE: f64 = 0.06;
+const LEAST_WEIGHT_DECADES: f64 = 1.3;
+
+/// Least weight of ground, relative to that in the middle of the frame, wherever it lies in the frame. `share`: the part of the frame that it fills. A planet's
+/// ground along an edge of the frame lies in no inner part, however much of the edge it fills. With the weight of its position alone, ground in full sunlight
+/// on a twelfth of the frame would be white by a factor of a thousand, in an image exposed for the dark sky above it. With no share the least weight is that of
+/// the frame's edge, so that ground enters the frame gradually.
+pub(crate) fn least_weight_of_ground(share: f64) -> f64 {
+    10.0_f64.powf(-EDGE_DECADES.lerp(LEAST_WEIGHT_DECADES, smoothstep(share / LEAST_WEIGHT_SHARE)))
 }
 
 /// Where a ray passes a body, relative to its limb and ground; in the body's unit-sphere frame.
@@ -201,6 +214,16 @@ mod tests {
     use super::*;
     use crate::random::Random;
     use glam::DMat3;
+
+    /// The weight of ground along the edge of the frame grows from that of the edge, always in small steps.
+    #[test]
+    fn ground_along_the_edge_gains_weight_with_its_share() {
+        let decades = |share: f64| least_weight_of_ground(share).log10();
+        assert!((decades(0.0) - frame_position_weight(1.0).log10()).abs() < 1e-9 && (decades(0.06) + 1.3).abs() < 1e-9);
+        // The steepest step: 1.5 times the mean slope, 3.7 decades over 0.06, gives 0.09 decades in 0.001.
+        let steps = (0..100).map(|k| decades(0.001 * f64::from(k + 1)) - decades(0.001 * f64::from(k)));
+        assert!(steps.clone().all(|step| (0.0..0.1).contains(&step)) && steps.sum::<f64>() > 3.6, "{}", decades(0.1));
+    }
 
     /// A crescent in sight has all of its weight, one that has set behind the limb of a near viewer has almost none.
     #[test]

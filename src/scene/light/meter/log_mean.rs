@@ -37,6 +37,18 @@ impl LogMean {
         }
     }
 
+    /// Weight of a part of a subject that fills the frame; 0 if the part does not count. `foreground_radiance`: see [`Self::add`].
+    pub fn weight_of_full_frame(radiance: f64, foreground_radiance: f64) -> f64 {
+        let (mut mean, entire_frame) = (Self::default(), 1.0);
+        mean.add(entire_frame, radiance, foreground_radiance);
+        mean.weight
+    }
+
+    /// The same mean with its weight multiplied.
+    pub fn times(&self, factor: f64) -> Self {
+        Self { weight: self.weight * factor, log_sum: self.log_sum * factor }
+    }
+
     /// Adds the parts of another mean.
     pub fn merge(&mut self, other: &Self) {
         self.weight += other.weight;

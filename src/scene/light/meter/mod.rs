@@ -4,10 +4,11 @@
 //! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and mean
 //! albedo, including eclipses and light from other bodies. Of a body that reaches beyond the frame, only the ground in the frame counts (`visible_ground`).
 //! Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position, time, field of view and phase
-//! (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges, the ground is summed between exact limits, and the
-//! light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare of a Sun outside the frame, and
-//! no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the
-//! camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
+//! (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges (that of ground the less, the more of the frame it
+//! fills), the ground is summed between exact limits, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image
+//! shows are metered: no glare of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights
+//! (a sea is as bright as a desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that
+//! another body's air adds in front of bodies behind it.
 //! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
 mod city_lights;
@@ -49,6 +50,7 @@ use geometry::{
 use glam::{DVec2, DVec3, FloatExt};
 use ground::{Albedo, Ground};
 use log_mean::LogMean;
+use sky::SunlightInAir;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use sun_glare::FrameGlare;
 #[doc(hidden)]
@@ -136,6 +138,7 @@ struct MeteredFrame<'f, 'a> {
     sun_transmittance: f64,
     /// The rays of the frame that show the sky around the camera: [`Self::rays_above_limb`].
     sky_rays: Vec<(DVec3, f64)>,
+    sunlight_in_air: SunlightInAir,
     /// The radiances for which images of the sky around the camera, and of the ground under it, are exposed; 0 without such a sky.
     sky_exposure_radiance: f64,
     ground_exposure_radiance: f64,
@@ -157,19 +160,22 @@ impl Meter<'_, '_> {
         let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
         let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
         let limb_lights = sun.map(|sun| self.limb_lights(sun)).unwrap_or_default();
-        let (sky_rays, sky_exposure_radiance, ground_exposure_radiance) = (Vec::new(), 0.0, 0.0);
+        let (sky_rays, sunlight_in_air) = (Vec::new(), SunlightInAir::FULL);
+        let (sky_exposure_radiance, ground_exposure_radiance) = (0.0, 0.0);
         let mut frame = MeteredFrame {
             meter: self,
             glare,
             sun_transmittance,
             sky_rays,
+            sunlight_in_air,
             sky_exposure_radiance,
             ground_exposure_radiance,
             resolved_bodies,
             limb_lights,
         };
-        // `sky_exposure_radiance()` reads `sky_rays`, and none of these reads a field that is set later.
+        // These read fields that are set before, and none that is set later.
         frame.sky_rays = frame.rays_above_limb();
+        frame.sunlight_in_air = frame.sunlight_in_air();
         frame.sky_exposure_radiance = frame.sky_exposure_radiance();
         frame.ground_exposure_radiance = frame.ground_exposure_radiance();
         let mut subjects = Vec::new();
@@ -186,7 +192,7 @@ impl Meter<'_, '_> {
                 share_of_bodies_in_sky += share;
             }
             if Some(p.body.id) == self.context.request.target {
-                mean_of_target = LogMean { weight: mean.weight * TARGET_WEIGHT, log_sum: mean.log_sum * TARGET_WEIGHT };
+                mean_of_target = mean.times(TARGET_WEIGHT);
                 target_name = &p.body.name;
             } else {
                 mean_of_others.merge(&mean);

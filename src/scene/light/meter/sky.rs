@@ -12,6 +12,7 @@ use super::{FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::atmosphere::air::SurroundingAir;
+use crate::scene::camera::Placement;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE};
 use crate::scene::light::lights;
 use crate::scene::numeric::smoothstep;
@@ -26,10 +27,18 @@ const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
 /// Least radiance of a sky, far below that of any night. With 0, the subject's white (radiance / level) would be 0 / 0.
 const MIN_SKY_RADIANCE: f64 = 1e-30;
-/// Fraction of daylight that the sky as this program draws it keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024
-/// (tests/eclipse/totality.rs). Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky
-/// dims in proportion to sunlight (Sharp, Silverman and Lloyd 1971, ibid. 1207).
-const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
+/// Fractions of the sunlight in the air around the camera that the shadows of other bodies leave: 1 without an eclipse.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SunlightInAir {
+    /// Of that which the frame's part of the sky scatters to the camera.
+    pub frame: f64,
+    /// Of that which the entire sky scatters to the ground.
+    pub entire_sky: f64,
+}
+
+impl SunlightInAir {
+    pub(super) const FULL: Self = Self { frame: 1.0, entire_sky: 1.0 };
+}
 
 /// Factor by which the target level of surroundings is reduced, by their `radiance`: a photograph of dusk that is as bright as one of noon looks like day. The
 /// factor is 1 above [`SUNSET_SKY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in luminance, by at most [`MAX_DUSK_STOPS`].
@@ -48,36 +57,54 @@ impl<'a> MeteredFrame<'_, 'a> {
 
     /// The radiance for which images of the ground under the sky around the camera are exposed.
     pub(super) fn ground_exposure_radiance(&self) -> f64 {
-        self.sum_over_lights_of_sky(|air, towards, irradiance| air.exposure_radiance(towards, irradiance))
+        self.sum_over_lights_of_sky(self.sunlight_in_air.entire_sky, |air, towards, irradiance| air.exposure_radiance(towards, irradiance))
     }
 
     /// The radiance for which images are exposed that show the sky around the camera as this frame does.
     pub(super) fn sky_exposure_radiance(&self) -> f64 {
         // Whether it is day or dusk depends on the Sun, also for the light of a moon.
         let Some(towards_sun) = self.body_with_air().map(|p| p.body_to_sun_km) else { return 0.0 };
-        self.sum_over_lights_of_sky(|air, towards, irradiance| {
+        self.sum_over_lights_of_sky(self.sunlight_in_air.frame, |air, towards, irradiance| {
             air.exposure_radiance_of_sky(towards, irradiance, towards_sun, &self.sky_rays)
         })
     }
 
-    /// A sum over the lights of the sky around the camera: sunlight, dimmed in an eclipse, and the light of the body that gives the most light besides the Sun.
-    /// Images show the light of one other body in the air. `by_light`: a function of the air, a vector of any length from the body to the light, and its
-    /// irradiance.
-    fn sum_over_lights_of_sky(&self, by_light: impl Fn(&SurroundingAir<'_>, DVec3, f64) -> f64) -> f64 {
-        let Some(air) = self.meter.air else { return 0.0 };
-        let Some(p) = self.body_with_air() else { return 0.0 };
+    /// How much sunlight the shadows of other bodies leave to the sky around the camera. A sky dims in proportion to the sunlight until some thousandths are
+    /// left, as measured up to an obscuration of 99.8 % (Sharp, Silverman and Lloyd 1971, Applied Optics 10, 1207); in totality its light comes from outside
+    /// the umbra.
+    pub(super) fn sunlight_in_air(&self) -> SunlightInAir {
+        let (Some(air), Some(p)) = (self.meter.air, self.body_with_air()) else { return SunlightInAir::FULL };
         let eclipses_are_on = self.meter.context.request.effects.override_of_body(air.body, Effect::Eclipse) != Some(false);
         // `None`, so that nothing dims sunlight, if the user has switched eclipses off.
-        let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on);
-        let visible_sun_fraction = sun.map_or(1.0, |s| {
-            let sun_direction = s.placement.centre_km / s.distance_km;
-            let radius_rad = s.angular_radius_rad();
-            let in_front =
-                self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
-            // Where several bodies cover the Sun, as if independently.
-            in_front.map(|o| visible_fraction_behind_body(&o.placement, sun_direction, radius_rad)).product::<f64>()
-        });
-        let sunlight_fraction = visible_sun_fraction + (1.0 - visible_sun_fraction) * TOTALITY_SKY_FRACTION;
+        let Some(sun) = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on) else { return SunlightInAir::FULL };
+        let (sun_radius_rad, sight_km) = (sun.angular_radius_rad(), air.sight_km());
+        // A body hides a part of the Sun from some point of the air in sight, or nearly so.
+        let casts_shadow_in_sight = |o: &&PlacedBody<'_>| {
+            let separation_rad = crate::ephemeris::angle_rad(o.placement.centre_km, sun.placement.centre_km);
+            let shift_rad = sight_km.atan2((o.distance_km - sight_km).max(0.0));
+            separation_rad < o.angular_radius_rad() + sun_radius_rad + 2.0 * shift_rad
+        };
+        let is_in_front = |o: &&PlacedBody<'_>| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < sun.distance_km;
+        let occluders: Vec<&PlacedBody<'_>> = self.meter.placed.iter().filter(is_in_front).filter(casts_shadow_in_sight).collect();
+        if occluders.is_empty() {
+            return SunlightInAir::FULL;
+        }
+        // Where several bodies cover the Sun, as if independently.
+        let visible_sun = |offset_km: DVec3| {
+            let towards_sun = (sun.placement.centre_km - offset_km).normalize();
+            let seen = |o: &&PlacedBody<'_>| Placement { centre_km: o.placement.centre_km - offset_km, ..o.placement };
+            occluders.iter().map(|o| visible_fraction_behind_body(&seen(o), towards_sun, sun_radius_rad)).product::<f64>()
+        };
+        let left = |directions: &[(DVec3, f64)]| air.light_left_in_shadow(p.body_to_sun_km, directions, &visible_sun);
+        SunlightInAir { frame: left(&self.sky_rays), entire_sky: left(&[]) }
+    }
+
+    /// A sum over the lights of the sky around the camera: sunlight, of which an eclipse leaves `sunlight_fraction`, and the light of the body that gives the
+    /// most light besides the Sun. Images show the light of one other body in the air. `by_light`: a function of the air, a vector of any length from the body
+    /// to the light, and its irradiance.
+    fn sum_over_lights_of_sky(&self, sunlight_fraction: f64, by_light: impl Fn(&SurroundingAir<'_>, DVec3, f64) -> f64) -> f64 {
+        let Some(air) = self.meter.air else { return 0.0 };
+        let Some(p) = self.body_with_air() else { return 0.0 };
         // Sunlight is the same in all channels; of planet-shine the green channel counts.
         let by_sunlight = by_light(air, p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
         let by_planet_shine = self.planet_shine_on(p).first().map_or(0.0, |l| by_light(air, l.direction, l.irradiance.y));
@@ -111,7 +138,9 @@ impl<'a> MeteredFrame<'_, 'a> {
         // Darker in dusk; near the top of the air, where `sky_weight` is almost 0, not.
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_exposure_radiance).powf(air.sky_weight());
         let exposed = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
-        let scattered = self.sum_over_lights_of_sky(|air, towards, irradiance| air.scattered_radiance(towards, irradiance, &self.sky_rays));
+        let scattered = self.sum_over_lights_of_sky(self.sunlight_in_air.frame, |air, towards, irradiance| {
+            air.scattered_radiance(towards, irradiance, &self.sky_rays)
+        });
         Some(with_drawn_radiance(exposed, scattered + air.night_sky_radiance()))
     }
 }

@@ -5,7 +5,7 @@
 //! exactly at the terminator, and its lit and its dark part have samples of their own. Always: the samples change continuously with the camera and the Sun, and
 //! even the thinnest crescent has its share. (Fixed rays would miss a crescent thinner than their spacing, or count it many times.)
 
-use super::geometry::{frame_position_weight, ray_and_limb};
+use super::geometry::{frame_position_weight, least_weight_of_ground, ray_and_limb};
 use super::ground::Ground;
 use super::{LogMean, MeteredFrame};
 use crate::scene::camera::silhouette::Outline;
@@ -199,8 +199,9 @@ impl VisibleGround {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// Adds the radiance of a body's ground, at samples of the part that the frame shows, to `mean`. Returns the unhidden ground's share of the frame, times
-    /// `weight`, which is a factor on all shares. `shadow`: of other bodies, if any. `transmittance`: of the air around the camera.
+    /// Adds the radiance of a body's ground, at samples of the part that the frame shows, to `mean`, each with the weight of its position; all of them with at
+    /// least the weight that goes with their share of the frame ([`least_weight_of_ground`]). Returns the unhidden ground's share of the frame, times `weight`,
+    /// which is a factor on all shares. `shadow`: of other bodies, if any. `transmittance`: of the air around the camera.
     pub(super) fn sum_ground(
         &self,
         p: &PlacedBody<'_>,
@@ -214,7 +215,9 @@ impl MeteredFrame<'_, '_> {
         let nearer = self.nearer_bodies(p, visible.spacing);
         let ring_shadow = self.ring_shadow_on(p);
         let twilight_air = self.twilight_air_of(p);
-        let mut covered_share = 0.0;
+        let (mut covered_share, mut of_ground) = (0.0, LogMean::default());
+        // Sums without the weights of positions, of the weights and of their squares.
+        let (mut even_weight, mut even_weight_sq) = (0.0, 0.0);
         for sample in &visible.samples {
             let share = weight * sample.share * Self::ray_visibility(&nearer, sample.direction, visible.spacing);
             if share <= 0.0 {
@@ -224,13 +227,19 @@ impl MeteredFrame<'_, '_> {
             let normal = (sample.point / p.placement.radii_km).normalize();
             let to_viewer = -(p.placement.body_from_icrf * sample.direction).normalize();
             let ring_transmittance = ring_shadow.as_ref().map_or(1.0, |rings| rings.transmittance(sample.point, visible.spacing));
-            let of_ground = ground.radiance(sample.point, normal, to_viewer, shadow, ring_transmittance);
+            let of_surface = ground.radiance(sample.point, normal, to_viewer, shadow, ring_transmittance);
             let of_air = twilight_air.as_ref().map_or(0.0, |air| air.radiance(normal.dot(ground.sun), normal.dot(to_viewer)));
-            mean.add(
-                share * frame_position_weight(sample.clip.abs().max_element().min(1.0)),
-                (of_ground + of_air * ground.sun_irradiance) * transmittance,
-                self.foreground_radiance(sample.direction, p.body.id),
-            );
+            let radiance = (of_surface + of_air * ground.sun_irradiance) * transmittance;
+            let foreground_radiance = self.foreground_radiance(sample.direction, p.body.id);
+            of_ground.add(share * frame_position_weight(sample.clip.abs().max_element().min(1.0)), radiance, foreground_radiance);
+            let full_weight = LogMean::weight_of_full_frame(radiance, foreground_radiance);
+            even_weight += share * full_weight;
+            even_weight_sq += share * full_weight * full_weight;
+        }
+        if of_ground.weight > 0.0 {
+            // The share of the ground that has most of the weight: of a night side with a crescent that of the crescent, of evenly lit ground that of all.
+            let bright_share = even_weight * even_weight / even_weight_sq;
+            mean.merge(&of_ground.times((even_weight * least_weight_of_ground(bright_share) / of_ground.weight).max(1.0)));
         }
         covered_share
     }
