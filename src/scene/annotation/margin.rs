@@ -1,10 +1,10 @@
 //! The margin of an image: caption, scale bar and compass, which are drawn over the image near its edges.
 //!
-//! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length is valid across the line of sight at one point
-//! of the target's ground, the one in the image's middle (`shown_ground` says which one if there is none). At other places it is wrong by the ratio of the
-//! distances. If the image shows no such point, or if the target's disc is small, the scale bar states an angle: the angle that this bar would span in the
-//! middle of the image. The caption gives the height of a camera near its target, else the distance of the target's centre. The compass points to the target's north pole. In a narrow image the caption has more lines and the scale bar stands above the
-//! caption; what does not fit is left out.
+//! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length is valid across the line of sight at one
+//! point of the target's ground, the one in the image's middle (`shown_ground` says which one if there is none). At other places it is wrong by the ratio of
+//! the distances. If the image shows no such point, or if the target's disc is small, the scale bar states an angle: the angle that this bar would span in the
+//! middle of the image. The caption gives the height of a camera near its target, else the distance of the target's centre. The compass points to the target's
+//! north pole. In a narrow image the caption has more lines and the scale bar stands above the caption; what does not fit is left out.
 
 use super::shown_ground::shown_ground_km;
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
