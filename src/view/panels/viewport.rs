@@ -99,7 +99,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
             |from, to| scene.geometry.is_cut_between(from, to),
         );
     }
-    let place = pressed_place(interface, &response, &placement, viewport);
+    let place = pressed_place(interface, worker.session().catalog(), &response, &placement, viewport);
     if let Some(click) = handle_mouse(ui, &response, place, actions) {
         handle_click(interface, worker, click);
     }
@@ -342,11 +342,17 @@ fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
 }
 
 /// What was under the pointer when its button was pressed on the image, until the release; `None` while no button is.
-fn pressed_place(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, viewport: Rect) -> Option<SeenPlace> {
+fn pressed_place(
+    interface: &mut Interface,
+    catalog: &Catalog,
+    response: &egui::Response,
+    placement: &ImagePlacement,
+    viewport: Rect,
+) -> Option<SeenPlace> {
     let place = interface.viewport.pressed_place.take().or_else(|| {
         let (pointer, rendered) = (response.interact_pointer_pos()?, interface.shown()?);
         let image_px = placement.image_px_of(pointer, &rendered.scene);
-        let body = body_at(&interface.viewport.labels, &rendered.scene, image_px);
+        let body = body_at(&interface.viewport.labels, &rendered.scene, catalog, image_px);
         let star_index = if body.is_none() { star_at(&rendered.scene, image_px) } else { None };
         let offset_px = (pointer - viewport.min) * response.ctx.pixels_per_point();
         let [width, height] = interface.viewport.size_px;
