@@ -58,7 +58,9 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     ui.painter().rect_filled(viewport, 0.0, Color32::BLACK);
     // The overlays of the last frame; those of this frame are collected anew.
     let overlays = std::mem::take(&mut interface.viewport.overlays);
-    tour::show(interface, ui, viewport);
+    if !interface.image_only {
+        tour::show(interface, ui, viewport);
+    }
     let Some(size_px) = interface.shown().map(|rendered| [rendered.width, rendered.height]) else {
         if interface.message_line().is_empty() {
             ui.painter().text(
@@ -104,16 +106,18 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         handle_click(interface, worker, click);
     }
     context_menu(interface, &response, place, actions);
-    what_to_see_now::show_over_viewport(interface, ui, worker, viewport, actions);
+    if !interface.image_only {
+        what_to_see_now::show_over_viewport(interface, ui, worker, viewport, actions);
+    }
     show_message(interface, ui, viewport);
-    if !interface.tour.is_open() && interface.warning.is_none() {
+    if !interface.image_only && !interface.tour.is_open() && interface.warning.is_none() {
         hints(interface, ui, viewport);
     }
     if interface.viewport.overlays != overlays {
         // In the next frame the names of bodies avoid the new overlays.
         ui.ctx().request_repaint();
     }
-    if interface.is_open(ui.ctx(), super::Tab::Shader) && interface.shader.shows_probe() {
+    if !interface.image_only && interface.is_open(ui.ctx(), super::Tab::Shader) && interface.shader.shows_probe() {
         paint_probe(interface, ui, viewport);
     }
 }
