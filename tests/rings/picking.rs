@@ -3,7 +3,9 @@
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::labels::body_at;
@@ -54,12 +56,15 @@ fn a_click_on_rings_selects_their_planet() {
     let request = view(SATURN, above_rings_km(), Axes::BodyFixed);
     let shown = scene(&request);
     let without_rings = scene(&ViewRequest { effects: EffectOverrides::parse("-rings").expect("effects"), ..request.clone() });
-    let whole_sphere = scene(&ViewRequest {
+    let whole_sphere = ViewRequest {
         composition: Composition { projection: Projection::Equirectangular, ..Composition::default() },
-        width: 1024,
+        width: 512,
+        height: 256,
         fov_deg: None,
         ..request.clone()
-    });
+    };
+    let sampling = SamplingQuality { samples: 1, anisotropy: 1 };
+    let whole_sphere = SESSION.draw(&whole_sphere, sampling, FrameImages::Display).expect("drawn").scene;
     // Beside the globe; from the C ring to the A ring, also in the Cassini Division and in the Encke gap (133 589 km).
     for y_km in [80_000.0, 110_000.0, 119_000.0, 130_000.0, 133_589.0, -110_000.0] {
         let point_km = DVec3::new(0.0, y_km, 0.0);
@@ -68,7 +73,7 @@ fn a_click_on_rings_selects_their_planet() {
         assert_eq!(clicked(&without_rings, point_km), None, "{y_km} km without rings");
     }
     // The sky inside the C ring, outside the F ring, and in the dust of the E ring.
-    for y_km in [66_000.0, 145_000.0, 240_000.0] {
+    for y_km in [66_000.0, 145_000.0, 190_000.0] {
         assert_eq!(clicked(&shown, DVec3::new(0.0, y_km, 0.0)), None, "{y_km} km");
     }
 }

@@ -9,9 +9,7 @@ use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::labels::{Label, LabelLayer, LabelMetrics, LabelSide, label_rect};
-use orrery::scene::request::{
-    Axes, Composition, ExposureRequest, Layers, Look, Position, Stereo, StereoLayout, ToneMap, Up, ViewRequest,
-};
+use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Stereo, StereoLayout, ToneMap, Up, ViewRequest};
 use orrery::time::Instant;
 
 const JUPITER: NaifId = NaifId(599);
