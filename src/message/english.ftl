@@ -212,6 +212,7 @@ image-caption = { $from }, { $view }
 image-from-centre = from the centre of { $body }
 image-from-ground = from { $body }, { $latitude }° { $north } { $longitude }° { $east }
 image-from-away = from { $distance } away
+image-from-height = from { $height } above the surface
 image-from-space = from space
 image-barycentre = a barycentre
 image-field-of-view = field of view { $angle }

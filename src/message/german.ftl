@@ -213,6 +213,7 @@ image-caption = { $from }, { $view }
 image-from-centre = vom Mittelpunkt aus: { $body }
 image-from-ground = Standort: { $body }, { $latitude }° { $north } { $longitude }° { $east }
 image-from-away = aus { $distance } Entfernung
+image-from-height = { $height } über der Oberfläche
 image-from-space = aus dem Weltraum
 image-barycentre = ein Baryzentrum
 image-field-of-view = Bildfeld { $angle }

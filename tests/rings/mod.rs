@@ -2,6 +2,7 @@
 
 mod globe_outside;
 mod moon_shadows;
+mod picking;
 mod pixels;
 mod reference_tables;
 mod ring_shine;

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use orrery::catalog::{NaifId, nomenclature};
 use orrery::scene::Scene;
 use orrery::scene::labels::{LabelLayer, LabelMetrics, Rect};
-use orrery::scene::request::{Axes, Layers, Position, ViewRequest};
+use orrery::scene::request::{Axes, Layers, Look, Position, Up, ViewRequest};
 use orrery::time::Instant;
 use std::collections::BTreeSet;
 
@@ -150,27 +150,105 @@ fn names_are_steady_while_the_view_moves() {
     assert!(changes * 25 < names, "{changes} of {names}");
 }
 
-/// The bar's length in pixels is the length written above it, at the target's distance; for a target that is a point, it is an angle.
+/// The length in km (`Ok`) or the angle in radians (`Err`) that the scale bar states, and its length in pixels.
+fn scale_bar(scene: &Scene) -> (Result<f64, f64>, f64) {
+    let margin = &layer(scene).margin;
+    let text = &margin.texts[0].text;
+    let (number, unit) = text.rsplit_once(' ').unwrap_or_else(|| text.split_at(text.find(['°', '\'', '"']).expect("a unit")));
+    let number: f64 = number.replace(' ', "").parse().expect("a number");
+    let stated = match unit {
+        "au" => Ok(number * 149_597_870.7),
+        "km" => Ok(number),
+        "m" => Ok(number * 1e-3),
+        "mm" => Ok(number * 1e-6),
+        "°" => Err(number.to_radians()),
+        "'" => Err((number / 60.0).to_radians()),
+        "\"" => Err((number / 3600.0).to_radians()),
+        _ => panic!("unit {unit} in {text}"),
+    };
+    (stated, margin.bars[0].rect.max.x - margin.bars[0].rect.min.x)
+}
+
+/// From 1 m above the ground to 100 au, on the Earth, on flattened Saturn and on Phobos: the bar's length in pixels is the length written above it, at the
+/// distance of the ground in the image's middle. It was that at the distance of the centre: from 1 m above the Earth, 6.4 million times as long.
 #[test]
-fn a_scale_bar_is_as_long_as_it_says() {
-    for (target, distance) in [(301, Some(5.0)), (599, Some(20.0)), (401, Some(3.0)), (699, Some(4000.0))] {
-        let scene = scene(&view(target, "+scale-bar", distance));
-        let margin = &layer(&scene).margin;
-        let length_px = margin.bars[0].rect.max.x - margin.bars[0].rect.min.x;
-        let text = &margin.texts[0].text;
-        let (number, unit) = text.rsplit_once(' ').unwrap_or_else(|| text.split_at(text.find(['°', '\'', '"']).expect("a unit")));
-        let number: f64 = number.replace(' ', "").parse().expect("a number");
-        let distance_km = scene.body(NaifId(target)).expect("the body").distance_km;
-        let angle = length_px * scene.camera.pixel_tangent();
-        let expected = match unit {
-            "km" => number / distance_km,
-            "m" => number * 1e-3 / distance_km,
-            "°" => number.to_radians(),
-            "'" => (number / 60.0).to_radians(),
-            _ => (number / 3600.0).to_radians(),
-        };
-        assert!((angle / expected - 1.0).abs() < 0.02, "{target}: {text} is {length_px} pixels, {angle} for {expected}");
-        assert!((60.0..230.0).contains(&length_px), "{text}: {length_px}");
+fn a_scale_bar_is_as_long_as_it_says_on_the_ground_in_the_middle() {
+    for (target, latitude_deg) in [(399, 10.0), (699, 50.0), (401, -30.0)] {
+        let radii_km = SESSION.catalog().body(NaifId(target)).expect("the body").radii_km;
+        let unit = unit_point(radii_km, latitude_deg, 20.0);
+        let normal = (unit / radii_km).normalize();
+        // From 1 m on, two steps per decade.
+        for k in 0..=27 {
+            let height_km = (1e-3 * 10_f64.powf(f64::from(k) / 2.0)).min(100.0 * 149_597_870.7);
+            let offset_km = unit * radii_km + normal * height_km;
+            // Of a distant body, the disc fills most of the image.
+            let fov_deg = (2.2 * radii_km.x / offset_km.length()).to_degrees().clamp(1e-7, 20.0);
+            let request = ViewRequest {
+                position: Position::Offset { body: NaifId(target), offset_km, axes: Axes::BodyFixed },
+                fov_deg: Some(fov_deg),
+                ..view(target, "+scale-bar", None)
+            };
+            let scene = scene(&request);
+            // The image's middle shows the centre's direction, so that the ground is on the line to the centre.
+            let placement = scene.body(NaifId(target)).expect("the body").placement;
+            let camera_km = placement.camera_in_unit_sphere() * radii_km;
+            let ground_km = camera_km.length() - 1.0 / (camera_km.normalize() / radii_km).length();
+            assert!((0.95..1.3).contains(&(ground_km / height_km)) || height_km > radii_km.x, "{target}: {ground_km} for {height_km}");
+            let (stated, length_px) = scale_bar(&scene);
+            let length_km = length_px * scene.camera.pixel_tangent() * ground_km;
+            let stated_km = stated.unwrap_or_else(|angle| panic!("{target} from {height_km} km: an angle of {angle}"));
+            assert!((length_km / stated_km - 1.0).abs() < 0.02, "{target} from {height_km} km: {length_km} for {stated_km}");
+            assert!((60.0..230.0).contains(&length_px), "{target} from {height_km} km: {length_px}");
+        }
+    }
+}
+
+/// Standing on Mars, looking east, 1.7 m above the ground: below the horizon the bar is for the ground in the image's middle, at height / sin(depression).
+/// Above the horizon it is for the lowest row, which is 10 degrees below the middle.
+#[test]
+fn a_scale_bar_on_the_ground_is_for_ground_in_the_image() {
+    let (latitude_deg, longitude_deg, height_km) = (10.0_f64, 40.0_f64, 0.0017);
+    let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
+    let (up, east) = (DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat), DVec3::new(-sin_lon, cos_lon, 0.0));
+    // Altitude of the middle, and of the row that the bar is for relative to the middle, degrees.
+    for (altitude_deg, row_deg) in [(2.0_f64, -10.0_f64), (-1.0, 0.0), (-5.0, 0.0), (-60.0, 0.0)] {
+        let altitude = altitude_deg.to_radians();
+        let scene = scene(&ViewRequest {
+            position: Position::Ground { body: NaifId(499), latitude_deg, longitude_deg, height_km },
+            look: Look::Along { direction: east * altitude.cos() + up * altitude.sin(), axes: Axes::BodyFixed },
+            up: Up::Zenith,
+            ..view(499, "+scale-bar", None)
+        });
+        let (stated, length_px) = scale_bar(&scene);
+        let view_depth_km = stated.expect("a length") / (length_px * scene.camera.pixel_tangent());
+        let expected_km = height_km / (-(altitude_deg + row_deg)).to_radians().sin() * row_deg.to_radians().cos();
+        assert!((view_depth_km / expected_km - 1.0).abs() < 0.05, "{altitude_deg}: {view_depth_km}, not {expected_km}");
+    }
+}
+
+/// For a target that is a point the bar states an angle.
+#[test]
+fn a_scale_bar_beside_a_small_target_is_an_angle() {
+    let scene = scene(&view(699, "+scale-bar", Some(4000.0)));
+    let (stated, length_px) = scale_bar(&scene);
+    let angle = stated.expect_err("an angle");
+    assert!((length_px * scene.camera.pixel_tangent() / angle - 1.0).abs() < 0.02, "{angle}: {length_px}");
+    assert!((60.0..230.0).contains(&length_px), "{length_px}");
+}
+
+/// Below a radius the caption gives the height above the ground, else the distance of the centre.
+#[test]
+fn a_caption_near_a_body_gives_the_height() {
+    let caption = |height_km: f64| {
+        let offset_km = DVec3::X * (1737.4 + height_km);
+        let position = Position::Offset { body: MOON, offset_km, axes: Axes::BodyFixed };
+        let scene = scene(&ViewRequest { position, ..view(MOON.0, "+caption", None) });
+        layer(&scene).margin.texts.iter().map(|t| format!("{}|", t.text)).collect::<String>()
+    };
+    for (height_km, expected) in [(0.15, "from 150 m above the surface"), (120.0, "from 120 km above the surface"), (3475.0, "km away")] {
+        let text = caption(height_km);
+        assert!(text.contains(expected), "{height_km}: {text}");
+        assert_eq!(text.contains("km away"), height_km > 1737.4, "{height_km}: {text}");
     }
 }
 
@@ -189,7 +267,7 @@ fn caption_and_compass_describe_the_view() {
     let to_north = compass_needle(&shown);
     assert!(to_north.y < -10.0 && to_north.x.abs() < 0.05 * to_north.y.abs(), "{to_north}");
     let pole = SESSION.ephemeris().body_from_icrf(NaifId(699), shown.time).expect("axes").row(2);
-    let south_up = orrery::scene::request::Up::Along { direction: -pole, axes: Axes::Icrf };
+    let south_up = Up::Along { direction: -pole, axes: Axes::Icrf };
     let turned = scene(&ViewRequest { up: south_up, ..view(699, "+compass", Some(20.0)) });
     assert!(compass_needle(&turned).y > 10.0);
     assert!(scene(&view(MOON.0, "", Some(5.0))).labels.is_none());

@@ -9,7 +9,7 @@ use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::labels::{Label, LabelLayer, LabelMetrics, LabelSide, label_rect};
-use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Stereo, StereoLayout, ToneMap, ViewRequest};
+use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Stereo, StereoLayout, ToneMap, Up, ViewRequest};
 use orrery::time::Instant;
 
 const JUPITER: NaifId = NaifId(599);
@@ -284,6 +284,33 @@ fn the_scene_of_a_stereo_pair_has_its_texts_where_they_are_drawn() {
             assert!(!at(-1.5) && at(0.5) && at(1.5), "{layout:?}: {corner}");
         }
     }
+}
+
+/// 50 km above the Moon, looking at its ground obliquely with eyes 20 km apart, of which one is higher: the ground in the middle is at other distances from
+/// each eye, but both images have the scale bar of the view, in the same place.
+#[test]
+fn both_eyes_have_the_same_scale_bar() {
+    let (sin, cos) = 40.0_f64.to_radians().sin_cos();
+    let pair = ViewRequest {
+        layers: Layers { scale_bar: true, ..Layers::default() },
+        position: Position::Offset { body: NaifId::MOON, offset_km: DVec3::X * 1787.4, axes: Axes::BodyFixed },
+        look: Look::Along { direction: DVec3::new(-cos, sin, 0.0), axes: Axes::BodyFixed },
+        up: Up::Along { direction: DVec3::Z, axes: Axes::BodyFixed },
+        composition: Composition {
+            stereo: Some(Stereo { layout: StereoLayout::SideBySide, eye_separation_km: Some(20.0) }),
+            ..Composition::default()
+        },
+        width: 600,
+        height: 200,
+        ..ViewRequest::of(NaifId::MOON, Instant::parse("2024-12-07T20:00:00Z").expect("a time"))
+    };
+    let scene = SESSION.draw(&pair, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::Display).expect("drawn").scene;
+    let margin = &scene.labels.as_ref().expect("texts").margin;
+    let [left, right] = [0, 3].map(|k| margin.bars[k].rect);
+    let shift = DVec2::new(300.0, 0.0);
+    assert_eq!((right.min, right.max), (left.min + shift, left.max + shift));
+    assert_eq!(margin.texts[0].text, margin.texts[1].text);
+    assert!(margin.texts[0].text.ends_with(" km"), "{}", margin.texts[0].text);
 }
 
 /// Distance, size, phase, magnitude and sub-points are those of the view, between the eyes. They were those of the left eye, which here is millions of

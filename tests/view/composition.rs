@@ -12,6 +12,7 @@ use orrery::time::Instant;
 use orrery::view::app::composition_state::CompositionState;
 use orrery::view::link::view_from_text;
 use orrery::view::panels::{Interface, Tab};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -65,6 +66,12 @@ fn a_click_selects_what_the_image_shows_there() {
             .filter(|b| b.has_direction())
             .filter_map(|b| Some((b.id, scene.geometry.pixel_of(&scene.camera, b.placement.centre_km)?)))
             .collect();
+        // Places on the rings, out to the F ring.
+        let saturn = scene.body(SATURN).expect("of the catalog").placement;
+        let on_rings = (7..15).flat_map(|r| (0..60).map(move |k| (f64::from(r) * 1e4, f64::from(k) * TAU / 60.0)));
+        let ring_directions =
+            on_rings.map(|(r, angle)| saturn.centre_km + saturn.body_from_icrf.transpose() * (DVec2::from_angle(angle) * r).extend(0.0));
+        let rings_px: Vec<DVec2> = ring_directions.filter_map(|d| scene.geometry.pixel_of(&scene.camera, d)).collect();
         let px_of = |id: NaifId| shown.iter().find(|s| s.0 == id).map(|s| s.1);
         let saturn_px = px_of(SATURN).expect("the target is in the image");
         // The target is in the middle of its image; a dome's tilt moves it up or down only.
@@ -98,7 +105,10 @@ fn a_click_selects_what_the_image_shows_there() {
         // In the inner part of the image, which a fisheye's circle includes. Saturn's disc has a radius of less than a quarter of the height.
         let places = (5..16).flat_map(|i| (5..16).map(move |j| DVec2::new(f64::from(i), f64::from(j)) / 20.0));
         let mut places = places.map(|p| p * DVec2::new(width / image_count, height));
-        let is_empty = |px: &DVec2| clearance_px(*px, None) > 2.0 * CLICK_RADIUS_PX && px.distance(saturn_px) > 0.3 * height;
+        let is_empty = |px: &DVec2| {
+            let is_beside_rings = rings_px.iter().all(|ring_px| ring_px.distance(*px) > 2.0 * CLICK_RADIUS_PX);
+            clearance_px(*px, None) > 2.0 * CLICK_RADIUS_PX && px.distance(saturn_px) > 0.3 * height && is_beside_rings
+        };
         let empty = places.find(is_empty).expect("a place without bodies");
         assert_eq!(selected_at(&mut window, empty), NaifId::SUN, "{composition:?}: at {empty}, where nothing is");
     }

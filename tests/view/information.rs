@@ -6,7 +6,8 @@ use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
-use orrery::view::app::settings::{Home, Settings};
+use orrery::view::app::settings::{Home, LengthUnit, Settings};
+use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::{Interface, Tab};
 
 /// A window with the panel about a body, once its image has arrived. The camera is beside `target`.
@@ -43,6 +44,44 @@ fn the_suns_altitude_is_that_of_the_image_and_the_sun_has_none() {
     assert_eq!(value_of(&sun, "solar altitude there"), None);
     // Negative control: the panel has the rows of the Sun.
     assert!(value_of(&sun, "equatorial radius").is_some());
+}
+
+/// The Sun reflects no light that counts; it had an albedo of 0.000.
+#[test]
+fn only_bodies_lit_by_the_sun_have_an_albedo() {
+    let saturn = window_about(SATURN, SATURN, TIME, Home::default());
+    assert_eq!(value_of(&saturn, "geometric albedo").as_deref(), Some("0.499"));
+    let sun = window_about(NaifId::SUN, SATURN, TIME, Home::default());
+    assert_eq!(value_of(&sun, "geometric albedo"), None);
+}
+
+/// Below a radius the panel gives the height above the ground, in metres or kilometres (feet or miles), as well as the distance of the centre; from farther
+/// away only the distance. On the ground it gave no more than the radius.
+#[test]
+fn the_height_is_given_near_the_ground() {
+    for (height_km, unit, expected) in [
+        (0.15, LengthUnit::Kilometres, Some("150 m")),
+        (0.15, LengthUnit::Miles, Some("492 ft")),
+        (500.0, LengthUnit::BodyRadii, Some("500 km")),
+        (500.0, LengthUnit::Miles, Some("311 miles")),
+        (2000.0, LengthUnit::Kilometres, None),
+    ] {
+        let Interface { mut viewer, settings, .. } = interface(NaifId::MOON, TIME);
+        viewer.view.camera_pose = CameraPose::Ground {
+            body: NaifId::MOON,
+            latitude_deg: 20.0,
+            longitude_deg: 30.0,
+            height_km,
+            azimuth_deg: 90.0,
+            altitude_deg: -5.0,
+        };
+        let mut interface = Interface::new(viewer, Settings { unit, ..settings });
+        interface.tab = Some(Tab::Information);
+        let mut window = harness(interface);
+        settle(&mut window);
+        assert_eq!(value_of(&window, "height above the surface").as_deref(), expected, "{height_km}");
+        assert!(value_of(&window, "distance").is_some(), "{height_km}");
+    }
 }
 
 /// The texts of the panel about the Sun that contain a date of this month: rise, transit, set and the contacts of an eclipse.

@@ -1,7 +1,7 @@
 //! Shortcuts while a control has the keyboard focus: letters, digits and Page Down act while it is a button, which keeps Space, Enter and the arrow keys, and
-//! not while it is a text field.
+//! not while it is a text field. The key that hides all controls.
 
-use crate::view::input::{SATURN, Window, type_text, window_without_images};
+use crate::view::input::{SATURN, Window, advance, type_text, window_without_images};
 use egui::accesskit::Role;
 use egui::{Event, Key};
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -87,5 +87,76 @@ fn nothing_typed_into_a_text_field_is_a_shortcut() {
         assert_eq!(window.state().viewer.view_after_flight().target, SATURN, "{name}");
         let text = window.get_by_role_and_label(role, name).accesskit_node().value().unwrap_or_default();
         assert!(text.contains("54?"), "{name}: {text}");
+    }
+}
+
+/// Whether the bars above and below the image, and the panels beside it, are shown; and whether the image fills the window.
+fn shown_controls(window: &Window) -> ([bool; 3], bool) {
+    let controls = [(Role::TextInput, "Search"), (Role::TextInput, "Date and time"), (Role::SpinButton, "Latitude, degrees")];
+    let sky = window.get_by_label_contains("The sky: ").rect();
+    let fills_window = (sky.size() - window.ctx.content_rect().size()).length() < 1.0;
+    (controls.map(|(role, name)| window.query_by_role_and_label(role, name).is_some()), fills_window)
+}
+
+const ALL_SHOWN: ([bool; 3], bool) = ([true; 3], false);
+const ALL_HIDDEN: ([bool; 3], bool) = ([false; 3], true);
+
+/// For a projector: the image alone, in a window or in full screen. F11 once left the bars above and below the image.
+#[test]
+fn u_hides_all_controls_and_escape_or_u_brings_them_back() {
+    let mut window = window_with_focused_button();
+    assert_eq!(shown_controls(&window), ALL_SHOWN);
+    press(&mut window, Key::F11);
+    assert_eq!(shown_controls(&window), ALL_SHOWN);
+    type_text(&mut window, "u");
+    window.run_steps(2);
+    assert_eq!(shown_controls(&window), ALL_HIDDEN);
+    assert!(window.state().reply_text().contains("Escape brings"), "{}", window.state().reply_text());
+    // The message is over the image for some seconds only.
+    advance(&mut window, 5.0);
+    assert_ne!(window.state().reply_text(), "");
+    advance(&mut window, 2.0);
+    assert_eq!(window.state().reply_text(), "");
+    // Other keys act on the image and on time.
+    let is_paused = window.state().viewer.time_rate.is_paused();
+    type_text(&mut window, " ");
+    assert_ne!(window.state().viewer.time_rate.is_paused(), is_paused);
+    let before_s = window.state().viewer.view_after_flight().tdb_s;
+    type_text(&mut window, " ");
+    type_text(&mut window, "e");
+    window.run_steps(10);
+    assert!(window.state().viewer.view_after_flight().tdb_s > before_s + 1e4, "the next event is not shown");
+    assert_eq!(shown_controls(&window), ALL_HIDDEN);
+    // Escape brings the controls back before it leaves the full screen.
+    press(&mut window, Key::Escape);
+    window.run_steps(2);
+    assert_eq!((shown_controls(&window), window.state().fullscreen), (ALL_SHOWN, true));
+    type_text(&mut window, "u");
+    window.run_steps(2);
+    assert_eq!(shown_controls(&window), ALL_HIDDEN);
+    type_text(&mut window, "u");
+    window.run_steps(2);
+    assert_eq!((shown_controls(&window), window.state().reply_text()), (ALL_SHOWN, ""));
+}
+
+/// A key that shows a control brings back all of them, and never closes what was hidden with them.
+#[test]
+fn keys_that_show_a_control_bring_back_hidden_ones() {
+    let mut window = window_without_images(SATURN);
+    type_text(&mut window, "5");
+    let cases: [(&str, fn(&Window) -> bool); 5] = [
+        ("5", |window| window.state().tab == Some(Tab::Compare)),
+        ("b", |window| window.state().body_browser_shown),
+        ("i", |window| window.state().settings.panels.timeline_shown),
+        ("?", |window| window.state().help_shown),
+        ("/", |window| window.get_by_role_and_label(Role::TextInput, "Search").is_focused()),
+    ];
+    for (key, is_shown) in cases {
+        type_text(&mut window, "u");
+        window.run_steps(2);
+        assert!(window.state().image_only, "{key}");
+        type_text(&mut window, key);
+        window.run_steps(2);
+        assert!(!window.state().image_only && is_shown(&window), "{key}");
     }
 }

@@ -1,10 +1,12 @@
 //! The margin of an image: caption, scale bar and compass, which are drawn over the image near its edges.
 //!
-//! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid across the line of
-//! sight at the distance of the target's centre. Without a target, or if its disc is small, the scale bar states an angle: the angle that this bar would span
-//! in the middle of the image. The compass points to the target's north pole. In a narrow image the caption has more lines and the scale bar stands above the
-//! caption; what does not fit is left out.
+//! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length is valid across the line of sight at one
+//! point of the target's ground, the one in the image's middle (`shown_ground` says which one if there is none). At other places it is wrong by the ratio of
+//! the distances. If the image shows no such point, or if the target's disc is small, the scale bar states an angle: the angle that this bar would span in the
+//! middle of the image. The caption gives the height of a camera near its target, else the distance of the target's centre. The compass points to the target's
+//! north pole. In a narrow image the caption has more lines and the scale bar stands above the caption; what does not fit is left out.
 
+use super::shown_ground::shown_ground_km;
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
 use crate::catalog::Catalog;
 use crate::message::{Argument, TextLanguage, message};
@@ -139,7 +141,10 @@ impl Margin {
                 )
             }
             Position::AboveTarget { .. } | Position::Offset { .. } => match target {
-                Some(target) => message!("image-from-away", distance = length(target.distance_km)),
+                Some(target) => match target.placement.height_near_ground_km() {
+                    Some(height_km) => message!("image-from-height", height = length(height_km)),
+                    None => message!("image-from-away", distance = length(target.distance_km)),
+                },
                 None => message!("image-from-space"),
             },
         };
@@ -169,10 +174,11 @@ impl Margin {
         let disc_px = |t: &&BodyReport| 2.0 * t.placement.radii_km.max_element() / t.distance_km * px_per_radian;
         // Length of a bar in the image's middle that spans an angle. In a perspective image this length grows faster than the angle.
         let spanning_px = |angle_rad: f64| 2.0 * image.disc_radius_px(0.5 * angle_rad);
-        let (text, length_px) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
-            Some(t) => {
-                let km = round_number_below(max_rad * t.distance_km);
-                (length_text(km), km / t.distance_km * px_per_radian)
+        let ground_km = target.filter(|t| disc_px(t) >= MIN_DISC_PX).and_then(|t| shown_ground_km(image, &t.placement));
+        let (text, length_px) = match ground_km.map(|ground_km| image.scale_distance_km(ground_km)) {
+            Some(distance_km) => {
+                let km = round_number_below(max_rad * distance_km);
+                (length_text(km), km / distance_km * px_per_radian)
             }
             None => {
                 let widest_rad = max_rad.min(FRAC_PI_2);

@@ -21,6 +21,7 @@ pub mod margin;
 pub mod orbit_arcs;
 pub mod orbits;
 pub mod picking;
+mod shown_ground;
 pub mod sky_lines;
 pub(crate) mod star_names;
 pub mod strokes;

@@ -1,17 +1,24 @@
 //! Picking: finds the body or star under a click.
 //!
-//! In: the labels, the finished scene, and the position of a click in pixels of the screen. Out: a body, an index into the star catalog, or a position in
+//! In: the labels, the finished scene, the catalog with its rings, and the position of a click in pixels of the screen. Out: a body, an index into the star catalog, or a position in
 //! pixels of the screen. Screen and image differ only on a warp mesh.
 
-use crate::catalog::NaifId;
+use crate::catalog::{Catalog, NaifId, Ring};
 use crate::scene::annotation::labels::Label;
 use crate::scene::body_report::{Appearance, BodyReport};
 use crate::scene::draw::StarSprite;
 use crate::scene::finished::Scene;
+use crate::scene::request::effects::Effect;
 use glam::{DVec2, DVec3};
 
 /// Largest distance of a click from the centre of the star or small body that it selects, pixels. A body is small if its disc has a smaller radius than this.
 pub const CLICK_RADIUS_PX: f64 = 14.0;
+
+/// Optical depth along the line of sight from which a ring can be clicked on: it hides 1 % of what is behind it.
+const MIN_RING_DEPTH: f64 = 0.01;
+
+/// Largest distance of a click from the rings that it selects, pixels: some rings are narrower than a pixel.
+const RING_REACH_PX: f64 = 3.0;
 
 /// The star that a click selects: the brightest within the click radius that no body hides, as an index into the star catalog.
 pub fn star_at(scene: &Scene, click_px: DVec2) -> Option<usize> {
@@ -48,16 +55,47 @@ fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {
     scene.geometry.sprite_px(&scene.camera, sprite.centre.truncate().as_dvec2())
 }
 
-/// The body that a click selects: the nearest small body within the click radius, else the foremost disc under the click.
-pub fn body_at(labels: &[Label], scene: &Scene, click_px: DVec2) -> Option<NaifId> {
+/// The body that a click selects: the nearest small body within the click radius, else the one whose disc or rings are foremost under the click.
+pub fn body_at(labels: &[Label], scene: &Scene, catalog: &Catalog, click_px: DVec2) -> Option<NaifId> {
     let nearest_small = labels
         .iter()
         .filter(|l| l.radius_px < CLICK_RADIUS_PX)
         .map(|l| (l.centre_px.distance(click_px), l.body))
         .filter(|(d, _)| *d <= CLICK_RADIUS_PX)
         .min_by(|(a_px, _), (b_px, _)| a_px.total_cmp(b_px));
-    let direction = scene.geometry.direction(&scene.camera, click_px);
-    let is_under = |b: &&BodyReport| b.appearance == Appearance::Disc && direction.is_some_and(|d| b.placement.surface_along(d).is_some());
-    let foremost = scene.bodies.iter().filter(is_under).min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
-    nearest_small.map(|(_, id)| id).or(foremost.map(|b| b.id))
+    let foremost = || {
+        let direction = scene.geometry.direction(&scene.camera, click_px)?;
+        let reach_rad = RING_REACH_PX / scene.geometry.projection(&scene.camera).px_per_radian_in_middle();
+        let distance_km = |body: &BodyReport| {
+            let disc = body.placement.ground_along(direction).filter(|_| body.appearance == Appearance::Disc).map(DVec3::length);
+            let rings = distance_of_rings_km(body, catalog, direction, reach_rad);
+            disc.into_iter().chain(rings).min_by(f64::total_cmp)
+        };
+        let under_click = scene.bodies.iter().filter_map(|b| Some((distance_km(b)?, b.id)));
+        under_click.min_by(|(a_km, _), (b_km, _)| a_km.total_cmp(b_km)).map(|(_, id)| id)
+    };
+    nearest_small.map(|(_, id)| id).or_else(foremost)
+}
+
+/// Distance along a direction from the camera (ICRF, unit vector) to a body's rings: to their plane, if the place there is between the innermost and the
+/// outermost ring that hides more than [`MIN_RING_DEPTH`] of the background, or beside them by less than an angle. So gaps between such rings belong to them,
+/// and the faint dust outside does not. `None` also if the image does not show the rings.
+fn distance_of_rings_km(body: &BodyReport, catalog: &Catalog, direction: DVec3, reach_rad: f64) -> Option<f64> {
+    if !body.decisions.iter().any(|d| d.effect == Effect::Rings.name() && d.on) {
+        return None;
+    }
+    let (camera_km, ray) = (body.placement.body_from_icrf * -body.placement.centre_km, body.placement.body_from_icrf * direction);
+    let distance_km = -camera_km.z / ray.z;
+    if !(distance_km.is_finite() && distance_km > 0.0) {
+        return None;
+    }
+    let is_dense = |ring: &&Ring| ring.tau_normal >= MIN_RING_DEPTH * ray.z.abs();
+    let (inner_km, outer_km) = catalog
+        .body(body.id)?
+        .rings
+        .iter()
+        .filter(is_dense)
+        .fold((f64::INFINITY, 0.0_f64), |(inner, outer), ring| (inner.min(ring.inner_km), outer.max(ring.outer_km)));
+    let (radius_km, reach_km) = ((camera_km + ray * distance_km).truncate().length(), reach_rad * distance_km);
+    (inner_km - reach_km..=outer_km + reach_km).contains(&radius_km).then_some(distance_km)
 }

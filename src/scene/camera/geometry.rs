@@ -54,11 +54,17 @@ impl ImageProjection for LeftEyeImage<'_> {
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
         self.camera.pixel_of(direction).map(|px| px - self.left_edge_px())
     }
+    fn direction_of(&self, pixel: DVec2) -> Option<DVec3> {
+        self.camera.direction_of(pixel + self.left_edge_px())
+    }
     fn size_px(&self) -> DVec2 {
         DVec2::new(f64::from(self.geometry.width), f64::from(self.camera.height))
     }
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
         self.camera.disc_radius_px(angular_radius_rad)
+    }
+    fn scale_distance_km(&self, to_point_km: DVec3) -> f64 {
+        self.camera.scale_distance_km(to_point_km)
     }
     fn field_of_view_text(&self) -> Message {
         self.camera.field_of_view_text()
@@ -118,11 +124,17 @@ impl ImageProjection for WarpedImage<'_> {
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
         self.geometry.image.pixel_of(self.camera, direction).and_then(|px| self.geometry.screen_of_image(px))
     }
+    fn direction_of(&self, pixel: DVec2) -> Option<DVec3> {
+        self.geometry.image.direction(self.camera, self.geometry.image_of_screen(pixel)?)
+    }
     fn size_px(&self) -> DVec2 {
         DVec2::from_array(self.geometry.screen_px.map(f64::from))
     }
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
         self.geometry.image.projection(self.camera).disc_radius_px(angular_radius_rad) * self.geometry.scale()
+    }
+    fn scale_distance_km(&self, to_point_km: DVec3) -> f64 {
+        self.geometry.image.projection(self.camera).scale_distance_km(to_point_km)
     }
     fn field_of_view_text(&self) -> Message {
         self.geometry.image.projection(self.camera).field_of_view_text()
@@ -147,13 +159,11 @@ impl ImageGeometry {
 
     /// The ICRF direction that a pixel shows, a unit vector; `None` outside a fisheye's circle or a mesh.
     pub(crate) fn direction(&self, camera: &Camera, pixel: DVec2) -> Option<DVec3> {
-        let camera_ray = |pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
         match self {
-            Self::Perspective => camera_ray(pixel),
-            // `v` is in the image's axes: right, up, forward.
-            Self::Sphere(image) => image.direction(pixel).map(|v| image.right * v.x + image.up * v.y + image.forward * v.z),
-            Self::Stereo(geometry) => camera_ray(self.left_eye_px(pixel) + LeftEyeImage { camera, geometry: *geometry }.left_edge_px()),
-            Self::Warped(geometry) => geometry.image.direction(camera, geometry.image_of_screen(pixel)?),
+            Self::Perspective => camera.direction_of(pixel),
+            Self::Sphere(image) => image.direction_of(pixel),
+            Self::Stereo(geometry) => LeftEyeImage { camera, geometry: *geometry }.direction_of(self.left_eye_px(pixel)),
+            Self::Warped(geometry) => WarpedImage { camera, geometry }.direction_of(pixel),
         }
     }
 

@@ -15,6 +15,9 @@ use glam::{DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 /// View depth in km that maps to reversed depth 1: surfaces nearer than this (10 cm) are clipped.
 pub const NEAR_DEPTH_KM: f64 = 1e-4;
 
+/// Largest number of Newton's steps for the camera's height. Far away each step increases `t` by half: 100 au from the smallest body takes some 60.
+const MAX_HEIGHT_STEPS: u32 = 100;
+
 /// A perspective camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
@@ -66,6 +69,41 @@ impl Placement {
     /// Unit-sphere point of the body in an ICRF direction from the camera, which must be outside the body; `None` if the ray misses the body.
     pub(crate) fn surface_along(&self, direction: DVec3) -> Option<DVec3> {
         self.surface_along_unit_sphere(self.direction_in_unit_sphere(direction))
+    }
+
+    /// Vector from the camera to the body's ground in an ICRF direction, ICRF, km; `None` if the ray misses the body, or if the camera is inside it.
+    pub(crate) fn ground_along(&self, direction: DVec3) -> Option<DVec3> {
+        let unit_point = self.surface_along(direction).filter(|_| !self.camera_is_inside())?;
+        Some(self.centre_km + self.body_from_icrf.transpose() * (unit_point * self.radii_km))
+    }
+
+    /// Height of the camera above the ellipsoid: its distance from the nearest point of the ellipsoid; 0 inside.
+    pub(crate) fn camera_height_km(&self) -> f64 {
+        let (camera, radii_sq) = (self.camera_in_unit_sphere(), self.radii_km * self.radii_km);
+        let excess = (camera.length() - 1.0) * (camera.length() + 1.0);
+        // With the camera at x and semi-axes a, the nearest point is a² x / (a² + t), where t >= 0 solves |a x / (a² + t)|² = 1. The left side is convex and
+        // falls, so Newton's steps from t = 0 approach the root from below, without passing it. The step for t = 0 is written without cancellation.
+        if excess.is_nan() || excess <= 0.0 {
+            return 0.0;
+        }
+        let camera_km = camera * self.radii_km;
+        let mut t = 0.0;
+        for step in 0..MAX_HEIGHT_STEPS {
+            let q = camera_km * self.radii_km / (radii_sq + t);
+            let value = if step == 0 { excess } else { q.length_squared() - 1.0 };
+            let change = value / (2.0 * (q * q / (radii_sq + t)).element_sum());
+            t += change;
+            if change <= 1e-12 * t {
+                break;
+            }
+        }
+        (camera_km * t / (radii_sq + t)).length()
+    }
+
+    /// The camera's height above the ellipsoid, if it is more than 0 and less than the largest semi-axis: near a body, the height says more than the distance of
+    /// the centre.
+    pub(crate) fn height_near_ground_km(&self) -> Option<f64> {
+        Some(self.camera_height_km()).filter(|height_km| *height_km > 0.0 && *height_km < self.radii_km.max_element())
     }
 
     /// Whether the body covers an entire disc of this angular radius around an ICRF direction: whether the direction meets a smaller ellipsoid, whose outline
@@ -361,6 +399,29 @@ mod tests {
             if holds(at(middle)) { from = middle } else { to = middle }
         }
         from
+    }
+
+    /// A camera above a point of the ellipsoid, along the normal: its height is what it was placed at, on spheres, on Saturn, and on bodies with three different
+    /// axes; below the ground it is 0.
+    #[test]
+    fn the_height_is_that_along_the_normal() {
+        let mut random = Random::new(11);
+        for radii_km in [DVec3::splat(6378.0), DVec3::new(60268.0, 60268.0, 54364.0), DVec3::new(13.0, 11.4, 9.1)] {
+            for height_km in [1e-3, 1.0, 0.9 * radii_km.z, 1e3 * radii_km.x, 1.5e10] {
+                let unit = random.direction();
+                let normal = (unit / radii_km).normalize();
+                let body_from_icrf = DMat3::from_axis_angle(random.direction(), random.between(0.0, TAU));
+                let above = |height_km: f64| {
+                    let camera_km = unit * radii_km + normal * height_km;
+                    Placement { centre_km: body_from_icrf.transpose() * -camera_km, body_from_icrf, radii_km }
+                };
+                let found = above(height_km).camera_height_km();
+                assert!((found / height_km - 1.0).abs() < 1e-6, "{radii_km} {height_km}: {found}");
+                let is_near = height_km < radii_km.x;
+                assert_eq!(above(height_km).height_near_ground_km().is_some(), is_near, "{radii_km} {height_km}");
+                assert_eq!(above(-0.01 * radii_km.z).camera_height_km(), 0.0);
+            }
+        }
     }
 
     /// For cameras from the ground to a telescope's distance (`height`: above the ellipsoid, in radii): a body covers a disc exactly if all rays through the

@@ -13,6 +13,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 pub(crate) trait ImageProjection {
     /// The pixel of a direction (ICRF, of any length); `None` if the image cannot show it.
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2>;
+    /// The direction (ICRF, a unit vector) that a pixel shows; `None` if it shows none.
+    fn direction_of(&self, pixel: DVec2) -> Option<DVec3>;
     /// Width and height, pixels.
     fn size_px(&self) -> DVec2;
     /// Radius in pixels that a disc of this angular radius has in the image's middle.
@@ -22,6 +24,11 @@ pub(crate) trait ImageProjection {
         const SMALL_RAD: f64 = 1e-6;
         self.disc_radius_px(SMALL_RAD) / SMALL_RAD
     }
+    /// For a vector from the camera to a point (ICRF, km): the distance at which a length across the line of sight to the image's middle has as many pixels as
+    /// at the point. In a perspective image this is the point's view depth; a fisheye or an equirectangular image shows equal angles by equal lengths.
+    fn scale_distance_km(&self, to_point_km: DVec3) -> f64 {
+        to_point_km.length()
+    }
     /// The text for the field of view in an image's caption.
     fn field_of_view_text(&self) -> Message;
 }
@@ -30,11 +37,17 @@ impl ImageProjection for Camera {
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
         self.clip(direction).map(|clip| self.pixel_from_clip(clip))
     }
+    fn direction_of(&self, pixel: DVec2) -> Option<DVec3> {
+        Some(self.ray(self.clip_from_pixel(pixel)).normalize())
+    }
     fn size_px(&self) -> DVec2 {
         self.half_size_px() * 2.0
     }
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
         angular_radius_rad.tan() / self.pixel_tangent()
+    }
+    fn scale_distance_km(&self, to_point_km: DVec3) -> f64 {
+        to_point_km.dot(self.forward)
     }
     fn field_of_view_text(&self) -> Message {
         let deg = 2.0 * self.tan_half_fov.y.atan().to_degrees();
@@ -153,6 +166,10 @@ impl SphereImage {
 impl ImageProjection for SphereImage {
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2> {
         self.pixel(self.in_axes(direction))
+    }
+    fn direction_of(&self, pixel: DVec2) -> Option<DVec3> {
+        // `v` is in the image's axes: right, up, forward.
+        self.direction(pixel).map(|v| self.right * v.x + self.up * v.y + self.forward * v.z)
     }
     fn size_px(&self) -> DVec2 {
         self.size()

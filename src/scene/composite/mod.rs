@@ -121,13 +121,14 @@ impl Composite {
             let is_side_by_side = *layout == StereoLayout::SideBySide;
             let width = meter_viewer.camera.width;
             whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: first_columns[0], width, is_side_by_side });
-            // Texts in the margin have the same position in both images, hence zero parallax.
+            // The margin is that of the viewer between the eyes, the same in both images: zero parallax. The ground in the middle differs between the eyes, and
+            // with it would the scale bar.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).glyph_px);
-            for (scene, first_column) in scenes.iter_mut().zip(first_columns) {
-                let margin = Margin::of(&meter_viewer.camera, request, catalog, &scene.bodies, &metrics);
-                if margin != Margin::default() {
+            let margin = Margin::of(&meter_viewer.camera, request, catalog, &body_values, &metrics);
+            if margin != Margin::default() {
+                for (scene, first_column) in scenes.iter_mut().zip(first_columns) {
                     let labels = scene.labels.get_or_insert_with(|| LabelLayer::empty(request));
-                    labels.add(margin.shifted(f64::from(*first_column)));
+                    labels.add(margin.clone().shifted(f64::from(*first_column)));
                 }
             }
             // Left edge of the right eye's image in the pair.

@@ -53,7 +53,7 @@ layers! {
     features: "features" false,
     /// Caption: body, date, viewpoint and field of view.
     caption: "caption" false,
-    /// Scale bar: a round length at the target's distance, or an angle.
+    /// Scale bar: a round length at the target's ground in the image's middle, or an angle.
     scale_bar: "scale-bar" false,
     /// Compass: the direction of the target's north pole.
     compass: "compass" false,

@@ -10,7 +10,7 @@ use super::fact;
 use super::number_field::{self, NumberKind};
 use super::theme::MIN_LIST_HEIGHT;
 use crate::catalog::cities::{self, City};
-use crate::catalog::{Catalog, NaifId};
+use crate::catalog::{Catalog, NaifId, Photometry};
 use crate::ephemeris::Source;
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
 use crate::ephemeris::topocentric::{DiscPassage, Observer, ObserverSky, RiseSetTimes};
@@ -30,6 +30,11 @@ use crate::view::worker::latest_answer::LatestAnswer;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Grid, ScrollArea};
 
+/// An international mile.
+const KM_PER_MILE: f64 = 1.609_344;
+/// A foot: 1/5280 of a mile.
+const KM_PER_FOOT: f64 = 0.000_304_8;
+
 impl LengthUnit {
     const ALL: [Self; 4] = [Self::Kilometres, Self::AstronomicalUnits, Self::Miles, Self::BodyRadii];
 
@@ -47,11 +52,27 @@ impl LengthUnit {
         let (value, decimals) = match self {
             Self::Kilometres => (km, 0),
             Self::AstronomicalUnits => (km / KM_PER_AU, 6),
-            // 1.609344 km are an international mile.
-            Self::Miles => (km / 1.609_344, 0),
+            Self::Miles => (km / KM_PER_MILE, 0),
             Self::BodyRadii => (km / radius_km, 3),
         };
         format!("{} {}", grouped(value, decimals), self.name())
+    }
+
+    /// A height above the ground of a body near the camera, with three significant digits below a thousand: in miles or feet if the unit is miles, otherwise in
+    /// kilometres or metres, because astronomical units and radii are too large for heights.
+    fn format_height(self, km: f64) -> String {
+        let (large_km, large, small_km, small) = match self {
+            Self::Miles => (KM_PER_MILE, text!("unit-miles"), KM_PER_FOOT, text!("unit-feet")),
+            Self::Kilometres | Self::AstronomicalUnits | Self::BodyRadii => (1.0, text!("unit-km"), 1e-3, text!("unit-metres")),
+        };
+        // A height that would round to a whole larger unit is given in it.
+        let (value, name) = if km < 0.9995 * large_km { (km / small_km, small) } else { (km / large_km, large) };
+        let decimals = match value {
+            _ if value < 9.995 => 2,
+            _ if value < 99.95 => 1,
+            _ => 0,
+        };
+        format!("{} {name}", grouped(value, decimals))
     }
 }
 
@@ -161,6 +182,9 @@ fn facts_from_camera(ui: &mut egui::Ui, body: &BodyReport, unit: LengthUnit, cat
             fact::row(ui, text!("fact-distance"), distance);
             fact::row(ui, text!("fact-light-time"), light_time);
         }
+        if let Some(height_km) = body.placement.height_near_ground_km() {
+            fact::row(ui, text!("fact-height"), unit.format_height(height_km));
+        }
         let place_text = |p: SubPoint| latitude_longitude(p.lat_centric_deg, p.lon_east_deg);
         if body.has_direction() {
             fact::row(ui, text!("fact-angular-diameter"), scaled_angle_text(body.angular_diameter_deg));
@@ -182,7 +206,10 @@ fn facts_from_camera(ui: &mut egui::Ui, body: &BodyReport, unit: LengthUnit, cat
         fact::row(ui, text!("fact-latitudes"), text!("fact-latitudes-centric"));
         fact::row(ui, text!("fact-equatorial-radius"), unit.format_length(radius_km, radius_km));
         if let Some(known) = catalog.body(body.id) {
-            fact::row(ui, text!("fact-geometric-albedo"), decimal(known.geometric_albedo, 3));
+            // The catalog has 0 for a body that shines by its own light.
+            if !matches!(known.photometry, Photometry::Emissive { .. }) {
+                fact::row(ui, text!("fact-geometric-albedo"), decimal(known.geometric_albedo, 3));
+            }
             for estimate in known.estimate_notes() {
                 fact::row(ui, text!("fact-estimate"), message_text(&estimate));
             }

@@ -61,6 +61,9 @@ const MAX_MESSAGE_LINES: usize = 5;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const REPLY_DURATION_S: f64 = 20.0;
 
+/// How long the message about hidden bars is shown, seconds: it is over the image that the user wants without them.
+const IMAGE_ONLY_MESSAGE_S: f64 = 6.0;
+
 /// Declares [`Tab`] with the list of its variants and their names.
 macro_rules! tabs {
     ($($tab:ident),* $(,)?) => {
@@ -108,6 +111,8 @@ pub struct Interface {
     pub quit_requested: bool,
     /// Whether the window should be fullscreen.
     pub fullscreen: bool,
+    /// Whether only the image is shown, without bars, panels and hints, as for a projector.
+    pub image_only: bool,
     /// Whether the GPU that renders the images also presents the window, so that images need not be copied to the CPU.
     pub presents_on_gpu: bool,
     /// An error from before the window opened, which is why the window shows the default view; `None` once the user has closed the message.
@@ -178,6 +183,7 @@ impl Interface {
             edits_selected_body_only: false,
             quit_requested: false,
             fullscreen: false,
+            image_only: false,
             presents_on_gpu: false,
             warning: None,
             warp: None,
@@ -261,15 +267,19 @@ impl Interface {
         share::update(self, ui.ctx(), worker);
         dropped::update(self, ui.ctx(), worker);
         events::update(self, worker);
-        egui::Panel::top("top").show(ui, |ui| top_bar::bar(self, ui, worker, &mut actions));
-        egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, worker, &mut actions));
-        side_panels::show(self, ui, worker, &mut actions);
+        if self.image_only {
+            time_bar::update_hidden(self, worker, &mut actions);
+        } else {
+            egui::Panel::top("top").show(ui, |ui| top_bar::bar(self, ui, worker, &mut actions));
+            egui::Panel::bottom("time").show(ui, |ui| time_bar::bar(self, ui, worker, &mut actions));
+            side_panels::show(self, ui, worker, &mut actions);
+        }
         if let Some(reply) = number_field::take_reply(ui.ctx()) {
             self.show_reply(reply);
             self.is_reply_to_number = true;
         }
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
-        if self.help_shown {
+        if self.help_shown && !self.image_only {
             shortcuts::help(self, ui.ctx());
         }
         warning::show(self, ui.ctx());
@@ -324,6 +334,28 @@ impl Interface {
         self.reply = text.into();
         self.reply_until_s = None;
         (self.is_reply_refusal, self.is_reply_to_number) = (false, false);
+    }
+
+    /// Hides all bars, panels and hints, or shows them again. For some seconds a message says how they come back.
+    pub(crate) fn toggle_image_only(&mut self, ctx: &egui::Context) {
+        if self.show_controls() {
+            return;
+        }
+        self.image_only = true;
+        egui::Popup::close_all(ctx);
+        // A control that is not shown has no focus.
+        ctx.memory_mut(|m| m.focused().into_iter().for_each(|control| m.surrender_focus(control)));
+        self.show_reply(text!("image-only"));
+        self.reply_until_s = Some(ctx.input(|i| i.time) + IMAGE_ONLY_MESSAGE_S);
+    }
+
+    /// Shows the bars, panels and hints again; returns whether they were hidden.
+    pub(crate) fn show_controls(&mut self) -> bool {
+        let were_hidden = std::mem::take(&mut self.image_only);
+        if were_hidden && self.reply == text!("image-only") {
+            self.reply.clear();
+        }
+        were_hidden
     }
 
     /// Replies why the view that the user asked for is not shown. The reply ends when the user chooses another view, because it would seem to be about that

@@ -41,6 +41,7 @@ const SHORTCUTS: &[(&str, &str)] = &[
     ("key-escape", "key-escape-does"),
     ("key-text-size", "key-text-size-does"),
     ("key-full-screen", "key-full-screen-does"),
+    ("key-image-only", "key-image-only-does"),
     ("key-help", "key-help-does"),
     ("key-quit", "key-quit-does"),
 ];
@@ -96,14 +97,22 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     });
     for text in typed_texts {
         match text.as_str() {
-            "/" => interface.search.wants_focus = true,
-            "?" => interface.help_shown = !interface.help_shown,
-            "b" => interface.body_browser_shown = !interface.body_browser_shown,
+            "u" => interface.toggle_image_only(ctx),
+            // Keys that show a control show all of them if they are hidden.
+            "/" => {
+                interface.show_controls();
+                interface.search.wants_focus = true;
+            }
+            "?" => interface.help_shown = interface.show_controls() || !interface.help_shown,
+            "b" => interface.body_browser_shown = interface.show_controls() || !interface.body_browser_shown,
             "n" => interface.settings.labels_bodies = !interface.settings.labels_bodies,
             "m" => interface.settings.marks_small_bodies = !interface.settings.marks_small_bodies,
             "e" => interface.time_bar.wants_next_event = true,
             "p" => interface.time_bar.wants_previous_event = true,
-            "i" => interface.settings.panels.timeline_shown = !interface.settings.panels.timeline_shown,
+            "i" => {
+                let is_shown = interface.show_controls() || !interface.settings.panels.timeline_shown;
+                interface.settings.panels.timeline_shown = is_shown;
+            }
             "x" => interface.settings.outlines_selected = !interface.settings.outlines_selected,
             "o" => interface.viewer.view.orbits = !interface.viewer.view.orbits,
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
@@ -182,12 +191,15 @@ fn return_focus(interface: &mut Interface, ctx: &egui::Context) {
     }
 }
 
-/// Handles Escape: closes or ends the first of these that is present: warning, search, keyboard focus, measured angle, tour, help, open
-/// panel, kept panel (the second panel, on the other side of the viewport) if it is visible, full screen. Escape never ends the program; closing its window or
-/// Ctrl+Q does.
+/// Handles Escape: closes or ends the first of these that is present: warning, image without bars and panels, search, keyboard focus, measured angle,
+/// tour, help, open panel, kept panel (the second panel, on the other side of the viewport) if it is visible, full screen. Escape never ends the program;
+/// closing its window or Ctrl+Q does.
 fn close_topmost(interface: &mut Interface, ctx: &egui::Context) {
     let had_focus = interface.last_focus.take().is_some();
-    if interface.warning.take().is_some() || interface.search.clear() || had_focus || interface.angle.clear() || interface.tour.end() {
+    if interface.warning.take().is_some() || interface.show_controls() {
+        return;
+    }
+    if interface.search.clear() || had_focus || interface.angle.clear() || interface.tour.end() {
         return;
     }
     if std::mem::take(&mut interface.help_shown) || interface.tab.take().is_some() {

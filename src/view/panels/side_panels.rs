@@ -66,8 +66,9 @@ impl Interface {
         self.tab == Some(tab) || self.visible_kept(ctx) == Some(tab)
     }
 
-    /// Opens a panel, unless it is visible as the kept panel.
+    /// Opens a panel, unless it is visible as the kept panel. Hidden bars and panels come back.
     pub(crate) fn open(&mut self, ctx: &egui::Context, tab: Tab) {
+        self.show_controls();
         if self.visible_kept(ctx) == Some(tab) {
             return;
         }
@@ -77,7 +78,10 @@ impl Interface {
 
     /// Opens a panel, or closes it if it is visible.
     pub(crate) fn toggle(&mut self, ctx: &egui::Context, tab: Tab) {
-        if self.visible_kept(ctx) == Some(tab) {
+        if self.image_only {
+            // An open panel that is hidden with all others is shown, not closed.
+            self.open(ctx, tab);
+        } else if self.visible_kept(ctx) == Some(tab) {
             self.kept_tab = None;
         } else if self.tab == Some(tab) {
             self.tab = None;

@@ -77,6 +77,12 @@ impl TimeBar {
         self.pending = None;
     }
 
+    /// The direction of the search that a key requested: whether it runs backward.
+    fn take_request_by_key(&mut self) -> Option<bool> {
+        let wants_previous = std::mem::take(&mut self.wants_previous_event);
+        if std::mem::take(&mut self.wants_next_event) { Some(false) } else { wants_previous.then_some(true) }
+    }
+
     /// The event that the search has found, or why there is none; `None` while the search runs, or if none was started.
     fn take_found(&mut self) -> Option<Result<SkyEvent, String>> {
         let (kind, pending) = self.pending.as_ref()?;
@@ -327,24 +333,13 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
 
 /// Shows the buttons for the previous and the next event of a kind, and starts their searches.
 fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    // The event may arrive in the very frame in which a key or a typed date chooses another view.
-    if actions.iter().any(super::chooses_view) {
-        interface.time_bar.forget_search();
-    }
-    match interface.time_bar.take_found() {
-        Some(Ok(event)) => events::show(interface, worker, Arc::new(event), actions),
-        Some(Err(why)) => interface.refuse_view(why),
-        None => {}
-    }
+    show_found_event(interface, worker, actions);
     let kind = interface.time_bar.kind;
-    // The direction of a requested search: whether it runs backward.
-    let mut requested_backward = None;
+    let mut requested_backward = interface.time_bar.take_request_by_key();
     let event_button = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
         icons::icon_button(ui, icon, name).on_hover_text(text!("event-look-hint", name = name, kind = kind.name(), key = key)).clicked()
     };
-    let previous_by_key = std::mem::take(&mut interface.time_bar.wants_previous_event);
-    let next_by_key = std::mem::take(&mut interface.time_bar.wants_next_event);
-    if event_button(ui, Icon::Previous, text!("event-previous"), "p") || previous_by_key {
+    if event_button(ui, Icon::Previous, text!("event-previous"), "p") {
         requested_backward = Some(true);
     }
     let list = ComboBox::from_id_salt("kind of event").selected_text(kind.name()).width(100.0).show_ui(ui, |ui| {
@@ -353,22 +348,49 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         }
     });
     list.response.on_hover_text(text!("event-kind-hint")).accessible_name(text!("event-kind"));
-    if event_button(ui, Icon::Next, text!("event-next"), "e") || next_by_key {
+    if event_button(ui, Icon::Next, text!("event-next"), "e") {
         requested_backward = Some(false);
     }
     if let Some(is_backward) = requested_backward {
-        let gap_s = if is_backward { -EVENT_GAP_S } else { EVENT_GAP_S };
-        let start = interface.viewer.view_after_flight().time().plus_seconds(gap_s);
-        let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
-        let search = EventSearch::new(vec![kind], start, span_s, is_backward);
-        let pending = ask(worker, move |session| search.find_first(session.catalog(), session.ephemeris()));
-        interface.time_bar.pending = Some((kind, pending));
+        search_event(interface, worker, kind, is_backward);
     }
     if interface.time_bar.pending.is_some() {
         accessible::spinner(ui, text!("event-looking"));
     } else {
         // The spinner has a place of its own: otherwise the timeline would move under the pointer, and lose the focus.
         ui.allocate_exact_size(Vec2::splat(ui.spacing().interact_size.y), Sense::hover());
+    }
+}
+
+/// The part of the bar that works while the bar is hidden: searches for events by key.
+pub(crate) fn update_hidden(interface: &mut Interface, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    show_found_event(interface, worker, actions);
+    if let Some(is_backward) = interface.time_bar.take_request_by_key() {
+        let kind = interface.time_bar.kind;
+        search_event(interface, worker, kind, is_backward);
+    }
+}
+
+/// Searches for the next event of a kind, or for the previous one.
+fn search_event(interface: &mut Interface, worker: &dyn RenderWorker, kind: EventKind, is_backward: bool) {
+    let gap_s = if is_backward { -EVENT_GAP_S } else { EVENT_GAP_S };
+    let start = interface.viewer.view_after_flight().time().plus_seconds(gap_s);
+    let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
+    let search = EventSearch::new(vec![kind], start, span_s, is_backward);
+    let pending = ask(worker, move |session| search.find_first(session.catalog(), session.ephemeris()));
+    interface.time_bar.pending = Some((kind, pending));
+}
+
+/// Shows the event that a search has found, or says why there is none.
+fn show_found_event(interface: &mut Interface, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    // The event may arrive in the very frame in which a key or a typed date chooses another view.
+    if actions.iter().any(super::chooses_view) {
+        interface.time_bar.forget_search();
+    }
+    match interface.time_bar.take_found() {
+        Some(Ok(event)) => events::show(interface, worker, Arc::new(event), actions),
+        Some(Err(why)) => interface.refuse_view(why),
+        None => {}
     }
 }
 

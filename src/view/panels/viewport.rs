@@ -58,7 +58,9 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     ui.painter().rect_filled(viewport, 0.0, Color32::BLACK);
     // The overlays of the last frame; those of this frame are collected anew.
     let overlays = std::mem::take(&mut interface.viewport.overlays);
-    tour::show(interface, ui, viewport);
+    if !interface.image_only {
+        tour::show(interface, ui, viewport);
+    }
     let Some(size_px) = interface.shown().map(|rendered| [rendered.width, rendered.height]) else {
         if interface.message_line().is_empty() {
             ui.painter().text(
@@ -99,21 +101,23 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
             |from, to| scene.geometry.is_cut_between(from, to),
         );
     }
-    let place = pressed_place(interface, &response, &placement, viewport);
+    let place = pressed_place(interface, worker.session().catalog(), &response, &placement, viewport);
     if let Some(click) = handle_mouse(ui, &response, place, actions) {
         handle_click(interface, worker, click);
     }
     context_menu(interface, &response, place, actions);
-    what_to_see_now::show_over_viewport(interface, ui, worker, viewport, actions);
+    if !interface.image_only {
+        what_to_see_now::show_over_viewport(interface, ui, worker, viewport, actions);
+    }
     show_message(interface, ui, viewport);
-    if !interface.tour.is_open() && interface.warning.is_none() {
+    if !interface.image_only && !interface.tour.is_open() && interface.warning.is_none() {
         hints(interface, ui, viewport);
     }
     if interface.viewport.overlays != overlays {
         // In the next frame the names of bodies avoid the new overlays.
         ui.ctx().request_repaint();
     }
-    if interface.is_open(ui.ctx(), super::Tab::Shader) && interface.shader.shows_probe() {
+    if !interface.image_only && interface.is_open(ui.ctx(), super::Tab::Shader) && interface.shader.shows_probe() {
         paint_probe(interface, ui, viewport);
     }
 }
@@ -342,11 +346,17 @@ fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
 }
 
 /// What was under the pointer when its button was pressed on the image, until the release; `None` while no button is.
-fn pressed_place(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, viewport: Rect) -> Option<SeenPlace> {
+fn pressed_place(
+    interface: &mut Interface,
+    catalog: &Catalog,
+    response: &egui::Response,
+    placement: &ImagePlacement,
+    viewport: Rect,
+) -> Option<SeenPlace> {
     let place = interface.viewport.pressed_place.take().or_else(|| {
         let (pointer, rendered) = (response.interact_pointer_pos()?, interface.shown()?);
         let image_px = placement.image_px_of(pointer, &rendered.scene);
-        let body = body_at(&interface.viewport.labels, &rendered.scene, image_px);
+        let body = body_at(&interface.viewport.labels, &rendered.scene, catalog, image_px);
         let star_index = if body.is_none() { star_at(&rendered.scene, image_px) } else { None };
         let offset_px = (pointer - viewport.min) * response.ctx.pixels_per_point();
         let [width, height] = interface.viewport.size_px;
