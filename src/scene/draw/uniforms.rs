@@ -131,7 +131,7 @@ uniforms! {
         pub limb_darkening_u1: Vec3 = "limb_darkening_u1",
         pub limb_darkening_u2: Vec3 = "limb_darkening_u2",
         /// Part of each pixel over which the light of a thin crescent is averaged: 1 for all of it, less where averages fade out, 0 for a single point
-        /// (`surface::crescent`).
+        /// (`surface::crescent`). In the draw of the sky: that of the ground's draw.
         pub averaged_part: f32 = "averaged_part",
         /// Factors on y and z of a unit-sphere point. Longitude and latitude of the resulting direction give the column and the row of the map. The factors
         /// depend on whether the map's rows are spaced by planetocentric or by planetographic latitude.

@@ -151,7 +151,7 @@ impl SunInImage {
         Self {
             diameter_px,
             sine_of_radius,
-            disc_fraction: drawn_disc_fraction(request.effects.override_of_body(sun.body, Effect::Points), diameter_px),
+            disc_fraction: drawn_disc_fraction(request.effects.override_of_body(sun.body, Effect::Points), sun, diameter_px),
             half_pixel_radii: 0.5 * camera.pixel_tangent() * cos_off_axis * cos_off_axis / sine_of_radius,
             pixel_sr: pixel_sr(camera, towards),
         }

@@ -1,9 +1,10 @@
 //! Whether the sunlit crescent of a body is so thin that one evaluation for each pixel would lose light.
 //!
 //! In: the inputs of one body and the decisions made before. Out: the decisions, and the part of each pixel over which a draw averages its light. In a thin
-//! crescent's draw, a pixel in which sunlight ends shows the mean of its lit part (shaders/lib/intersection.wesl), and air in front of the ground is averaged
-//! over each pixel near the limb (shaders/lib/air/at_limb.wesl). Always: no image changes suddenly where averages begin. Near its horns every crescent is
-//! thinner than a pixel, however wide it is in its middle; therefore the averages fade out (`averaged_part`).
+//! crescent's draw, a pixel in which sunlight ends shows the mean of its lit part (shaders/lib/intersection.wesl). Under air, ground and air are averaged
+//! together over each pixel near the limb (shaders/lib/air/at_limb.wesl). Always: no image changes suddenly where averages begin, and ground and sky agree on
+//! the part of a pixel that the ground covers. Near its horns every crescent is thinner than a pixel, however wide it is in its middle; therefore the averages
+//! fade out (`averaged_part`).
 
 use crate::message::reason;
 use crate::scene::features::choice::Capabilities;
@@ -48,6 +49,12 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         let (from, to) = FADE_WIDTHS_PX;
         let reason = reason!("crescent-width", width = format_args!("{width_px:.2}"), from = from, to = to);
         chosen.thin_crescent = decisions.log.record(THIN_CRESCENT, true, reason);
+    }
+    // The draw of the sky, which may average its rim in any case, computes the ground's coverage as the ground's draw does.
+    if !decisions.chosen.thin_crescent
+        && let Some(sky) = &mut decisions.sky
+    {
+        sky.uniforms.averaged_part = 0.0;
     }
     decisions
 }
