@@ -11,10 +11,10 @@ use crate::message::{Argument, Reason, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::camera::Camera;
 use crate::scene::draw::PixelView;
+use crate::scene::light::city_lights;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
 use crate::scene::light::lights::{self, Reflector};
 use crate::scene::light::meter::{Meter, MeterReading, MeteredSubject};
-use crate::scene::light::night_lights;
 use crate::scene::numeric::with_significant_digits;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -92,7 +92,7 @@ fn metered_exposure(
     let brightest_city_light = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
-        .map(|p| night_lights::white_radiance(p.body))
+        .map(city_lights::drawn_white_radiance)
         .fold(0.0, f64::max);
     // 1e-30 only keeps the logarithm finite where there are no city lights.
     let city_light_weight = (brightest_city_light / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
@@ -132,7 +132,7 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
     let is_overexposed = |p: &&PlacedBody<'_>| {
         let is_drawn = request.effects.override_of_body(p.body, Effect::Night) != Some(false);
         let has_map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-        is_drawn && has_map && night_lights::white_radiance(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+        is_drawn && has_map && city_lights::drawn_white_radiance(p) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
     };
     placed.iter().filter(|_| is_metered).filter(is_overexposed).map(|p| p.body.id).collect()
 }

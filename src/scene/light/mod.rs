@@ -4,6 +4,8 @@
 pub(crate) mod auto_exposure;
 // Irradiance at the viewer from a body and its rings.
 pub(crate) mod brightness;
+// The part of a night map's light that a camera near the ground sees.
+pub(crate) mod city_lights;
 // The Sun's corona.
 pub mod corona;
 // The glare of small discs.
@@ -22,7 +24,7 @@ pub(crate) mod lights;
 pub(crate) mod magnitude;
 // The light meter of automatic exposure.
 pub(crate) mod meter;
-// City lights, for the light meter.
+// The light of city lights at each point of the ground, for the light meter.
 pub mod night_lights;
 // Published phase laws of planets and the Moon.
 pub(crate) mod phase_laws;

@@ -100,7 +100,7 @@ pub(crate) struct Ground<'g> {
     pub body: &'g Body,
     /// City lights; `None` if the body has none, or if their weight is 0.
     pub night_lights: Option<&'g NightLights>,
-    /// Factor on the radiance of the city lights.
+    /// Factor on the radiance of the night map: the weight of city lights, times the part that a camera at this height sees.
     pub city_light_weight: f64,
     pub albedo: Albedo,
     /// See [`relief_weight`].

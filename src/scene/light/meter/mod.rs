@@ -10,7 +10,6 @@
 //! camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
 //! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
-mod city_lights;
 mod geometry;
 mod ground;
 mod log_mean;
@@ -31,6 +30,7 @@ use crate::scene::camera::{Camera, silhouette::Outline};
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::refracted_limb::LimbLight;
 use crate::scene::eclipse::sun_occluders::evaluate_shadow;
+use crate::scene::light::city_lights;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN};
 use crate::scene::light::glare::VeilingGlare;
@@ -300,7 +300,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         }
         let secondary_lights = self.planet_shine_on(p);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
-        let city_light_weight = self.city_light_weight(p);
+        let city_light_weight = self.meter.city_light_weight * city_lights::factor(p);
         let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| city_light_weight > 0.0);
         let ground = Ground {
             body: p.body,
