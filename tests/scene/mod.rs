@@ -1,5 +1,6 @@
 //! The contents of one frame: how each body is drawn, with how much light, and what each option changes.
 
+mod bright_ground;
 mod bright_stars;
 mod city_lights;
 mod comets;

@@ -4,6 +4,8 @@
 pub(crate) mod auto_exposure;
 // Irradiance at the viewer from a body and its rings.
 pub(crate) mod brightness;
+// Ground brighter than the mean, for the light meter.
+pub mod bright_ground;
 // The part of a night map's light that a camera near the ground sees.
 pub(crate) mod city_lights;
 // The Sun's corona.
@@ -18,6 +20,8 @@ pub(crate) mod ellipsoid;
 pub mod exposure;
 // The Sun's glare.
 pub mod glare;
+// Values on the grid of a map, for the light meter.
+pub(crate) mod ground_grid;
 // The lights that shine on a body: the Sun, and bodies that reflect sunlight.
 pub(crate) mod lights;
 // Visual magnitude of a body, eclipses included.

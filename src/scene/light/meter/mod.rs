@@ -6,8 +6,9 @@
 //! Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position, time, field of view and phase
 //! (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges, the ground is summed between exact limits, and the
 //! light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare of a Sun outside the frame, and
-//! no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the
-//! camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
+//! no corona that the glare hides or the user switched off. Left out: maps other than city lights, and bright ground near the camera (from afar a sea is as
+//! bright as a desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air
+//! adds in front of bodies behind it.
 //! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
 mod geometry;
@@ -46,6 +47,7 @@ use geometry::{
     weighted_in_frame_fraction,
 };
 use glam::{DVec2, DVec3, FloatExt};
+pub(crate) use ground::bright_ground_weight;
 use ground::{Albedo, Ground};
 use log_mean::LogMean;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -306,6 +308,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             body: p.body,
             night_lights: night_lights.map(AsRef::as_ref),
             city_light_weight,
+            bright_ground: self.meter.context.resources.bright_grounds.get(&p.body.id).map(AsRef::as_ref),
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
