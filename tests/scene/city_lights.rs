@@ -1,4 +1,4 @@
-//! City lights by the height of the camera: a landscape of light from above, dark ground around a camera among the lamps.
+//! City lights by the height of the camera: a landscape of light from above, dim ground around a camera among the lamps.
 
 use super::metering::assert_changes_smoothly;
 use crate::support::session::SESSION;
@@ -19,7 +19,7 @@ const MADRID_BY_NIGHT: Place = ([40.417, -3.704], "2026-08-12T22:00:00Z");
 const LONDON_AT_DUSK: Place = ([51.507, -0.128], "2026-11-30T16:54:00Z");
 const PARIS_BY_NIGHT: Place = ([48.85, 2.35], "2026-11-28T22:00:00Z");
 /// The part of the map's light that a camera on the ground sees.
-const FACTOR_ON_GROUND: f32 = 1e-4;
+const FACTOR_ON_GROUND: f32 = 0.02;
 
 /// A view in a direction `altitude_deg` above the horizon in the north.
 fn view(([latitude_deg, longitude_deg], time): Place, height_km: f64, altitude_deg: f64) -> ViewRequest {
@@ -53,8 +53,7 @@ fn levels_of_sky_and_ground(scene: &Scene) -> [f64; 2] {
     [mean(&frame.display[..third]), mean(&frame.display[frame.display.len() - third..])]
 }
 
-/// The scene of a view from the ground, but with all the light of the night map. At dusk the little that is left of it is not drawn unless the user asks for
-/// it.
+/// The scene of a view from the ground, but with all the light of the night map, which is drawn even if the little that is left of it would not be seen.
 fn with_the_whole_map(request: &ViewRequest) -> Scene {
     let mut scene = scene(&ViewRequest { effects: EffectOverrides::parse("+night").expect("effects"), ..request.clone() });
     scene.draws.iter_mut().for_each(|d| d.uniforms.night_radiance /= FACTOR_ON_GROUND);
@@ -71,7 +70,7 @@ fn white_of_night_map(height_km: f64) -> Vec3 {
 /// From 10 m above a city the ground is not a plain of light: by night it is darker than half of white (level 188), at dusk darker than the sky. Negative
 /// control: the whole light of the night map.
 #[test]
-fn the_ground_of_a_city_is_dark_around_the_camera() {
+fn the_ground_of_a_city_is_dim_around_the_camera() {
     for (place, may_exceed_sky) in [(MADRID_BY_NIGHT, true), (LONDON_AT_DUSK, false)] {
         let request = view(place, 0.01, 0.0);
         let [sky, ground] = levels_of_sky_and_ground(&scene(&request));
@@ -110,6 +109,6 @@ fn the_decision_names_the_height() {
         let earth = scene.body(NaifId::EARTH).expect("the Earth");
         earth.decisions.iter().find(|d| d.effect == "night").expect("decided").reason.to_string()
     };
-    assert!(reason(0.01).contains("0.01 % of the map's light at a height of 0.01 km"), "{}", reason(0.01));
+    assert!(reason(0.01).contains("2 % of the map's light at a height of 0.01 km"), "{}", reason(0.01));
     assert!(!reason(10.0).contains("map's light"), "{}", reason(10.0));
 }

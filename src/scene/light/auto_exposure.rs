@@ -130,8 +130,8 @@ fn is_metered(request: &ViewRequest) -> bool {
 }
 
 /// Bodies so near the camera that the frame may show nothing but their bright ground: the caller loads their maps and meters again. Empty if the light is not
-/// metered. Only bodies with an albedo of the bare ground, as the Earth, whose deserts reflect eight times the mean of land and sea; elsewhere ground up to twice
-/// as bright as the mean is not beyond white. Bodies with a shape model, whose maps are decoded in another way, are left out.
+/// metered. Only bodies with an albedo of the bare ground, as the Earth, whose deserts reflect eight times the mean of land and sea; elsewhere ground up to
+/// twice as bright as the mean is not beyond white. Bodies with a shape model, whose maps are decoded in another way, are left out.
 pub(crate) fn bright_grounds_to_meter(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>]) -> Vec<NaifId> {
     let request = context.request;
     let is_near = |p: &&PlacedBody<'_>| {

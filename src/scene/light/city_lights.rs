@@ -1,9 +1,9 @@
 //! The part of a night map's light that the ground below the camera shows.
 //!
 //! In: a body with a night map, and the camera. Out: a factor on the radiance of its city lights, for the draws of the globe and for the light meter. A night
-//! map has the mean light of texels of kilometres, as seen from above. For a camera in a city this mean is wrong: the light comes from lamps that cover little
-//! of the ground, and the ground between them is dark. Lamps are not drawn, so the mean fades out as the camera descends among them. From 3 km on the map is
-//! shown in full.
+//! map has the mean light of texels of kilometres, as seen from above. For a camera in a city this mean is wrong: most of the light comes from lamps and lit
+//! streets, which cover little of the ground, and the ground between them is dim. Lamps are not drawn, so the mean fades to the light of that ground as the
+//! camera descends. From 3 km on the map is shown in full.
 
 use crate::message::{Argument, Reason, reason};
 use crate::scene::atmosphere::air;
@@ -14,9 +14,10 @@ use crate::scene::placed::PlacedBody;
 /// Heights of the camera between which the lights around it gradually become lights of a landscape below. Chosen: from 0.1 km single streets fill the frame,
 /// from 3 km whole towns.
 const LANDSCAPE_HEIGHTS_KM: [f64; 2] = [0.1, 3.0];
-/// Factor for a camera on the ground. There a white texel has 1e-4 cd/m2, 0.0015 of white at the longest automatic exposure. It is above 0 so that the
-/// logarithm of the lights, and with it the exposure, changes gradually.
-const FACTOR_ON_GROUND: f64 = 1e-4;
+/// Factor for a camera on the ground: an estimate for the ground between lamps. A white texel then has 0.022 cd/m2, as ground of reflectance 0.15 under
+/// 0.5 lux, twice the light of a full Moon. Lit streets have 2 to 15 lux (EN 13201), but are a small part of the ground. At the longest automatic exposure the
+/// texel is at 0.3 of white.
+const FACTOR_ON_GROUND: f64 = 0.02;
 
 fn factor_at(height_km: f64) -> f64 {
     let [from, to] = LANDSCAPE_HEIGHTS_KM;
