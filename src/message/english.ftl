@@ -46,6 +46,7 @@ reason-by-surface = by --surface
 reason-emits-light = it emits light
 reason-slopes-show = slopes are visible on discs of every size
 reason-city-lights = brightest city lights { $light }
+reason-city-lights-near-ground = { $percent } % of the map's light at a height of { $height } km: the map has the mean light seen from above, but a camera near the ground sees mostly the dim ground between lamps
 reason-clouds-off = the clouds are switched off
 reason-no-lit-ground = no sunlit ground is in sight
 reason-glint-of-others = the glint of light from other bodies is at most { $light }

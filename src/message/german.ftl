@@ -46,6 +46,7 @@ reason-by-surface = durch --surface
 reason-emits-light = er leuchtet selbst
 reason-slopes-show = Hänge sind bei jeder Größe der Scheibe zu sehen
 reason-city-lights = hellste Stadtlichter { $light }
+reason-city-lights-near-ground = { $percent } % des Lichts der Karte in { $height } km Höhe: die Karte hat das mittlere Licht, wie man es von oben sieht; nahe am Boden sieht man vor allem den schwach beleuchteten Boden zwischen den Lampen
 reason-clouds-off = die Wolken sind ausgeschaltet
 reason-no-lit-ground = kein sonnenbeschienener Boden ist in Sicht
 reason-glint-of-others = der Glanz vom Licht anderer Körper gibt höchstens { $light }

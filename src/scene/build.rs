@@ -1,8 +1,9 @@
 //! Builds a finished [`Scene`] from a request.
 //!
 //! In: catalog, ephemeris and a request. The steps, in their order: [`SceneBuilder::new`] places the bodies and meters their light;
-//! [`SceneBuilder::meter_night_lights`] adds their night lights (cities); [`SceneBuilder::requirements`] lists the other files and tables that the view needs;
-//! [`SceneBuilder::build`] decides on every effect and creates the scene from the resources that were loaded. The scene is never modified afterwards.
+//! [`SceneBuilder::meter_with`] adds their night lights (cities) and bright ground; [`SceneBuilder::requirements`] lists the other files and tables that the
+//! view needs; [`SceneBuilder::build`] decides on every effect and creates the scene from the resources that were loaded. The scene is never modified
+//! afterwards.
 
 mod annotations;
 mod bodies;
@@ -54,7 +55,7 @@ pub struct SceneBuilder<'a> {
     reflectors: Vec<Reflector<'a>>,
     /// The atmosphere that surrounds the camera; if several bodies' atmospheres do, that of the first body in catalog order. `None` if none does.
     air: Option<SurroundingAir<'a>>,
-    /// The latest result of the light meter; without night lights until [`Self::meter_night_lights`] has been called.
+    /// The latest result of the light meter; without night lights and bright ground until [`Self::meter_with`] has been called.
     exposure: Exposure,
 }
 
@@ -123,8 +124,13 @@ impl<'a> SceneBuilder<'a> {
         auto_exposure::night_lights_to_meter(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
     }
 
-    /// Meters the light again, now including the night lights in `resources`.
-    pub(crate) fn meter_night_lights(&mut self, resources: &Resources) {
+    /// The bodies near the camera on whose bright ground the exposure depends. `known`: as for [`Self::requirements`].
+    pub(crate) fn bright_grounds_to_meter(&self, known: &Resources) -> Vec<NaifId> {
+        auto_exposure::bright_grounds_to_meter(self.context(known), &self.viewer.camera, &self.placed)
+    }
+
+    /// Meters the light again, now including the night lights and the bright ground in `resources`.
+    pub(crate) fn meter_with(&mut self, resources: &Resources) {
         let camera = &self.viewer.camera;
         self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());
     }

@@ -73,7 +73,7 @@ pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CD_M2_PER_RADIANC
 #[doc(hidden)]
 pub use light::meter::{corrected_twilight_rows, metered_twilight};
 #[doc(hidden)]
-pub use light::{corona, disc_light, glare, night_lights, photometry};
+pub use light::{bright_ground, corona, disc_light, glare, night_lights, photometry};
 #[doc(hidden)]
 pub use point::{
     CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, MIN_POINT_RADIUS_PX, disc_fraction,

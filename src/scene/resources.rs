@@ -10,6 +10,7 @@ use crate::scene::atmosphere::sky_brightness::SkyBrightnessCache;
 use crate::scene::draw::MapFiles;
 use crate::scene::draw::features::Shape;
 use crate::scene::eclipse::shadow_path::ShadowPaths;
+use crate::scene::light::bright_ground::BrightGround;
 use crate::scene::light::night_lights::NightLights;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::rings::ring_shine::RingShineCache;
@@ -55,6 +56,8 @@ pub struct Resources {
     pub sun_altitudes: BTreeMap<NaifId, Arc<Vec<f32>>>,
     /// City lights, which the light meter takes into account when it chooses the exposure.
     pub night_lights: BTreeMap<NaifId, Arc<NightLights>>,
+    /// The bright ground of bodies near the camera, by which the light meter exposes deserts and ice; ground of a body that is missing here counts as uniform.
+    pub bright_grounds: BTreeMap<NaifId, Arc<BrightGround>>,
     /// Tables of multiple scattering; [`crate::scene::multi_scatter_table`] describes their layout.
     pub scattering_tables: BTreeMap<NaifId, Arc<Vec<Vec4>>>,
     /// The user's panorama of the sky; `None` for the built-in Milky Way.

@@ -74,6 +74,7 @@ use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, GpuImage, PlanError, ResourceProvider, SimpleDraw};
 use crate::render::software::{RenderError, SoftwareRenderer};
+use crate::scene::bright_ground::BrightGround;
 use crate::scene::draw::RingTable;
 use crate::scene::labels;
 use crate::scene::night_lights::NightLights;
@@ -111,8 +112,9 @@ const MAX_KERNEL_BYTES: u64 = 4 << 30;
 const COORDINATE_CHARS: &str = "0123456789+-.°'\"hmsNESW";
 /// Largest number of textures of ring tables in memory: enough for the rings and their shadows in a frame.
 const MAX_RING_TEXTURES: usize = 6;
-/// Largest number of bodies whose night lights (city lights) are in memory.
+/// Largest number of bodies whose night lights (city lights) are in memory; the same for bright ground.
 const MAX_BODIES_WITH_NIGHT_LIGHTS: usize = 16;
+const MAX_BODIES_WITH_BRIGHT_GROUND: usize = 16;
 
 /// Catalog, ephemeris, maps, shaders and renderers of one run. Threads share it.
 pub struct Session {
@@ -124,6 +126,8 @@ pub struct Session {
     meshes: Meshes,
     /// Night lights (city lights) by body. Read when automatic exposure first needs them: when it would overexpose them.
     night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
+    /// Bright ground by body. Read when automatic exposure first needs it: near the body.
+    bright_grounds: Memo<NaifId, Option<Arc<BrightGround>>>,
     /// The textures of the latest ring tables.
     ring_textures: Memo<Arc<RingTable>, SharedTexture>,
     /// The glyph atlas of the last requested size, by the bits of the size in pixels.
@@ -254,6 +258,7 @@ impl Session {
             air_tables,
             meshes: Meshes::new(sources.map_and_mesh_folders().cloned()),
             night_lights: Memo::with_capacity(MAX_BODIES_WITH_NIGHT_LIGHTS),
+            bright_grounds: Memo::with_capacity(MAX_BODIES_WITH_BRIGHT_GROUND),
             ring_textures: Memo::with_capacity(MAX_RING_TEXTURES),
             glyphs: Memo::with_capacity(1),
             scene_caches: Caches::with_ring_shines(RingShineCache::stored(ring_shines)),

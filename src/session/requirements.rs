@@ -6,6 +6,7 @@ use super::{Session, SessionError, Stage};
 use crate::catalog::Body;
 use crate::image::MapDecoding;
 use crate::render::plan;
+use crate::scene::bright_ground::BrightGround;
 use crate::scene::draw::{MapFiles, MapRole, Shape};
 use crate::scene::night_lights::NightLights;
 use crate::scene::request::ViewRequest;
@@ -16,9 +17,12 @@ use std::sync::Arc;
 
 /// Largest width in texels of the map of city lights for the light meter. On the Earth each texel is then 20 km wide at the equator.
 const MAX_NIGHT_LIGHTS_WIDTH: u32 = 2048;
+/// The same for the map of bright ground. On the Earth each texel is then 78 km wide at the equator.
+const MAX_BRIGHT_GROUND_WIDTH: u32 = 512;
 
 impl Session {
-    /// The scene of a view. Reads or computes shape models, city lights and tables, but not maps; maps that could not be read before are left out.
+    /// The scene of a view. Reads or computes shape models, tables, and the city lights and bright ground that the light meter needs, but not the other maps;
+    /// maps that could not be read before are left out.
     ///
     /// # Errors
     /// See [`SceneBuilder::new`].
@@ -45,19 +49,27 @@ impl Session {
         Ok(self.timed(Stage::Scene, || builder.build(&resources)))
     }
 
-    /// A builder that has metered the light, including city lights, and the resources loaded so far.
+    /// A builder that has metered the light, including city lights and bright ground, and the resources loaded so far.
     pub(super) fn metered_builder<'a>(
         &'a self,
         new_builder: impl FnOnce() -> Result<SceneBuilder<'a>, SceneError>,
     ) -> Result<(SceneBuilder<'a>, Resources), SessionError> {
         let mut builder = self.timed(Stage::Scene, new_builder)?;
         let mut resources_so_far = Resources { unreadable: self.unreadable(), sky_map: self.sky_map.clone(), ..Resources::default() };
+        for body in builder.bright_grounds_to_meter(&resources_so_far).into_iter().filter_map(|id| self.catalog.body(id)) {
+            let bright_ground = self.timed(Stage::Maps, || self.bright_grounds.get(body.id, || self.read_bright_ground(body)));
+            resources_so_far.bright_grounds.extend(bright_ground.map(|bright_ground| (body.id, bright_ground)));
+        }
+        if !resources_so_far.bright_grounds.is_empty() {
+            self.timed(Stage::Scene, || builder.meter_with(&resources_so_far));
+        }
+        // Whether city lights count depends on the exposure without them.
         for body in builder.night_lights_to_meter(&resources_so_far).into_iter().filter_map(|id| self.catalog.body(id)) {
             let night_lights = self.timed(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
             resources_so_far.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
         }
         if !resources_so_far.night_lights.is_empty() {
-            self.timed(Stage::Scene, || builder.meter_night_lights(&resources_so_far));
+            self.timed(Stage::Scene, || builder.meter_with(&resources_so_far));
         }
         Ok((builder, resources_so_far))
     }
@@ -142,5 +154,15 @@ impl Session {
         let brightest_channel = |texel: &[u8]| texel.iter().take(3).copied().max().unwrap_or(0);
         let texels = level.bytes().chunks_exact(4).map(|texel| crate::units::srgb_to_linear(f64::from(brightest_channel(texel)) / 255.0));
         NightLights::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
+    }
+
+    /// As [`Self::read_night_lights`], for the bright ground of a body.
+    fn read_bright_ground(&self, body: &Body) -> Option<Arc<BrightGround>> {
+        let albedo = body.maps.albedo.as_ref()?;
+        let map = self.maps.get_decoded(&albedo.file, plan::map_decoding(MapRole::Albedo, &MapFiles::default(), Shape::Ellipsoid)).ok()?;
+        let level = map.levels.iter().find(|l| l.width <= MAX_BRIGHT_GROUND_WIDTH)?;
+        let linear = |byte: u8| crate::units::srgb_to_linear(f64::from(byte) / 255.0);
+        let texels = level.bytes().chunks_exact(4).map(|texel| [texel[0], texel[1], texel[2]].map(linear));
+        BrightGround::new(body, level.width as usize, level.height as usize, texels).map(Arc::new)
     }
 }

@@ -284,8 +284,8 @@ fn mars_without_its_dust_is_exposed_for_its_ground() {
     assert!((0.5..2.4).contains(&brighter), "{brighter} stops");
 }
 
-/// From a city (Paris) the view over the horizon is exposed for the sky, as without the lights of the ground: they must not hide the stars. A camera that looks
-/// down, and one in an aircraft, see the lights; between them the exposure does not jump.
+/// From the ground of a city (Paris) every view is exposed as without its lights: they must not hide the stars, and little of them is drawn. A camera in
+/// an aircraft sees the lights; between them the exposure does not jump.
 #[test]
 fn city_lights_around_the_camera_do_not_hide_the_stars() {
     let (latitude_deg, longitude_deg) = (48.85_f64, 2.35_f64);
@@ -299,15 +299,15 @@ fn city_lights_around_the_camera_do_not_hide_the_stars() {
         let look = Look::Along { direction: south * cos + up * sin, axes: Axes::BodyFixed };
         ViewRequest { look, up: Up::Zenith, fov_deg: Some(75.0), ..view(NaifId::EARTH, "2026-11-28T22:00:00Z", position) }
     };
-    for altitude_deg in [10.0, 0.0] {
+    for altitude_deg in [10.0, 0.0, -85.0] {
         let lit = looking(altitude_deg, 0.002);
         let dark = ViewRequest { effects: EffectOverrides::parse("-night").expect("effects"), ..lit.clone() };
         let (lit, dark) = (stops(&lit), stops(&dark));
         assert!(dark > 18.0 && (lit - dark).abs() < 0.3, "at {altitude_deg} degrees: {lit} stops, without lights {dark}");
     }
-    for (altitude_deg, height_km) in [(-85.0, 0.002), (-85.0, 10.0), (0.0, 10.0)] {
-        let stops = stops(&looking(altitude_deg, height_km));
-        assert!(stops < 15.5, "at {altitude_deg} degrees, {height_km} km: {stops} stops");
+    for altitude_deg in [-85.0, 0.0] {
+        let stops = stops(&looking(altitude_deg, 10.0));
+        assert!(stops < 15.5, "at {altitude_deg} degrees: {stops} stops");
     }
     assert_changes_smoothly("turned down", 1.0, 50, |k| looking(10.0 - 1.5 * k, 0.002));
     assert_changes_smoothly("raised", 1.0, 60, |k| looking(0.0, 0.05 * 1.08_f64.powf(k)));

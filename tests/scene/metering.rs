@@ -99,10 +99,10 @@ fn cases() -> Vec<Case> {
     vec![
         case("the new Moon beside the Sun", view(NaifId::MOON, "2024-04-08T18:17:16Z", from_earth, None), [0.3, 0.05], Some(5.25)),
         case(
-            "night on the ground",
-            view(NaifId::EARTH, "2024-12-25T18:00:00Z", ground(NaifId::EARTH, 48.14, 11.58), None),
+            "night on the ground of a city",
+            view(NaifId::EARTH, "2024-12-25T20:00:00Z", ground(NaifId::EARTH, 48.85, 2.35), None),
             [0.1, 0.5],
-            Some(22.2),
+            None,
         ),
         case(
             "Phobos in front of the Sun",

@@ -1,6 +1,8 @@
 //! The contents of one frame: how each body is drawn, with how much light, and what each option changes.
 
+mod bright_ground;
 mod bright_stars;
+mod city_lights;
 mod comets;
 mod custom_surfaces;
 mod data_layers;

@@ -11,6 +11,7 @@ use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::DecisionInputs;
+use crate::scene::light::city_lights;
 use crate::scene::light::disc_light;
 use crate::scene::light::lights::{self, IncidentLight};
 use crate::scene::request::effects::Effect;
@@ -124,7 +125,7 @@ pub(crate) fn uniforms_of_fraction(
         map_stretch: camera::narrow2(body.map_stretch()),
         map_pixel: camera::narrow_scalar(min_pixel_width(camera, placement, body)),
         camera_height: camera::narrow_scalar(placement.camera_in_unit_sphere().length() - 1.0),
-        night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * light_factor),
+        night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * light_factor * city_lights::factor(placed)),
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x * glint_factor),
         wave_slope_sq: camera::narrow_scalar(WAVE_SLOPE_SQ),
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),

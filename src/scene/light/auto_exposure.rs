@@ -11,14 +11,14 @@ use crate::message::{Argument, Reason, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::camera::Camera;
 use crate::scene::draw::PixelView;
+use crate::scene::light::city_lights;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
 use crate::scene::light::lights::{self, Reflector};
-use crate::scene::light::meter::{Meter, MeterReading, MeteredSubject};
-use crate::scene::light::night_lights;
+use crate::scene::light::meter::{Meter, MeterReading, MeteredSubject, bright_ground_weight};
 use crate::scene::numeric::with_significant_digits;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
-use crate::scene::request::view_request::ExposureRequest;
+use crate::scene::request::view_request::{ExposureRequest, ViewRequest};
 use crate::scene::resources::Context;
 use glam::FloatExt;
 use std::ops::Range;
@@ -92,7 +92,7 @@ fn metered_exposure(
     let brightest_city_light = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
-        .map(|p| night_lights::white_radiance(p.body))
+        .map(city_lights::drawn_white_radiance)
         .fold(0.0, f64::max);
     // 1e-30 only keeps the logarithm finite where there are no city lights.
     let city_light_weight = (brightest_city_light / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
@@ -124,17 +124,38 @@ fn from_reading(reading: MeterReading) -> Exposure {
     Exposure::of(-white.log2(), reason_of(&subjects, |m| contribution(m) / total_contribution, whites, white))
 }
 
+/// Whether the light in the frame determines the exposure: not if the user has set it, nor in pixel views other than the final image.
+fn is_metered(request: &ViewRequest) -> bool {
+    !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final
+}
+
+/// Bodies so near the camera that the frame may show nothing but their bright ground: the caller loads their maps and meters again. Empty if the light is not
+/// metered. Only bodies with an albedo of the bare ground, as the Earth, whose deserts reflect eight times the mean of land and sea; elsewhere ground up to
+/// twice as bright as the mean is not beyond white. Bodies with a shape model, whose maps are decoded in another way, are left out.
+pub(crate) fn bright_grounds_to_meter(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>]) -> Vec<NaifId> {
+    let request = context.request;
+    let is_near = |p: &&PlacedBody<'_>| {
+        let is_drawn = request.effects.override_of_body(p.body, Effect::Albedo) != Some(false);
+        let has_map = p.body.mesh.is_none() && p.body.maps.albedo.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
+        p.body.clear_sky_albedo.is_some()
+            && is_drawn
+            && has_map
+            && bright_ground_weight(p, &request.effects) > 0.0
+            && p.outline.rect(camera).is_some()
+    };
+    placed.iter().filter(|_| is_metered(request)).filter(is_near).map(|p| p.body.id).collect()
+}
+
 /// Bodies in the frame whose city lights this exposure would overexpose: the caller loads their maps and meters again with their light. Empty if the user has
 /// set the exposure or switched the effect off, and in pixel views other than the final image.
 pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
-    let is_metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
     let is_overexposed = |p: &&PlacedBody<'_>| {
         let is_drawn = request.effects.override_of_body(p.body, Effect::Night) != Some(false);
         let has_map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-        is_drawn && has_map && night_lights::white_radiance(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+        is_drawn && has_map && city_lights::drawn_white_radiance(p) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
     };
-    placed.iter().filter(|_| is_metered).filter(is_overexposed).map(|p| p.body.id).collect()
+    placed.iter().filter(|_| is_metered(request)).filter(is_overexposed).map(|p| p.body.id).collect()
 }
 
 /// The reason for a metered exposure: the main subject with its luminance and the level at which the image shows it; its target level, if that differs; and

@@ -4,22 +4,16 @@
 //! negative. Only the light meter reads these values; shaders read the map itself.
 
 use crate::catalog::Body;
-use crate::scene::camera::narrow_scalar;
 use crate::scene::constants::CIVIL_TWILIGHT_SINE;
+use crate::scene::light::ground_grid::GroundGrid;
 use crate::scene::numeric::smoothstep;
 use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
-use glam::{DVec2, DVec3};
-use std::f64::consts::{PI, TAU};
+use glam::DVec3;
 
 /// The radiance of a body's city lights on the grid of its night map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NightLights {
-    width: usize,
-    height: usize,
-    radiance: Vec<f32>,
-    /// [`Body::map_stretch`]: the factors on y (`stretch.x`) and on z (`stretch.y`) that turn a unit-sphere point into a direction with the map's longitude and
-    /// latitude.
-    stretch: DVec2,
+    radiance: GroundGrid,
 }
 
 /// Radiance of a white texel of the body's night map, in the channel with the largest gain; 0 without a night map.
@@ -39,25 +33,13 @@ impl NightLights {
     /// the number of texels is wrong.
     pub(crate) fn new(body: &Body, width: usize, height: usize, texels: impl Iterator<Item = f64>) -> Option<Self> {
         let white = white_radiance(body);
-        let radiance: Vec<f32> = texels.map(|texel| narrow_scalar(texel.max(0.0) * white)).collect();
-        let is_complete = width > 0 && height > 0 && radiance.len() == width * height;
-        is_complete.then(|| Self { width, height, radiance, stretch: body.map_stretch() })
+        let radiance = GroundGrid::new(body, width, height, texels.map(|texel| texel.max(0.0) * white))?;
+        Some(Self { radiance })
     }
 
-    /// Radiance at a point of the ground (unit-sphere frame), bilinearly interpolated.
+    /// Radiance at a point of the ground (unit-sphere frame).
     pub(crate) fn radiance_at(&self, point: DVec3) -> f64 {
-        let direction = (point * DVec3::new(1.0, self.stretch.x, self.stretch.y)).normalize();
-        let u = 0.5 + direction.y.atan2(direction.x) / TAU;
-        let v = 0.5 - direction.z.clamp(-1.0, 1.0).asin() / PI;
-        // In texels, from the middle of the first.
-        let (x, y) = (u * self.width as f64 - 0.5, (v * self.height as f64 - 0.5).clamp(0.0, self.height as f64 - 1.0));
-        let (left, upper) = (x.floor(), y.floor());
-        let texel = |column: f64, row: f64| {
-            let column = (column as i64).rem_euclid(self.width as i64) as usize;
-            f64::from(self.radiance[(row as usize).min(self.height - 1) * self.width + column])
-        };
-        let between_columns = |row: f64| texel(left, row) + (x - left) * (texel(left + 1.0, row) - texel(left, row));
-        between_columns(upper) + (y - upper) * (between_columns(upper + 1.0) - between_columns(upper))
+        self.radiance.at(point)
     }
 }
 

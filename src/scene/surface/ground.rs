@@ -8,7 +8,7 @@ use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Detail, MapSet};
 use crate::scene::features::choice::{Capabilities, ellipsoid_flattening};
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
-use crate::scene::light::{lights, night_lights};
+use crate::scene::light::{city_lights, lights};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::detail;
 
@@ -45,8 +45,9 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let glint = || if is_sunlit_ground_in_view { sunlit_ground.clone() } else { reflected_glint(inputs) };
     maps.specular = log.record_effect_with_map(Effect::Specular, body.maps.specular.as_ref(), glint);
     maps.night = log.record_effect_with_map(Effect::Night, body.maps.night.as_ref(), || {
-        let white = night_lights::white_radiance(body);
-        (threshold.is_exceeded_by_radiance(white), reason!("city-lights", light = threshold.radiance_description(white)))
+        let white = city_lights::drawn_white_radiance(inputs.placed);
+        let reason = reason!("city-lights", light = threshold.radiance_description(white));
+        (threshold.is_exceeded_by_radiance(white), city_lights::with_height_note(reason, inputs.placed))
     });
     if let Some(c) = &body.clouds {
         let clouds_are_off = log.is_switched_off(Effect::Clouds);

@@ -2,12 +2,14 @@
 //!
 //! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground, computed with one albedo for all of them: the mean over
 //! the whole planet, clouds included. Exception: if the body's map shows the ground alone (`clear_sky_albedo`), the mean over the ground and the air in front
-//! of it is used, unless the camera is above drawn clouds or the disc is small. Between the two albedos the change is smooth.
+//! of it is used, unless the camera is above drawn clouds or the disc is small. Between the two albedos the change is smooth. Near the camera, ground brighter
+//! than the mean counts with a part of its brightness (`bright_ground`).
 
 use crate::catalog::{Body, InventedRelief};
 use crate::scene::atmosphere::air;
 use crate::scene::draw::tables::RingShine;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
+use crate::scene::light::bright_ground::BrightGround;
 use crate::scene::light::night_lights::{self, NightLights};
 use crate::scene::light::{disc_light, photometry};
 use crate::scene::numeric::{smooth_rise, smoothstep};
@@ -34,6 +36,22 @@ const MAX_RELIEF_SLOPE: f64 = 0.15;
 /// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, sunlit ground is in view too, whose light relief
 /// hardly changes.
 const RELIEF_HEIGHT_RADII: f64 = 0.02;
+
+/// Height of the camera, in radii of the body, at which the weight of bright ground has fallen to 0. From higher up the frame shows ground of all kinds, unless
+/// its field of view is narrow.
+const BRIGHT_GROUND_HEIGHT_RADII: f64 = 0.1;
+
+/// How much the clouds that are drawn hide the ground from the camera, 0 to 1: see [`GROUND_TO_PLANET_CLOUD_HEIGHTS`].
+fn cloudiness(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f64 {
+    let clouds = p.body.clouds.as_ref().filter(|_| effects.override_of_body(p.body, Effect::Clouds) != Some(false));
+    clouds.map_or(0.0, |c| smooth_rise(GROUND_TO_PLANET_CLOUD_HEIGHTS, air::camera_height_km(p.body, &p.placement) / c.height_km))
+}
+
+/// Weight of bright ground in the metered radiance, from 0 (all ground is metered as the mean) to 1.
+pub(crate) fn bright_ground_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f64 {
+    let height_radii = air::camera_height_km(p.body, &p.placement) / p.body.radii_km.x;
+    (1.0 - smoothstep(height_radii / BRIGHT_GROUND_HEIGHT_RADII)) * (1.0 - cloudiness(p, effects))
+}
 
 /// Weight of relief in the radiance of a body's ground, from 0 (smooth ground) to 1. Relief counts if the ground is drawn with a map of normals or with
 /// procedural relief.
@@ -69,6 +87,10 @@ pub(crate) struct Albedo {
     /// uniform, so that its irradiance equals its radiance, and the factor is the geometric albedo. A clear sky's irradiance is only
     /// [`CLEAR_SKY_IRRADIANCE_PER_RADIANCE`] times its radiance.
     pub of_sky: f64,
+    /// The ground's part of `of_lights`, 0 to 1; the rest is the air in front of it.
+    pub ground_fraction: f64,
+    /// See [`bright_ground_weight`].
+    pub bright_ground_weight: f64,
 }
 
 impl Albedo {
@@ -79,19 +101,34 @@ impl Albedo {
         let haze_factor = || disc_light::meter_gain_for_haze(body, p.phase_angle_rad, p.distance_km / body.radii_km.x);
         // One channel is enough: the channels of this scale differ only for emissive bodies.
         let scale = p.radiance_scale().x * if is_off(Effect::Atmosphere) { 1.0 } else { haze_factor() };
-        let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
+        let whole = Self {
+            of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()),
+            of_sky: body.geometric_albedo,
+            ground_fraction: 1.0,
+            bright_ground_weight: bright_ground_weight(p, effects),
+        };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
         let height_km = air::camera_height_km(body, &p.placement);
         let ground = scale * clear_sky_albedo * f64::from(body.clear_sky_colour.unwrap_or(body.colour).max_element());
         let air = body.atmosphere.as_ref().filter(|_| !is_off(Effect::Atmosphere));
         let air_light = air.map_or(0.0, |a| air::backscatter(a) * air::opacity_below(a, height_km));
-        let clear = Self { of_lights: ground + air_light, of_sky: CLEAR_SKY_IRRADIANCE_PER_RADIANCE * ground };
-        let clouds = body.clouds.as_ref().filter(|_| !is_off(Effect::Clouds));
-        let cloudiness = clouds.map_or(0.0, |c| smooth_rise(GROUND_TO_PLANET_CLOUD_HEIGHTS, height_km / c.height_km));
+        let clear_of_lights = ground + air_light;
+        let clear_of_sky = CLEAR_SKY_IRRADIANCE_PER_RADIANCE * ground;
         // A body drawn as a point has the light of the whole planet.
-        let weight = (1.0 - cloudiness) * drawn_disc_fraction(effects.override_of_body(body, Effect::Points), p, diameter_px);
+        let weight = (1.0 - cloudiness(p, effects)) * drawn_disc_fraction(effects.override_of_body(body, Effect::Points), p, diameter_px);
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);
-        Self { of_lights: blend(whole.of_lights, clear.of_lights), of_sky: blend(whole.of_sky, clear.of_sky) }
+        Self {
+            of_lights: blend(whole.of_lights, clear_of_lights),
+            of_sky: blend(whole.of_sky, clear_of_sky),
+            // Without any light of the ground the fraction does not matter.
+            ground_fraction: ground / clear_of_lights.max(f64::MIN_POSITIVE),
+            ..whole
+        }
+    }
+
+    /// Factors on `of_lights` and on `of_sky` at ground that is metered as `relative` times as bright as ground of mean reflectance.
+    fn local_factors(&self, relative: f64) -> [f64; 2] {
+        [1.0 + self.ground_fraction * (relative - 1.0), relative].map(|factor| factor.powf(self.bright_ground_weight))
     }
 }
 
@@ -100,9 +137,11 @@ pub(crate) struct Ground<'g> {
     pub body: &'g Body,
     /// City lights; `None` if the body has none, or if their weight is 0.
     pub night_lights: Option<&'g NightLights>,
-    /// Factor on the radiance of the city lights.
+    /// Factor on the radiance of the night map: the weight of city lights, times the part that a camera at this height sees.
     pub city_light_weight: f64,
     pub albedo: Albedo,
+    /// Ground brighter than the mean; `None` if all ground is metered as the mean.
+    pub bright_ground: Option<&'g BrightGround>,
     /// See [`relief_weight`].
     pub relief_weight: f64,
     /// Unit vector towards the Sun, body axes.
@@ -147,8 +186,12 @@ impl Ground<'_> {
         let night_weight = night_lights::lit_fraction(normal.dot(self.sun)) * self.city_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if night_weight > 0.0 { night_weight * l.radiance_at(point) } else { 0.0 });
         let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
-        self.albedo.of_lights * (reflected(self.sun, self.sun_irradiance * sunlight_fraction * ring_transmittance) + secondary)
-            + self.albedo.of_sky * self.sky_exposure_radiance
+        let [lights_factor, sky_factor] =
+            self.bright_ground.map_or([1.0; 2], |map| self.albedo.local_factors(map.relative_radiance(point)));
+        lights_factor
+            * self.albedo.of_lights
+            * (reflected(self.sun, self.sun_irradiance * sunlight_fraction * ring_transmittance) + secondary)
+            + sky_factor * self.albedo.of_sky * self.sky_exposure_radiance
             + night_lights
             + ring_shine
     }

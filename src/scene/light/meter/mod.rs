@@ -6,12 +6,11 @@
 //! Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position, time, field of view and phase
 //! (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges (that of ground the less, the more of the frame it
 //! fills), the ground is summed between exact limits, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image
-//! shows are metered: no glare of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights
-//! (a sea is as bright as a desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that
-//! another body's air adds in front of bodies behind it.
+//! shows are metered: no glare of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights,
+//! and bright ground near the camera (from afar a sea is as bright as a desert), relief far below the camera, the shadow of rings on a distant planet, the air
+//! beyond a near limb, and the light that another body's air adds in front of bodies behind it.
 //! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
-mod city_lights;
 pub(super) mod geometry;
 mod ground;
 mod log_mean;
@@ -33,6 +32,7 @@ use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::refracted_limb::LimbLight;
 use crate::scene::eclipse::sun_occluders::evaluate_shadow;
 use crate::scene::features::inputs::diameter_px;
+use crate::scene::light::city_lights;
 use crate::scene::light::corona;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN};
 use crate::scene::light::glare::VeilingGlare;
@@ -48,6 +48,7 @@ use geometry::{
     weighted_in_frame_fraction,
 };
 use glam::{DVec2, DVec3, FloatExt};
+pub(crate) use ground::bright_ground_weight;
 use ground::{Albedo, Ground};
 use log_mean::LogMean;
 use sky::SunlightInAir;
@@ -307,12 +308,13 @@ impl<'a> MeteredFrame<'_, 'a> {
         }
         let secondary_lights = self.planet_shine_on(p);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
-        let city_light_weight = self.city_light_weight(p);
+        let city_light_weight = self.meter.city_light_weight * city_lights::factor(p);
         let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| city_light_weight > 0.0);
         let ground = Ground {
             body: p.body,
             night_lights: night_lights.map(AsRef::as_ref),
             city_light_weight,
+            bright_ground: self.meter.context.resources.bright_grounds.get(&p.body.id).map(AsRef::as_ref),
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
