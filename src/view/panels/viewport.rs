@@ -9,7 +9,7 @@ use super::angle::SeenBody;
 use super::icons::{self, Icon};
 use super::render_loop::SeenPlace;
 use super::{Interface, tour, what_to_see_now};
-use crate::catalog::NaifId;
+use crate::catalog::{Catalog, NaifId};
 use crate::scene::Scene;
 use crate::scene::labels::{self, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
