@@ -12,6 +12,7 @@ use orrery::events::{MoonEventType, solar_eclipses};
 use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
+use orrery::view::app::civil_time::ShownTimeZone;
 use orrery::view::app::event_search::{EventKind, SkyEvent, events_between};
 use orrery::view::app::settings::Home;
 use orrery::view::app::view_state::CameraPose;
@@ -43,7 +44,7 @@ fn each_view_shows_its_event() {
     let mut with_low_sun = 0;
     for event in between(&[EventKind::Solar, EventKind::Lunar, EventKind::Transit], "2004-01-01", "2024-01-01") {
         let view = event.view(catalog, &places, &base_view);
-        let name = format!("{} {}", event.title(catalog), event.summary());
+        let name = format!("{} {}", event.title(catalog), event.summary(ShownTimeZone::Utc));
         assert!(view.request(catalog, ephemeris, 300, 200).is_ok() && view.paused == Some(true), "{name}");
         assert_eq!(view.tdb_s, greatest_tdb_s(&event), "{name}");
         match (&event, view.camera_pose) {

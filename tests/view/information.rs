@@ -10,7 +10,7 @@ use orrery::view::app::settings::{Home, Settings};
 use orrery::view::panels::{Interface, Tab};
 
 /// A window with the panel about a body, once its image has arrived. The camera is beside `target`.
-fn window_about(selected: NaifId, target: NaifId, utc: &str, home: Home) -> Window {
+pub(super) fn window_about(selected: NaifId, target: NaifId, utc: &str, home: Home) -> Window {
     let Interface { mut viewer, settings, .. } = interface(target, utc);
     viewer.selected = selected;
     let mut interface = Interface::new(viewer, Settings { home, ..settings });
@@ -21,7 +21,7 @@ fn window_about(selected: NaifId, target: NaifId, utc: &str, home: Home) -> Wind
 }
 
 /// All texts that are not controls, from top to bottom. In a row of the panel the value follows the label.
-fn texts(window: &Window) -> Vec<String> {
+pub(super) fn texts(window: &Window) -> Vec<String> {
     window.query_all_by_role(Role::Label).filter_map(|label| label.accesskit_node().value()).collect()
 }
 

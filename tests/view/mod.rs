@@ -35,3 +35,5 @@ mod timeline;
 mod tour;
 #[cfg(feature = "gpu")]
 mod window_frame;
+#[cfg(unix)]
+mod zones;

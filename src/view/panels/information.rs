@@ -19,6 +19,7 @@ use crate::scene::{BodyReport, InventedData, SubPoint};
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
+use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::place_text::latitude_longitude_text;
 use crate::view::app::settings::{Home, LengthUnit, Settings};
 use crate::view::app::view_state::{MAX_TYPED_LONGITUDE_DEG, wrapped_longitude_deg};
@@ -217,6 +218,7 @@ pub(super) fn duration_text(duration_s: f64) -> String {
 
 /// Shows the body's position in the sky of the observer's place and the day's solar eclipse, which the query worker computes.
 fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyReport, time: Instant) {
+    let zone = interface.settings.time_zone;
     let panel = &mut interface.information;
     ui.strong(text!("place-heading"));
     place_fields(ui, panel);
@@ -231,7 +233,7 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         body: body.id,
         place_deg: [panel.observer_place.latitude_deg, panel.observer_place.longitude_deg],
         tdb_minutes: (tdb_s / 60.0).floor() as i64,
-        day: interface.settings.time_zone.day(time).unwrap_or_else(day_of_tdb),
+        day: zone.day(time).unwrap_or_else(day_of_tdb),
     };
     let answer = panel.report.update(worker, inputs, move |session| report(session, inputs, time));
     let Some((_, report)) = answer.filter(|(inputs, _)| inputs.body == body.id) else {
@@ -259,16 +261,16 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
                 (None, true) => text!("fact-up-all-day"),
                 (None, false) => text!("fact-down-all-day"),
             };
-            let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), second_text);
+            let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), |time| second_text(time, zone));
             fact::row(ui, text!("fact-rise"), time_or_absent(times.rise));
             let transit_text = |(time, altitude_deg): (Instant, f64)| {
-                text!("fact-transit-value", time = second_text(time), deg = decimal(altitude_deg, 1))
+                text!("fact-transit-value", time = second_text(time, zone), deg = decimal(altitude_deg, 1))
             };
             fact::row(ui, text!("fact-transit"), times.transit.map_or("-".into(), transit_text));
             fact::row(ui, text!("fact-set"), time_or_absent(times.set));
         }
     });
-    solar_eclipse(ui, report);
+    solar_eclipse(ui, report, zone);
 }
 
 fn place_of(city: &City) -> Home {
@@ -326,7 +328,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
 }
 
 /// Shows the solar eclipse of the report's day at its place, if any.
-fn solar_eclipse(ui: &mut egui::Ui, report: &SkyReport) {
+fn solar_eclipse(ui: &mut egui::Ui, report: &SkyReport, zone: ShownTimeZone) {
     ui.add_space(6.0);
     ui.strong(text!("eclipse-today"));
     match &report.solar_eclipse {
@@ -336,15 +338,15 @@ fn solar_eclipse(ui: &mut egui::Ui, report: &SkyReport) {
         Ok(Some(eclipse)) => {
             Grid::new("eclipse").num_columns(2).striped(true).show(ui, |ui| {
                 if let Some(first) = eclipse.begins {
-                    fact::row(ui, text!("eclipse-first-contact"), second_text(first));
+                    fact::row(ui, text!("eclipse-first-contact"), second_text(first, zone));
                 }
                 if let Some((second, third)) = eclipse.inner {
-                    fact::row(ui, text!("eclipse-second-contact"), second_text(second));
-                    fact::row(ui, text!("eclipse-third-contact"), second_text(third));
+                    fact::row(ui, text!("eclipse-second-contact"), second_text(second, zone));
+                    fact::row(ui, text!("eclipse-third-contact"), second_text(third, zone));
                 }
-                fact::row(ui, text!("eclipse-greatest"), second_text(eclipse.greatest));
+                fact::row(ui, text!("eclipse-greatest"), second_text(eclipse.greatest, zone));
                 if let Some(last) = eclipse.ends {
-                    fact::row(ui, text!("eclipse-last-contact"), second_text(last));
+                    fact::row(ui, text!("eclipse-last-contact"), second_text(last, zone));
                 }
                 fact::row(ui, text!("event-magnitude"), decimal(eclipse.magnitude, 4));
                 fact::row(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(eclipse.altitude_deg, 1)));
