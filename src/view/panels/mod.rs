@@ -8,6 +8,7 @@ mod accessible;
 mod angle;
 mod body_browser;
 mod camera_controls;
+mod clock_end;
 mod compare;
 mod composition;
 mod dropped;
@@ -223,7 +224,9 @@ impl Interface {
         let now_s = ui.input(|i| i.time);
         let elapsed_s = if self.viewport.frame_start_s.is_nan() { 0.0 } else { now_s - self.viewport.frame_start_s };
         self.viewport.frame_start_s = now_s;
+        let before_tdb_s = self.viewer.view.tdb_s;
         self.viewer.advance(elapsed_s);
+        clock_end::stop(self, before_tdb_s, worker);
         tour::advance(self, ui.ctx(), elapsed_s);
         let view_of_tour = self.tour.is_playing().then(|| self.viewer.view.clone());
         // Messages about drivers appear in the Performance panel, not over the image.
