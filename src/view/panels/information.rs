@@ -8,6 +8,7 @@ use self::sizes_and_distances::SizeComparison;
 use super::Interface;
 use super::fact;
 use super::number_field::{self, NumberKind};
+use super::search::MAX_ECHO_CHARS;
 use super::theme::MIN_LIST_HEIGHT;
 use crate::catalog::cities::{self, City};
 use crate::catalog::{Catalog, NaifId};
@@ -29,6 +30,7 @@ use crate::view::language::numbers::{grouped, localised};
 use crate::view::language::{body_name, catalog_text, decimal, message_text, reason_text, signed, text};
 use crate::view::worker::latest_answer::LatestAnswer;
 use crate::view::worker::render_worker::RenderWorker;
+use crate::wording::{echo_within, nearest};
 use egui::{Grid, ScrollArea};
 
 impl LengthUnit {
@@ -97,6 +99,8 @@ pub(crate) struct InformationPanel {
     typed_city: String,
     /// The city that was chosen in the field, as long as its place is the observer's.
     chosen_city: Option<&'static City>,
+    /// The last text that was entered although no city has this name, until the text in the field changes.
+    unknown_city: Option<String>,
     report: LatestAnswer<ReportInputs, SkyReport>,
 }
 
@@ -277,18 +281,38 @@ fn place_of(city: &City) -> Home {
     Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg }
 }
 
-/// Shows the fields for the observer's place: a city, or latitude and longitude. Escape takes back what was typed of a city's name.
+/// Shows the fields for the observer's place: a city, or latitude and longitude. Escape takes back what was typed of a city's name; so does leaving the field if
+/// no city has this name.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     let place_before = panel.observer_place;
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.typed_city).hint_text(text!("place-city")).desired_width(110.0);
         let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
-        if response.lost_focus() && number_field::is_cancelled(ui) {
-            panel.typed_city = panel.chosen_city.map_or_else(String::new, |city| city.name.to_owned());
-        }
-        let found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
-        let is_chosen = |city: &City| panel.observer_place == place_of(city);
         let enter_pressed = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+        if response.changed() {
+            panel.unknown_city = None;
+        }
+        let mut found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
+        if response.lost_focus() {
+            let (typed, is_cancelled) = (panel.typed_city.trim().to_owned(), number_field::is_cancelled(ui));
+            if found.is_empty() && !typed.is_empty() && !is_cancelled {
+                panel.unknown_city = Some(typed);
+            } else if is_cancelled {
+                panel.unknown_city = None;
+            }
+            if enter_pressed && panel.unknown_city.is_some() {
+                // The name can be corrected at once.
+                response.request_focus();
+            } else if is_cancelled || found.is_empty() {
+                panel.typed_city = panel.chosen_city.map_or_else(String::new, |city| city.name.to_owned());
+                found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
+            }
+        }
+        if panel.unknown_city.is_some() {
+            // A press on a similar name takes the focus from the field. Until the release the name stays where it is.
+            found.clear();
+        }
+        let is_chosen = |city: &City| panel.observer_place == place_of(city);
         let mut chosen = found.first().copied().filter(|_| enter_pressed);
         for city in found {
             let hover = text!("place-city-choose", city = city.name, country = catalog_text("country", city.country));
@@ -296,10 +320,13 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
                 chosen = Some(city);
             }
         }
+        if let Some(unknown) = &panel.unknown_city {
+            chosen = similar_cities(ui, unknown);
+        }
         if let Some(city) = chosen {
             panel.observer_place = place_of(city);
             panel.typed_city = city.name.to_owned();
-            panel.chosen_city = Some(city);
+            (panel.chosen_city, panel.unknown_city) = (Some(city), None);
         }
     });
     let observer_place = &mut panel.observer_place;
@@ -324,7 +351,22 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     let is_other_place = panel.observer_place != place_before && panel.chosen_city.is_none();
     if is_outdated || is_other_place {
         panel.typed_city.clear();
+        panel.unknown_city = None;
     }
+}
+
+/// Says that no city has this name, and offers cities with similar names; returns the one that is clicked.
+fn similar_cities(ui: &mut egui::Ui, unknown: &str) -> Option<&'static City> {
+    let failure = text!("search-nothing", typed = echo_within(unknown, MAX_ECHO_CHARS));
+    let failure_label = ui.colored_label(ui.visuals().warn_fg_color, failure);
+    // Screen readers announce the failure although the focus stays in the field.
+    ui.ctx().accesskit_node_builder(failure_label.id, |node| node.set_live(egui::accesskit::Live::Polite));
+    let mut chosen = None;
+    for name in nearest(unknown, cities::all().iter().map(|city| city.name)) {
+        let is_clicked = ui.selectable_label(false, text!("search-did-you-mean", name = name)).clicked();
+        chosen = chosen.or(cities::all().iter().find(|city| is_clicked && city.name == name));
+    }
+    chosen
 }
 
 /// Shows the solar eclipse of the report's day at its place, if any.
