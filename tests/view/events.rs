@@ -286,7 +286,7 @@ fn the_chosen_event_belongs_to_the_listed_span() {
 
 /// The texts that a window paints, with the visible part of the rectangle of each of their rows. The rectangle of an entire text would not do: in a wrapping
 /// row of controls, that of a label begins at the left margin, below the controls before the label.
-fn painted_texts(window: &Window) -> Vec<(String, Rect)> {
+pub(super) fn painted_texts(window: &Window) -> Vec<(String, Rect)> {
     fn walk(shape: &Shape, clip_rect: Rect, out: &mut Vec<(String, Rect)>) {
         match shape {
             Shape::Vec(shapes) => shapes.iter().for_each(|shape| walk(shape, clip_rect, out)),

@@ -202,7 +202,16 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                     .show(ui, |ui| details::show(interface, ui, worker, &event, actions));
             });
         }
+        failure(&interface.events, ui);
         list(interface, ui, worker, actions);
+    });
+}
+
+/// Shows below the list why the search ended before the end of its range. The text wraps there without moving a row of the list.
+fn failure(panel: &EventsPanel, ui: &mut egui::Ui) {
+    let Some(why) = &panel.failure else { return };
+    Panel::bottom("end of events").resizable(false).show(ui, |ui| {
+        ui.add(Label::new(RichText::new(error_text(why)).color(ui.visuals().warn_fg_color)).wrap());
     });
 }
 
@@ -330,7 +339,9 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui, zone: ShownTimeZone) {
             return ui.button(text!("events-stop")).on_hover_text(text!("events-stop-hint")).clicked();
         }
         let (status, hint) = status_text(panel, zone);
-        ui.add(Label::new(RichText::new(status).weak()).truncate()).on_hover_text(hint);
+        // The tooltip has the whole text, so egui's own for a text that is cut is switched off.
+        let label = Label::new(RichText::new(&status).weak()).truncate().show_tooltip_when_elided(false);
+        ui.add(label).on_hover_text(format!("{status}\n{hint}"));
         false
     });
     if stopped.inner {
@@ -344,13 +355,12 @@ fn status_text(panel: &EventsPanel, zone: ShownTimeZone) -> (String, &'static st
         let side = if is_backward { text!("events-before-date") } else { text!("events-after-date") };
         format!("{side} {}", minute_text(start, zone))
     });
-    match (&panel.failure, panel.rows.len()) {
-        (Some(why), _) => (error_text(why), text!("events-end-hint")),
-        (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched_text), text!("events-none-hint")),
-        (None, 0) => (text!("events-choose-kind").into(), text!("events-choose-kind-hint")),
-        (None, 1) => (text!("events-one", searched = searched_text), text!("events-one-hint")),
-        (None, MAX_ROWS) => (text!("events-most", count = MAX_ROWS, searched = searched_text), text!("events-some-hint")),
-        (None, n) => (text!("events-some", n = n, searched = searched_text), text!("events-some-hint")),
+    match panel.rows.len() {
+        0 if panel.kinds.contains(&true) => (text!("events-none", searched = searched_text), text!("events-none-hint")),
+        0 => (text!("events-choose-kind").into(), text!("events-choose-kind-hint")),
+        1 => (text!("events-one", searched = searched_text), text!("events-one-hint")),
+        MAX_ROWS => (text!("events-most", count = MAX_ROWS, searched = searched_text), text!("events-some-hint")),
+        n => (text!("events-some", n = n, searched = searched_text), text!("events-some-hint")),
     }
 }
 
