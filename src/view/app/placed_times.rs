@@ -27,7 +27,8 @@ fn camera_distance_km(view: &ViewState, session: &Session) -> f64 {
 pub(crate) fn check(view: &ViewState, tdb_s: f64, session: &Session) -> Result<(), EphemerisError> {
     let ephemeris = session.ephemeris();
     let camera_body = view.camera_pose.body();
-    // The camera is at most this much light time nearer to the target, or farther from it, than the centre of its body. The second is for a camera on the ground.
+    // The camera is at most this much light time nearer to the target, or farther from it, than the centre of its body. The second is for a camera on the
+    // ground.
     let margin_s = 2.0 * camera_distance_km(view, session) / SPEED_OF_LIGHT_KM_S + 1.0;
     for time in [tdb_s, tdb_s - margin_s].map(Instant::from_tdb_seconds_past_j2000) {
         ephemeris.body_from_icrf(camera_body, time)?;

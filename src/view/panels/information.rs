@@ -8,7 +8,6 @@ use self::sizes_and_distances::SizeComparison;
 use super::Interface;
 use super::fact;
 use super::number_field::{self, NumberKind};
-use super::search::MAX_ECHO_CHARS;
 use super::theme::MIN_LIST_HEIGHT;
 use crate::catalog::cities::{self, City};
 use crate::catalog::{Catalog, NaifId};
@@ -60,6 +59,8 @@ impl LengthUnit {
 
 /// Largest number of cities suggested for a typed name.
 const MAX_CITIES: usize = 4;
+/// Largest number of characters of an unknown name that the message quotes.
+const MAX_NAME_CHARS: usize = 40;
 
 /// One body in the sky of one place on the Earth: its position at one time, its rise, transit and set on the displayed day, and the day's solar eclipse.
 struct SkyReport {
@@ -281,8 +282,8 @@ fn place_of(city: &City) -> Home {
     Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg }
 }
 
-/// Shows the fields for the observer's place: a city, or latitude and longitude. Escape takes back what was typed of a city's name; so does leaving the field if
-/// no city has this name.
+/// Shows the fields for the observer's place: a city, or latitude and longitude. Escape takes back what was typed of a city's name; so does leaving the field
+/// if no city has this name.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     let place_before = panel.observer_place;
     ui.horizontal_wrapped(|ui| {
@@ -357,7 +358,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
 
 /// Says that no city has this name, and offers cities with similar names; returns the one that is clicked.
 fn similar_cities(ui: &mut egui::Ui, unknown: &str) -> Option<&'static City> {
-    let failure = text!("search-nothing", typed = echo_within(unknown, MAX_ECHO_CHARS));
+    let failure = text!("search-nothing", typed = echo_within(unknown, MAX_NAME_CHARS));
     let failure_label = ui.colored_label(ui.visuals().warn_fg_color, failure);
     // Screen readers announce the failure although the focus stays in the field.
     ui.ctx().accesskit_node_builder(failure_label.id, |node| node.set_live(egui::accesskit::Live::Polite));

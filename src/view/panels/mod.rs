@@ -394,7 +394,12 @@ impl Interface {
     /// The text of the window's title bar.
     pub(crate) fn title(&self) -> String {
         let view = &self.viewer.view;
-        format!("{} · {} · {} · Orrery", self.viewer.name(view.target), minute_text(view.time(), self.settings.time_zone), self.viewer.time_rate.label())
+        format!(
+            "{} · {} · {} · Orrery",
+            self.viewer.name(view.target),
+            minute_text(view.time(), self.settings.time_zone),
+            self.viewer.time_rate.label()
+        )
     }
 
     /// The title for screen readers, without the time, because a screen reader would announce each change.
