@@ -27,11 +27,12 @@ fn camera_distance_km(view: &ViewState, session: &Session) -> f64 {
 pub(crate) fn check(view: &ViewState, tdb_s: f64, session: &Session) -> Result<(), EphemerisError> {
     let ephemeris = session.ephemeris();
     let camera_body = view.camera_pose.body();
-    // The camera is at most this much light time nearer to the target, or farther from it, than the centre of its body. The second is for a camera on the
-    // ground.
-    let margin_s = 2.0 * camera_distance_km(view, session) / SPEED_OF_LIGHT_KM_S + 1.0;
+    // The camera is at most this much light time farther from the target than the centre of its body. The second is for a camera on the ground.
+    let margin_s = camera_distance_km(view, session) / SPEED_OF_LIGHT_KM_S + 1.0;
     for time in [tdb_s, tdb_s - margin_s].map(Instant::from_tdb_seconds_past_j2000) {
-        ephemeris.body_from_icrf(camera_body, time)?;
+        if matches!(view.camera_pose, CameraPose::Orbit { .. } | CameraPose::Ground { .. }) {
+            ephemeris.body_from_icrf(camera_body, time)?;
+        }
         let camera_km = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, time, BEST_SOURCE)?.state.pos_km;
         let (target_km, emitted_at) = ephemeris.light_time_position(view.target, camera_km, time)?;
         ephemeris.body_from_icrf(view.target, emitted_at)?;
