@@ -62,8 +62,8 @@ enum Cell {
 
 /// Radius of a halo, in units of the font size: two pixels for text of 13 pixels.
 const HALO_EMS: f32 = 1.0 / 7.0;
-/// Coverage from which a texel has a halo around it. The thinnest strokes cover no texel by half.
-const MIN_INK: f32 = 0.25;
+/// Coverage from which a texel has a halo around it: strokes of small text cover some of their texels only a little.
+const MIN_INK: f32 = 0.1;
 
 /// Width of the texture, in units of the font size.
 const TEXTURE_WIDTH_EMS: f32 = 20.0;
