@@ -1,7 +1,7 @@
 //! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
 //! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: a texture of one mip level that holds coverage (the same in all four
-//! channels), and a [`Glyph`] for each character. Two more glyphs are a ring and a filled square.
+//! channels), and for each character a [`Glyph`] and its *halo*: the glyph and all that is near it. More glyphs are a ring, its halo and a filled square.
 //! Always: each glyph has a rectangle of its own in the texture (its cell), and at least one empty texel lies between two cells. A character missing in the
 //! font becomes the font's replacement glyph. Not here: the position of text.
 //!
@@ -31,15 +31,39 @@ pub struct Glyph {
 pub struct GlyphAtlas {
     /// The coverage of all glyphs.
     pub texture: SharedTexture,
-    /// The glyph of each character.
-    by_character: BTreeMap<char, Glyph>,
+    /// The glyph and the halo of each character.
+    by_character: BTreeMap<char, WithHalo>,
     /// A ring. It is drawn around landing sites, around bodies that appear smaller than the ring, and as the compass.
     pub ring: Glyph,
+    /// The halo of the ring.
+    pub ring_halo: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub solid_square: Glyph,
     /// From the middle of a lower-case letter down to the baseline.
     pub baseline_offset_px: f32,
 }
+
+/// A glyph and its halo.
+#[derive(Clone, Copy, Debug)]
+struct WithHalo {
+    glyph: Glyph,
+    halo: Glyph,
+}
+
+/// What a cell of the atlas contains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Cell {
+    Character(char),
+    Halo(char),
+    Ring,
+    RingHalo,
+    Square,
+}
+
+/// Radius of a halo, in units of the font size: two pixels for text of 13 pixels.
+const HALO_EMS: f32 = 1.0 / 7.0;
+/// Coverage from which a texel has a halo around it: strokes of small text cover some of their texels only a little.
+const MIN_INK: f32 = 0.1;
 
 /// Width of the texture, in units of the font size.
 const TEXTURE_WIDTH_EMS: f32 = 20.0;
@@ -94,6 +118,35 @@ fn ring(radius_px: f32, stroke_px: f32) -> GlyphBitmap {
     }
 }
 
+/// The halo of a glyph: all texels nearer to it than `radius_px`, antialiased by the distance.
+fn halo(glyph: &GlyphBitmap, radius_px: f32) -> GlyphBitmap {
+    let [width, height] = glyph.size.map(|side| side as i32);
+    if width == 0 || height == 0 {
+        return GlyphBitmap { size: [0, 0], bearing: glyph.bearing, advance: glyph.advance, coverage: Vec::new() };
+    }
+    // Beyond this number of texels the coverage is 0.
+    let reach = (radius_px + 0.5).ceil() as i32;
+    let columns = width + 2 * reach;
+    let is_inked = |x: i32, y: i32| glyph.coverage[(y * width + x) as usize] >= MIN_INK;
+    // Distance of each column to the nearest inked texel of the row; infinite in a row without ink.
+    let distances_in_row = |y: i32| -> Vec<f32> {
+        let inked: Vec<i32> = (0..width).filter(|x| is_inked(*x, y)).collect();
+        (0..columns).map(|x| inked.iter().map(|at| (at + reach - x).abs() as f32).fold(f32::INFINITY, f32::min)).collect()
+    };
+    let rows: Vec<Vec<f32>> = (0..height).map(distances_in_row).collect();
+    let coverage_at = |x: i32, y: i32| {
+        let near_rows = (y - reach).max(0)..(y + reach + 1).min(height);
+        let distance_px = near_rows.map(|row| rows[row as usize][x as usize].hypot((row - y) as f32)).fold(f32::INFINITY, f32::min);
+        (radius_px + 0.5 - distance_px).clamp(0.0, 1.0)
+    };
+    GlyphBitmap {
+        size: [columns as u32, (height + 2 * reach) as u32],
+        bearing: glyph.bearing.map(|offset| offset - reach),
+        advance: glyph.advance,
+        coverage: (-reach..height + reach).flat_map(|y| (0..columns).map(move |x| (x, y))).map(|(x, y)| coverage_at(x, y)).collect(),
+    }
+}
+
 /// Side of the filled square, in units of the font size. Larger rectangles are tiled with it.
 const SQUARE_SIDE_EMS: f32 = 2.0;
 
@@ -108,15 +161,22 @@ impl GlyphAtlas {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
         let characters: BTreeSet<char> = characters.into_iter().collect();
-        // The ring and then the square follow the characters, without a character of their own.
-        let drawn: Vec<(Option<char>, GlyphBitmap)> = characters
+        let halo_px = (HALO_EMS * size_px).round().max(1.0);
+        let mut drawn: Vec<(Cell, GlyphBitmap)> = characters
             .into_iter()
-            .filter_map(|c| Some((Some(c), rasterise(font.as_ref()?, c, size_px))))
+            .filter_map(|c| Some((Cell::Character(c), rasterise(font.as_ref()?, c, size_px))))
             .chain([
-                (None, ring(ring_radius_ems * size_px, (RING_STROKE_EMS * size_px).max(1.0))),
-                (None, solid_square((SQUARE_SIDE_EMS * size_px).ceil() as u32)),
+                (Cell::Ring, ring(ring_radius_ems * size_px, (RING_STROKE_EMS * size_px).max(1.0))),
+                (Cell::Square, solid_square((SQUARE_SIDE_EMS * size_px).ceil() as u32)),
             ])
             .collect();
+        let halo_of = |(cell, bitmap): &(Cell, GlyphBitmap)| match cell {
+            Cell::Character(c) => Some((Cell::Halo(*c), halo(bitmap, halo_px))),
+            Cell::Ring => Some((Cell::RingHalo, halo(bitmap, halo_px))),
+            Cell::Halo(_) | Cell::RingHalo | Cell::Square => None,
+        };
+        let halos: Vec<_> = drawn.iter().filter_map(halo_of).collect();
+        drawn.extend(halos);
         let widest = drawn.iter().map(|(_, bitmap)| bitmap.size[0]).max().unwrap_or(0);
         let width = ((TEXTURE_WIDTH_EMS * size_px) as u32).max(widest + 2);
         // Rows of cells, each as high as its highest glyph, with a border of one empty texel. `corner`: top left corner of the next cell.
@@ -147,26 +207,41 @@ impl GlyphAtlas {
             bearing: bitmap.bearing,
             advance: bitmap.advance,
         };
-        let all: Vec<(Option<char>, Glyph)> =
-            drawn.iter().zip(&positions).map(|((c, bitmap), position)| (*c, glyph(bitmap, *position))).collect();
+        let all: BTreeMap<Cell, Glyph> =
+            drawn.iter().zip(&positions).map(|((cell, bitmap), position)| (*cell, glyph(bitmap, *position))).collect();
         let empty = Glyph { top_left: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
+        let of_cell = |cell: Cell| all.get(&cell).copied().unwrap_or(empty);
+        let with_halo = |(cell, glyph): (&Cell, &Glyph)| match *cell {
+            Cell::Character(c) => Some((c, WithHalo { glyph: *glyph, halo: of_cell(Cell::Halo(c)) })),
+            Cell::Halo(_) | Cell::Ring | Cell::RingHalo | Cell::Square => None,
+        };
         // Height of the letter x above the baseline, which typographers call x-height.
         let x_height = font.as_ref().map_or(0.0, |f| -(rasterise(f, 'x', size_px).bearing[1] as f32));
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(width, height, bytes)] }),
-            ring: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
-            solid_square: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
-            by_character: all.into_iter().filter_map(|(c, glyph)| Some((c?, glyph))).collect(),
+            ring: of_cell(Cell::Ring),
+            ring_halo: of_cell(Cell::RingHalo),
+            solid_square: of_cell(Cell::Square),
+            by_character: all.iter().filter_map(with_halo).collect(),
             baseline_offset_px: (0.5 * x_height).round(),
         }
     }
 
     /// The glyphs of a text, each with its pen position in pixels from the start of the text. Characters that the atlas lacks are skipped.
     pub(crate) fn layout<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
-        text.chars().filter_map(|c| self.by_character.get(&c)).scan(0.0, |pen, glyph| {
+        self.layout_with_halos(text).map(|(start, WithHalo { glyph, .. })| (start, glyph))
+    }
+
+    /// The halos of a text's glyphs, each with its pen position as in [`Self::layout`].
+    pub(crate) fn halos<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
+        self.layout_with_halos(text).map(|(start, WithHalo { halo, .. })| (start, halo))
+    }
+
+    fn layout_with_halos<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, WithHalo)> + 'a {
+        text.chars().filter_map(|c| self.by_character.get(&c)).scan(0.0, |pen, both| {
             let start = *pen;
-            *pen += glyph.advance;
-            Some((start, *glyph))
+            *pen += both.glyph.advance;
+            Some((start, *both))
         })
     }
 }
@@ -186,8 +261,8 @@ mod tests {
     #[test]
     fn cells_do_not_touch_and_contain_all_coverage() {
         let glyphs = GlyphAtlas::draw("Ganymede Io ö\u{10FFFF}".chars(), 20.0, 0.4);
-        let mut all: Vec<Glyph> = glyphs.by_character.values().copied().collect();
-        all.extend([glyphs.ring, glyphs.solid_square]);
+        let mut all: Vec<Glyph> = glyphs.by_character.values().flat_map(|both| [both.glyph, both.halo]).collect();
+        all.extend([glyphs.ring, glyphs.ring_halo, glyphs.solid_square]);
         let end = |glyph: &Glyph, axis: usize| glyph.top_left[axis] + glyph.size[axis];
         let apart = |a: &Glyph, b: &Glyph, axis: usize| end(a, axis) < b.top_left[axis] || end(b, axis) < a.top_left[axis];
         let inked: Vec<&Glyph> = all.iter().filter(|glyph| glyph.size[0] > 0).collect();
@@ -197,8 +272,24 @@ mod tests {
         let total: f64 = glyphs.texture.levels[0].bytes().chunks(4).map(|t| f64::from(t[0]) / 255.0).sum();
         let cells: f64 = all.iter().map(|glyph| covered_texels(&glyphs, glyph)).sum();
         assert!((total - cells).abs() < 1e-6 && total > 100.0, "{total} of texels, {cells} in cells");
-        assert!(glyphs.by_character[&' '].advance > 2.0 && glyphs.by_character[&' '].size[0] == 0);
-        assert!(covered_texels(&glyphs, &glyphs.by_character[&'\u{10FFFF}']) > 1.0, "the replacement glyph");
+        let space = glyphs.by_character[&' '];
+        assert!(space.glyph.advance > 2.0 && space.glyph.size[0] == 0 && space.halo.size[0] == 0);
+        assert!(covered_texels(&glyphs, &glyphs.by_character[&'\u{10FFFF}'].glyph) > 1.0, "the replacement glyph");
+    }
+
+    /// The halo of a vertical stroke, whose area is known: the stroke, widened by the radius on all sides, with round corners.
+    #[test]
+    fn a_halo_reaches_as_far_as_its_radius() {
+        let (width, height) = (2, 20);
+        let stroke = GlyphBitmap { size: [width, height], bearing: [3, -20], advance: 5.0, coverage: vec![1.0; (width * height) as usize] };
+        let radius_px = 4.0;
+        let halo = halo(&stroke, radius_px);
+        assert_eq!((halo.bearing, halo.advance, halo.size), ([-2, -25], 5.0, [12, 30]));
+        let area: f32 = halo.coverage.iter().sum();
+        // Of a texel, the distance counts from its middle, so the halo ends a radius beyond the middles of the outermost texels, and half a texel after that.
+        let (x, y, r) = (width as f32 - 1.0, height as f32 - 1.0, radius_px);
+        let expected = x * y + 2.0 * r * (x + y) + std::f32::consts::PI * r * r;
+        assert!((area / expected - 1.0).abs() < 0.03, "{area} texels instead of {expected}");
     }
 
     #[test]

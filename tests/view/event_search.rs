@@ -1,6 +1,6 @@
 //! The search for events: in steps, up to the ends of the ephemeris, and in a calendar year. Moons' events as seen from a place.
 
-use crate::view::events::{between, greatest_tdb_s, open_events, parse_time};
+use crate::view::events::{between, greatest_tdb_s, open_events, painted_texts, parse_time};
 use crate::view::input::window_without_images;
 use crate::view::interface::session;
 use crate::view::search::{search, window_after_search};
@@ -102,8 +102,11 @@ fn the_window_finds_the_last_eclipses_of_the_ephemeris() {
     for event in ["Total solar eclipse, 3000-04-26 14:1", "Hybrid solar eclipse, 3000-10-19 16:0"] {
         assert!(window.query_by_label_contains(event).is_some(), "{event} is not listed");
     }
-    // The line above the list says why the list ends there.
+    // The line below the list says why the list ends there. It was cut after one row.
     window.get_by_label_contains("from -3001-11-23 to 3001-01-08");
+    let rows = painted_texts(&window).into_iter().filter(|(text, _)| text.contains("from -3001-11-23 to 3001-01-08"));
+    assert!(rows.count() > 1, "the reason does not wrap");
+    window.get_by_label_contains(" events after 2999-12-30 00:00 UTC");
 }
 
 /// A year once had 365.25 days, so that the last 18 hours of a leap year were left out.

@@ -12,6 +12,7 @@ use orrery::events::{MoonEventType, solar_eclipses};
 use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
+use orrery::view::app::civil_time::ShownTimeZone;
 use orrery::view::app::event_search::{EventKind, SkyEvent, events_between};
 use orrery::view::app::settings::Home;
 use orrery::view::app::view_state::CameraPose;
@@ -43,7 +44,7 @@ fn each_view_shows_its_event() {
     let mut with_low_sun = 0;
     for event in between(&[EventKind::Solar, EventKind::Lunar, EventKind::Transit], "2004-01-01", "2024-01-01") {
         let view = event.view(catalog, &places, &base_view);
-        let name = format!("{} {}", event.title(catalog), event.summary());
+        let name = format!("{} {}", event.title(catalog), event.summary(ShownTimeZone::Utc));
         assert!(view.request(catalog, ephemeris, 300, 200).is_ok() && view.paused == Some(true), "{name}");
         assert_eq!(view.tdb_s, greatest_tdb_s(&event), "{name}");
         match (&event, view.camera_pose) {
@@ -285,7 +286,7 @@ fn the_chosen_event_belongs_to_the_listed_span() {
 
 /// The texts that a window paints, with the visible part of the rectangle of each of their rows. The rectangle of an entire text would not do: in a wrapping
 /// row of controls, that of a label begins at the left margin, below the controls before the label.
-fn painted_texts(window: &Window) -> Vec<(String, Rect)> {
+pub(super) fn painted_texts(window: &Window) -> Vec<(String, Rect)> {
     fn walk(shape: &Shape, clip_rect: Rect, out: &mut Vec<(String, Rect)>) {
         match shape {
             Shape::Vec(shapes) => shapes.iter().for_each(|shape| walk(shape, clip_rect, out)),

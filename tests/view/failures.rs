@@ -85,18 +85,59 @@ fn a_window_without_its_first_image_is_at_rest() {
     assert!(repaint_delay(&harness) > Duration::ZERO, "the window draws frame after frame");
 }
 
-/// Time runs on although the view cannot be drawn; otherwise time that runs backward would not return to the span of the ephemeris by itself.
+/// Time runs on towards the span of the ephemeris although the view cannot be drawn; away from it time is paused.
 #[test]
-fn time_runs_on_outside_the_ephemeris() {
+fn time_runs_only_towards_the_ephemeris_outside_it() {
     let mut harness = harness_of(session(), interface(NaifId::MOON, "2024-01-25T00:00:00Z"));
     settle(&mut harness);
     // 31 700 years after J2000 there is no orientation of any body.
     harness.state_mut().viewer.view.tdb_s = 1e12;
-    harness.state_mut().viewer.time_rate.toggle_pause();
+    harness.event(egui::Event::Text("j".into()));
     settle(&mut harness);
-    assert!(!harness.state().message_line().is_empty());
+    let state = harness.state();
+    assert!(!state.message_line().is_empty() && !state.viewer.time_rate.is_paused() && state.viewer.view.tdb_s < 1e12);
     let delay = repaint_delay(&harness);
     assert!(delay <= Duration::from_secs(1), "the next frame is due in {delay:?}");
+    harness.state_mut().viewer.view.tdb_s = 1e12;
+    harness.event(egui::Event::Text("l".into()));
+    settle(&mut harness);
+    let state = harness.state();
+    assert!(!state.message_line().is_empty() && state.viewer.time_rate.is_paused() && state.viewer.view.tdb_s <= 1e12);
+}
+
+/// The clock once ran on beyond the ephemeris, while the image stayed as it was and the reason changed in every frame.
+#[test]
+fn the_clock_stops_at_the_ends_of_the_ephemeris() {
+    for (start, key, reason) in [("3001-01-01T00:00:00Z", "l", "to 3001-01-08T"), ("-3001-12-01T00:00:00Z", "j", "from -3001-11-23T")] {
+        let mut harness = harness_of(session(), interface(NaifId::MOON, start));
+        settle(&mut harness);
+        harness.event(egui::Event::Text(key.into()));
+        harness.run_steps(2);
+        // To a week a second.
+        for _ in 0..7 {
+            harness.event(egui::Event::Text(".".into()));
+            harness.run_steps(1);
+        }
+        for _ in 0..3 {
+            settle(&mut harness);
+        }
+        let state = harness.state();
+        let (stopped_tdb_s, reply) = (state.viewer.view.tdb_s, state.reply_text().to_owned());
+        assert!(state.viewer.time_rate.is_paused() && reply.contains(reason), "{start}: {reply}");
+        // The image is that of the end: the reply is the message, not a reason why there is no image.
+        assert_eq!(state.message_line(), reply);
+        let shown_tdb_s = state.shown().expect("an image").scene.time.tdb_seconds_past_j2000();
+        assert!((shown_tdb_s - stopped_tdb_s).abs() < 1e-3, "{start}: the image is {} s off", shown_tdb_s - stopped_tdb_s);
+        // Less than the light times of Moon and Sun from the end, with 2 s for rounding.
+        let end_tdb_s = if key == "l" { 3001.0 - 2000.0 } else { -3000.0 - 2000.0 } * 365.25 * 86_400.0;
+        assert!((stopped_tdb_s - end_tdb_s).abs() < 600.0, "{start}: {} s from the end", stopped_tdb_s - end_tdb_s);
+        // A step beyond the end is taken, and the message says from when to when there is an image.
+        let beyond = if key == "l" { "+d" } else { "-d" };
+        harness.get_by_label(beyond).click_accesskit();
+        harness.run_steps(4);
+        let message = harness.state().message_line();
+        assert!(message.contains("from -3001-11-23") && message.contains("to 3001-01-08"), "{message}");
+    }
 }
 
 /// The window gives the reason in its language; the message for standard error gives it in English, and once.

@@ -1,6 +1,6 @@
 //! The Information panel: rows that depend on the body; the day of rise, transit, set and a solar eclipse.
 
-use crate::view::input::{SATURN, TIME, Window, type_text};
+use crate::view::input::{SATURN, TIME, Window, click, type_text};
 use crate::view::interface::{harness, interface, settle};
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
@@ -11,7 +11,7 @@ use orrery::view::app::view_state::CameraPose;
 use orrery::view::panels::{Interface, Tab};
 
 /// A window with the panel about a body, once its image has arrived. The camera is beside `target`.
-fn window_about(selected: NaifId, target: NaifId, utc: &str, home: Home) -> Window {
+pub(super) fn window_about(selected: NaifId, target: NaifId, utc: &str, home: Home) -> Window {
     let Interface { mut viewer, settings, .. } = interface(target, utc);
     viewer.selected = selected;
     let mut interface = Interface::new(viewer, Settings { home, ..settings });
@@ -22,7 +22,7 @@ fn window_about(selected: NaifId, target: NaifId, utc: &str, home: Home) -> Wind
 }
 
 /// All texts that are not controls, from top to bottom. In a row of the panel the value follows the label.
-fn texts(window: &Window) -> Vec<String> {
+pub(super) fn texts(window: &Window) -> Vec<String> {
     window.query_all_by_role(Role::Label).filter_map(|label| label.accesskit_node().value()).collect()
 }
 
@@ -176,4 +176,42 @@ fn escape_shows_the_chosen_city_again() {
         let is_moscow = (home.latitude_deg - moscow.latitude_deg).abs().max((home.longitude_deg - moscow.longitude_deg).abs()) < 0.2;
         assert_eq!(is_moscow, !expected.is_empty(), "{typed:?}, {key:?}: {home:?}");
     }
+}
+
+/// A name that no city has was kept without a word, above the place and the contacts of another city.
+#[test]
+fn an_unknown_city_is_reported_and_not_kept() {
+    let mut window = window_about(SATURN, SATURN, TIME, Home::default());
+    let city = |window: &Window| window.get_by_role_and_label(Role::TextInput, "City").accesskit_node().value().unwrap_or_default();
+    let enter = |window: &mut Window, typed: &str, key: Key| {
+        window.get_by_role_and_label(Role::TextInput, "City").focus();
+        window.run_steps(2);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::A);
+        window.run_steps(2);
+        type_text(window, typed);
+        window.key_press(key);
+        window.run_steps(4);
+    };
+    enter(&mut window, "Sydn", Key::Enter);
+    let sydney = window.state().settings.home;
+    assert_eq!(city(&window), "Sydney");
+    for (key, shown) in [(Key::Enter, "atlantis"), (Key::Tab, "Sydney")] {
+        enter(&mut window, "atlantis", key);
+        assert!(window.query_by_label("Nothing is called “atlantis”").is_some(), "{key:?}");
+        assert_eq!((city(&window).as_str(), window.state().settings.home), (shown, sydney), "{key:?}");
+        if key == Key::Enter {
+            // The field has kept the focus.
+            window.key_press(Key::Escape);
+            window.run_steps(4);
+            assert!(window.query_by_label_contains("Nothing is called").is_none());
+            assert_eq!(city(&window), "Sydney");
+        }
+    }
+    // A similar name is one click away. The press takes the focus from the field.
+    enter(&mut window, "Moskow", Key::Enter);
+    let place = window.get_by_label("Did you mean Moscow?").rect().center();
+    click(&mut window, place);
+    window.run_steps(3);
+    assert_eq!(city(&window), "Moscow");
+    assert!(window.query_by_label_contains("Nothing is called").is_none() && window.state().settings.home != sydney);
 }

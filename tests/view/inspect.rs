@@ -451,3 +451,26 @@ fn the_summary_of_a_changed_key_waits_for_the_comparison_of_its_lines() {
     }
     assert!(is_compared, "the lines were not compared");
 }
+
+/// After a key was pinned, nothing said where keys are compared, and a pin with another key looked like an empty one.
+#[test]
+fn pinned_keys_are_marked_and_the_comparison_is_one_click_away() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Source");
+    assert!(harness.query_by_label("Compare keys").is_none());
+    press(&mut harness, "globe");
+    press(&mut harness, "Pin A");
+    harness.get_by_label("Compare keys");
+    press(&mut harness, "Gallery");
+    harness.get_by_label("this key (pinned: A)");
+    press(&mut harness, "ring");
+    // The key of the globe is still pinned.
+    assert!(harness.query_by_label("Pin A").is_none() && harness.query_by_label("Replace A").is_some());
+    press(&mut harness, "Pin B");
+    press(&mut harness, "Compare keys");
+    for pin in ["A is pinned:", "B is pinned:"] {
+        harness.get_by_label(pin);
+    }
+    assert!(harness.query_by_label("Compare keys").is_none(), "the page Key is open");
+}

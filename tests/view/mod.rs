@@ -4,6 +4,7 @@ mod access;
 mod clicks_after_typing;
 mod composition;
 mod contrast;
+mod cut_texts;
 mod dropped;
 mod event_search;
 mod events;
@@ -35,3 +36,5 @@ mod timeline;
 mod tour;
 #[cfg(feature = "gpu")]
 mod window_frame;
+#[cfg(unix)]
+mod zones;

@@ -8,6 +8,7 @@ use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
+use orrery::view::app::civil_time::ShownTimeZone;
 use orrery::view::app::presets::Preset;
 use orrery::view::app::search::{SearchTarget, suggestions};
 use orrery::view::app::settings::Home;
@@ -21,7 +22,7 @@ fn base_view() -> ViewState {
 
 fn targets(text: &str) -> Vec<SearchTarget> {
     let window = window_without_images(MARS);
-    suggestions(text, &window.state().viewer, session().catalog(), 8).into_iter().map(|s| s.target).collect()
+    suggestions(text, &window.state().viewer, session().catalog(), ShownTimeZone::Utc, 8).into_iter().map(|s| s.target).collect()
 }
 
 #[test]

@@ -12,6 +12,7 @@ use orrery::scene::request::{Axes, Look};
 use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::SessionPositions;
+use orrery::view::app::civil_time::ShownTimeZone;
 use orrery::view::app::event_search::EventKind;
 use orrery::view::app::search::{SearchTarget, similar_texts, star_view, suggestions};
 use orrery::view::app::view_state::CameraPose;
@@ -146,7 +147,7 @@ fn a_chosen_view_ends_the_refusal_of_another_one() {
 #[test]
 fn misspelled_words_of_searches_are_corrected() {
     let window = window_without_images(MARS);
-    let similar = |text: &str| similar_texts(text, &window.state().viewer, session().catalog());
+    let similar = |text: &str| similar_texts(text, &window.state().viewer, session().catalog(), ShownTimeZone::Utc);
     assert_eq!(similar("eclpse 2027"), ["eclipses 2027"]);
     assert_eq!(similar("lunr eclipse"), ["lunar eclipses"]);
     assert_eq!(similar("moon phasses"), ["moon phases"]);
@@ -191,7 +192,9 @@ fn a_star_is_in_the_middle_of_its_image() {
 #[test]
 fn the_likeliest_meaning_is_suggested_first() {
     let window = window_without_images(MARS);
-    let first = |text: &str| suggestions(text, &window.state().viewer, session().catalog(), 8).into_iter().next().map(|s| s.target);
+    let first = |text: &str| {
+        suggestions(text, &window.state().viewer, session().catalog(), ShownTimeZone::Utc, 8).into_iter().next().map(|s| s.target)
+    };
     assert_eq!(first("mars"), Some(SearchTarget::Body(MARS)));
     assert_eq!(first("moon"), Some(SearchTarget::Body(NaifId::MOON)));
     assert_eq!(first("sirius"), Some(SearchTarget::Star(32_349)));
@@ -205,7 +208,7 @@ fn the_likeliest_meaning_is_suggested_first() {
     for nothing in ["", "  ", "nowhere", "zz 9", "91, 0", "hip 999999", "."] {
         assert_eq!(first(nothing), None, "{nothing}");
     }
-    assert!(suggestions("a", &window.state().viewer, session().catalog(), 8).len() <= 8);
+    assert!(suggestions("a", &window.state().viewer, session().catalog(), ShownTimeZone::Utc, 8).len() <= 8);
 }
 
 /// A typed time is suggested with its seconds, not rounded to a minute of the next year.
@@ -217,7 +220,7 @@ fn a_suggested_time_has_the_typed_seconds() {
         ("8 April 2024 18:17", "2024-04-08 18:17 UTC"),
         ("2027", "2027-01-01 00:00 UTC"),
     ] {
-        let found = suggestions(text, &window.state().viewer, session().catalog(), 8);
+        let found = suggestions(text, &window.state().viewer, session().catalog(), ShownTimeZone::Utc, 8);
         assert_eq!(found.first().map(|s| s.name.as_str()), Some(name), "{text}");
     }
 }

@@ -23,6 +23,16 @@ const LINE_LABEL_OPACITY: f32 = 0.85;
 /// Opacity of the shadows that keep texts and bars readable on a bright background.
 const SHADOW_OPACITY: f32 = 0.7;
 
+/// Opacity of the halos around the names of surface features and the rings of landing sites.
+const HALO_OPACITY: f32 = 0.85;
+/// Opacity of a name from which its halo is no longer fainter: a halo as faint as its name would not keep the name readable.
+const FULL_HALO_OPACITY: f32 = 0.5;
+
+/// Opacity of the halo of a name or ring of this opacity.
+fn halo_opacity(opacity: f32) -> f32 {
+    HALO_OPACITY * (opacity / FULL_HALO_OPACITY).min(1.0)
+}
+
 /// Offset of a shadow from its text, to the right and down: one pixel per 13 pixels of text size, in whole pixels, at least one.
 fn shadow_offset_px(glyph_px: f64) -> f64 {
     (glyph_px / 13.0).round().max(1.0)
@@ -94,6 +104,16 @@ fn text_quads(
     quads
 }
 
+/// A text over the halos of its letters. `left_end_px`: as for [`text_quads`].
+fn haloed_text_quads(text: &str, left_end_px: [f64; 2], text_colour: [f32; 3], opacity: f32, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
+    let pen = [left_end_px[0], left_end_px[1] + f64::from(glyphs.baseline_offset_px)];
+    let is_visible = |(_, glyph): &(f32, Glyph)| glyph.size[0] > 0;
+    let quad = |(x, glyph): (f32, Glyph), colour, opacity| glyph_quad(&glyph, [pen[0] + f64::from(x), pen[1]], colour, opacity);
+    // The halos come first: that of a letter must not cover the letter before it.
+    let halos = glyphs.halos(text).filter(is_visible).map(|halo| quad(halo, [0.0; 3], halo_opacity(opacity)));
+    halos.chain(glyphs.layout(text).filter(is_visible).map(|glyph| quad(glyph, text_colour, opacity))).collect()
+}
+
 /// Labels of lines.
 fn line_labels(layer: &TextLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.glyph_px);
@@ -118,20 +138,29 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     (0..columns * rows).map(tile).collect()
 }
 
-/// Caption, scale bar and compass; also the names of surface features and the rings of landing sites, which the scene's `margin` contains, too.
+/// Caption, scale bar and compass; also the names of surface features and the landing sites, which the scene's `margin` contains, too.
 fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.glyph_px);
     let margin = &layer.margin;
     let ring = |centre: &glam::DVec2| ring_quad(glyphs, centre.to_array(), colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
-    let text =
-        |t: &TextLine| text_quads(&t.text, t.left_end_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
+    let site = |centre: &glam::DVec2| {
+        let [x, y] = centre.to_array();
+        [glyph_quad(&glyphs.ring_halo, [x - 0.5, y - 0.5], [0.0; 3], halo_opacity(MARKER_OPACITY)), ring(centre)]
+    };
+    let text = |t: &TextLine| {
+        let (left_end_px, colour, opacity) = (t.left_end_px.to_array(), colour(t.colour).to_array(), t.opacity as f32);
+        match t.has_halo {
+            true => haloed_text_quads(&t.text, left_end_px, colour, opacity, glyphs),
+            false => text_quads(&t.text, left_end_px, colour, opacity, glyphs, shadow_px),
+        }
+    };
     let shadow = |bar: &Bar| {
         let offset = glam::DVec2::splat(shadow_px);
         let rect = Rect { min: bar.rect.min + offset, max: bar.rect.max + offset };
         filled_bar(&Bar { rect, colour: [0; 3], opacity: f64::from(SHADOW_OPACITY) * bar.opacity }, glyphs)
     };
     let bars = margin.bars.iter().flat_map(shadow).chain(margin.bars.iter().flat_map(|bar| filled_bar(bar, glyphs)));
-    margin.rings.iter().map(ring).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
+    margin.rings.iter().map(ring).chain(margin.sites.iter().flat_map(site)).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
 }
 
 /// In an image whose left edge continues the right one, repeats each item that crosses one of these edges at the other edge. `ends`: left and right end of an
@@ -196,4 +225,74 @@ pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     let textures = vec![TextureBinding { binding: FIRST_READ_BINDING, source: TextureSource::Image(Arc::clone(&glyphs.texture)) }];
     draws.push(PlanDraw { label: "names".into(), textures, vertices, instances, blend: Blend::PremultipliedOver, ..draw });
     Ok(draws)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::annotation::features::FEATURE_COLOUR;
+
+    const SIZE_PX: [usize; 2] = [300, 60];
+
+    /// Display values of an image of one grey level with these quads over it, as the label shader and its blend mode give them, 0 to 1.
+    fn drawn(quads: &[GlyphQuad], glyphs: &GlyphAtlas, ground: f32) -> Vec<[f32; 3]> {
+        let mut image = vec![[ground; 3]; SIZE_PX[0] * SIZE_PX[1]];
+        let level = &glyphs.texture.levels[0];
+        for quad in quads {
+            let [left, top, width, height] = quad.cell.map(|v| v as usize);
+            for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+                let coverage = f32::from(level.bytes()[4 * ((top + y) * level.width as usize + left + x)]) / 255.0;
+                let [r, g, b, opacity] = quad.colour;
+                let alpha = opacity * coverage;
+                let pixel = &mut image[(quad.corner_px[1] as usize + y) * SIZE_PX[0] + quad.corner_px[0] as usize + x];
+                *pixel = std::array::from_fn(|k| pixel[k] * (1.0 - alpha) + [r, g, b][k] * alpha);
+            }
+        }
+        image
+    }
+
+    /// Contrast of two colours by WCAG 2.1, 1 to 21.
+    fn contrast(a: [f32; 3], b: [f32; 3]) -> f32 {
+        let linear = |v: f32| if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+        let luminance = |[r, g, b]: [f32; 3]| 0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b);
+        let (a, b) = (luminance(a), luminance(b));
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    /// The least contrast between a pixel of a letter and the next pixel beside the letter on its left, right, upper or lower side. `min_coverage`: of the
+    /// letter's pixels that count, 0 to 1.
+    fn least_contrast(quads: &[GlyphQuad], text_colour: [f32; 3], glyphs: &GlyphAtlas, ground: f32, min_coverage: f32) -> f32 {
+        let image = drawn(quads, glyphs, ground);
+        let letters = quads.iter().filter(|quad| quad.colour[..3] == text_colour);
+        let opaque_letters: Vec<GlyphQuad> = letters.map(|q| GlyphQuad { colour: [1.0; 4], ..*q }).collect();
+        let coverage: Vec<f32> = drawn(&opaque_letters, glyphs, 0.0).into_iter().map(|pixel| pixel[0]).collect();
+        let (mut least, mut counted) = (f32::INFINITY, 0);
+        for at in (0..image.len()).filter(|at| coverage[*at] >= min_coverage) {
+            for step in [1, -1, SIZE_PX[0] as isize, -(SIZE_PX[0] as isize)] {
+                let beside = (1..).map(|k| at.wrapping_add_signed(k * step)).find(|beside| coverage[*beside] < 0.1).expect("a pixel");
+                least = least.min(contrast(image[at], image[beside]));
+                counted += 1;
+            }
+        }
+        assert!(counted > 20, "{counted} edges of letters");
+        least
+    }
+
+    /// Pale names on the sunlit Moon once had only the shadow of all other texts, which leaves their left and upper sides on pale ground.
+    #[test]
+    fn names_of_features_are_readable_on_any_ground() {
+        let (text, left_end_px, text_colour) = ("Rabbi Levi", [30.0, 30.0], colour(FEATURE_COLOUR).to_array());
+        // Half-transparent names, too. Thin strokes of small text cover few pixels completely.
+        for (glyph_px, opacity, min_coverage) in [(13.0, 1.0, 0.5), (26.0, 1.0, 0.8), (26.0, 0.6, 0.8)] {
+            let glyphs = GlyphAtlas::draw(text.chars(), glyph_px as f32, 0.4);
+            let with_halo = haloed_text_quads(text, left_end_px, text_colour, opacity, &glyphs);
+            for ground in [0.0, 0.5, 1.0] {
+                let ratio = least_contrast(&with_halo, text_colour, &glyphs, ground, min_coverage);
+                assert!(ratio >= 3.0, "text of {glyph_px} px, opacity {opacity}, on ground of {ground}: {ratio}");
+            }
+            // Negative control: on white ground the shadow alone is not enough.
+            let with_shadow = text_quads(text, left_end_px, text_colour, opacity, &glyphs, shadow_offset_px(glyph_px));
+            assert!(least_contrast(&with_shadow, text_colour, &glyphs, 1.0, min_coverage) < 3.0);
+        }
+    }
 }

@@ -133,7 +133,7 @@ impl LabelLayer {
         if layers.features {
             let (names, sites) = features::surface_feature_names(image, bodies, &metrics, &mut occupied);
             layer.margin.texts.extend(names);
-            layer.margin.rings.extend(sites);
+            layer.margin.sites.extend(sites);
         }
         Some(layer)
     }
@@ -144,11 +144,12 @@ impl LabelLayer {
         Self { glyph_px: glyph_size_px(request.height), selected, labels: Vec::new(), margin: Margin::default(), dots: Vec::new() }
     }
 
-    /// Adds texts, bars and rings.
+    /// Adds texts, bars, rings and landing sites.
     pub(crate) fn add(&mut self, margin: Margin) {
         self.margin.texts.extend(margin.texts);
         self.margin.bars.extend(margin.bars);
         self.margin.rings.extend(margin.rings);
+        self.margin.sites.extend(margin.sites);
     }
 
     /// Rectangles of the texts and bars of [`Self::margin`]; those of [`Self::labels`] are not included.

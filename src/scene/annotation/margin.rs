@@ -19,12 +19,14 @@ use glam::DVec2;
 use std::f64::consts::FRAC_PI_2;
 
 /// Texts, bars and rings. A ring, given by its centre in pixels, is a circle: here the middle of the compass. [`LabelLayer`](super::labels::LabelLayer) adds
-/// the names of surface features to the same lists, with a ring around each landing site.
+/// the names of surface features to the same texts, and the landing sites.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Margin {
     pub texts: Vec<TextLine>,
     pub bars: Vec<Bar>,
     pub rings: Vec<DVec2>,
+    /// The positions of the named landing sites, each of which has a ring with a halo.
+    pub sites: Vec<DVec2>,
 }
 
 /// Largest length of a scale bar relative to the image's width.
@@ -94,7 +96,7 @@ impl Margin {
     pub(crate) fn shifted(mut self, right_px: f64) -> Self {
         let shift = DVec2::new(right_px, 0.0);
         self.texts.iter_mut().for_each(|t| t.left_end_px += shift);
-        self.rings.iter_mut().for_each(|r| *r += shift);
+        self.rings.iter_mut().chain(&mut self.sites).for_each(|middle| *middle += shift);
         self.bars.iter_mut().for_each(|b| (b.rect.min, b.rect.max) = (b.rect.min + shift, b.rect.max + shift));
         self
     }
@@ -106,7 +108,7 @@ impl Margin {
     }
 
     fn text(&mut self, text: String, left_end_px: DVec2) {
-        self.texts.push(TextLine { text, left_end_px, colour: NAME_COLOUR, opacity: 1.0 });
+        self.texts.push(TextLine { text, left_end_px, colour: NAME_COLOUR, opacity: 1.0, has_halo: false });
     }
 
     fn bar(&mut self, min: DVec2, size: DVec2) {

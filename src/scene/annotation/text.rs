@@ -61,6 +61,8 @@ pub struct TextLine {
     pub colour: [u8; 3],
     /// 0 to 1.
     pub opacity: f64,
+    /// Whether a dark halo surrounds the letters, so that they are readable on bright ground; otherwise they have a shadow.
+    pub has_halo: bool,
 }
 
 /// A filled rectangle.

@@ -1,11 +1,12 @@
 //! Parser for typed dates: `8 April 2024`, `april 8 2024`, `2024-04-08 18:17`, `8.4.2024`, `28 May 585 BC`, `2027`, `now`; in German
 //! `8. April 2024`, `28. Mai 585 v. Chr.`, `19. August 14 n. Chr.`, `jetzt`.
 //!
-//! In: text, the current time. Out: an instant (UTC), or `None` if the text is not a date. Always: ISO 8601 text has its ISO 8601 meaning. Not
-//! supported: dates of ambiguous order, such as 4/8/2024.
+//! In: text, the displayed time zone, the current time. Out: an instant, or `None` if the text is not a date. Always: a date is read in the displayed zone,
+//! unless it names UTC; ISO 8601 text has its ISO 8601 meaning. Not supported: other named zones and offsets; dates of ambiguous order, such as 4/8/2024.
 
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
+use crate::view::app::civil_time::ShownTimeZone;
 
 const MONTHS: [&str; 12] =
     ["january", "february", "march", "april", "may", "june", "july", "august", "september", "october", "november", "december"];
@@ -21,7 +22,7 @@ const DATE_WORDS: [&str; 16] = ["utc", "ut", "z", "of", "at", "um", "uhr", "ad",
 
 /// Whether a valid date text means the same instant in every time zone, because it names UTC, is relative to now, or is a Julian date. `utc`, `ut`
 /// and `z` count only as whole words, and `z` also after a digit: a month may end in `z`, as in `2024 März`.
-pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
+fn is_same_in_every_zone(text: &str) -> bool {
     let text = text.trim().to_lowercase();
     let ends_in_digit = |text: &str| text.ends_with(|c: char| c.is_ascii_digit());
     let has_zero_offset =
@@ -32,14 +33,24 @@ pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
     text.split([' ', ',']).any(names_utc) || is_relative_to_now || text.starts_with("jd_tdb:")
 }
 
+/// The instant of a date text; `None` if the text is no date. The date is read in `zone`, unless the text gives the same instant in every zone. In local time
+/// the instant is rounded to whole seconds.
+pub(crate) fn parse_date(text: &str, zone: ShownTimeZone, now: Instant) -> Option<Instant> {
+    let utc = parse_utc(text, now)?;
+    if zone == ShownTimeZone::Utc || is_same_in_every_zone(text) {
+        return Some(utc);
+    }
+    zone.instant(ShownTimeZone::Utc.civil_time(utc)?)
+}
+
 /// The instant of a date text, read as UTC.
-pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
+fn parse_utc(text: &str, now: Instant) -> Option<Instant> {
     let text = text.trim().to_lowercase();
     // A comma usually separates parts of a date, so it is read as a decimal comma only if the text is no date otherwise.
     date_with_decimal_point(&text, now).or_else(|| date_with_decimal_point(&with_decimal_point(&text), now))
 }
 
-/// As [`parse_date`], for a text in lower case whose seconds have no decimal comma.
+/// As [`parse_utc`], for a text in lower case whose seconds have no decimal comma.
 fn date_with_decimal_point(text: &str, now: Instant) -> Option<Instant> {
     match text {
         "now" | "today" | "jetzt" | "heute" => return Some(now),
@@ -217,11 +228,26 @@ mod tests {
             "jd_tdb:2460409.26",
             "2024-04-08T18:17:16+00:00",
         ] {
-            assert!(parse_date(text, now()).is_some() && is_same_in_every_zone(text), "{text}");
+            assert!(parse_utc(text, now()).is_some() && is_same_in_every_zone(text), "{text}");
         }
         for text in ["8 Dec 2024", "2024 Dec", "15 March 44 BC", "1 2024 März", "8 April 2024 18:17", "2024-04-08 18:17:00", "2027"] {
-            assert!(parse_date(text, now()).is_some() && !is_same_in_every_zone(text), "{text}");
+            assert!(parse_utc(text, now()).is_some() && !is_same_in_every_zone(text), "{text}");
         }
+    }
+
+    #[test]
+    fn a_date_is_in_the_displayed_time_zone_unless_it_names_utc_or_now() {
+        for zone in [ShownTimeZone::Utc, ShownTimeZone::Local] {
+            let typed = |text: &str| parse_date(text, zone, now()).expect(text);
+            for text in ["8 April 2024 18:17 UTC", "2024-04-08T18:17:00Z"] {
+                assert_eq!(typed(text).to_utc_iso(), "2024-04-08T18:17:00Z", "{text}");
+            }
+            assert_eq!(typed("now"), now());
+        }
+        // In UTC a fraction of a second stays.
+        let fraction = Instant::parse("2024-04-08T18:17:16.25Z").expect("a time");
+        assert_eq!(parse_date("2024-04-08 18:17:16.25", ShownTimeZone::Utc, now()), Some(fraction));
+        assert_eq!(parse_date("next Tuesday", ShownTimeZone::Local, now()), None);
     }
 
     /// Nine spellings of each day of five years give the instant of the ISO 8601 date, or no date for days such as 30 February.
@@ -250,7 +276,7 @@ mod tests {
                         format!("{year}/{m}/{d}"),
                         format!("{year:04}-{m:02}-{d:02}"),
                     ] {
-                        assert_eq!(parse_date(&text, now()), iso, "{text}");
+                        assert_eq!(parse_utc(&text, now()), iso, "{text}");
                     }
                 }
             }
@@ -296,7 +322,7 @@ mod tests {
             ("8 April 2024 at 18:17z", "2024-04-08T18:17:00Z"),
             ("jetzt", "2026-11-22T23:00:00Z"),
         ] {
-            let (found, expected) = (parse_date(text, now()).expect(text), Instant::parse(iso).expect(iso));
+            let (found, expected) = (parse_utc(text, now()).expect(text), Instant::parse(iso).expect(iso));
             let difference_s = found.tdb_seconds_past_j2000() - expected.tdb_seconds_past_j2000();
             // A UTC day is not a whole number of TDB seconds.
             assert!(difference_s.abs() < 1e-3, "{text}: {difference_s} s");
@@ -318,7 +344,7 @@ mod tests {
             "4/8/2024",
             "8 april 2024 2025",
         ] {
-            assert!(parse_date(text, now()).is_none() && resembles_date(text), "{text}");
+            assert!(parse_utc(text, now()).is_none() && resembles_date(text), "{text}");
         }
         for text in [
             "",
@@ -392,7 +418,7 @@ mod tests {
             "8.4/2024",
             "2024/4.8",
         ] {
-            assert_eq!(parse_date(text, now()), None, "{text}");
+            assert_eq!(parse_utc(text, now()), None, "{text}");
         }
     }
 }

@@ -11,9 +11,10 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::events::{self, GeodeticPosition, LunarEclipse, LunarType, MoonEvent, MoonEventType, SolarEclipse, SolarType, Transit};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
+use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::place_text::place_text;
 use crate::view::app::settings::Home;
-use crate::view::language::dates::minute_text;
+use crate::view::language::dates::{minute_text, minute_text_without_zone};
 use crate::view::language::{body_name, decimal, text};
 
 /// A kind of event.
@@ -311,8 +312,16 @@ impl SkyEvent {
 
     /// One line: the date; then the magnitude and place of an eclipse, the least separation of the centres in a transit, or, if known, the duration of a
     /// moons' event.
-    pub fn summary(&self) -> String {
-        let date = minute_text(self.greatest());
+    pub fn summary(&self, zone: ShownTimeZone) -> String {
+        self.summary_with_date(minute_text(self.greatest(), zone))
+    }
+
+    /// As [`Self::summary`], without the label of the zone.
+    pub(crate) fn summary_without_zone(&self, zone: ShownTimeZone) -> String {
+        self.summary_with_date(minute_text_without_zone(self.greatest(), zone))
+    }
+
+    fn summary_with_date(&self, date: String) -> String {
         match self {
             Self::Solar(e) => text!("event-solar-summary", date = date, magnitude = decimal(e.magnitude, 3), place = place_text(e.place)),
             Self::Lunar(e) => {

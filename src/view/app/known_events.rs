@@ -188,7 +188,7 @@ mod tests {
         assert_eq!(steps_needed(&mut known, 0.0, 10.0 * DAY_S, |_| true), 0);
     }
 
-    /// The dates are inside and outside the span of the built-in series, 3001 BC to AD 3000, because a kernel may reach further.
+    /// The dates are inside and outside the span of the built-in series, from the end of 3002 BC to AD 3000, because a kernel may reach further.
     #[test]
     fn both_sides_of_a_distant_date_are_searched() {
         for years_past_j2000 in [-12_000.0, -3500.0, 1500.0, 9000.0] {

@@ -18,6 +18,7 @@ pub mod moment_view;
 mod option_serde;
 pub mod orbit_camera;
 pub mod place_text;
+pub(crate) mod placed_times;
 pub mod preset_changes;
 pub mod presets;
 pub mod search;

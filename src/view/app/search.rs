@@ -14,6 +14,7 @@ use crate::scene::effects::Effect;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;
 use crate::view::app::body_positions::BodyPositions;
+use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::EventKind;
 use crate::view::app::orbit_camera::OrbitCamera;
@@ -25,6 +26,7 @@ use crate::view::app::what_to_see_now::NowItem;
 use crate::view::language::dates::{day_text, minute_text, second_text};
 use crate::view::language::{body_name, catalog_text, decimal, text, translated_name};
 use crate::wording::nearest;
+use chrono::{NaiveDate, NaiveTime};
 use glam::DVec3;
 use std::collections::HashSet;
 
@@ -84,16 +86,16 @@ fn suggestion(name: impl Into<String>, about: impl Into<String>, target: SearchT
     Suggestion { name: name.into(), about: about.into(), target }
 }
 
-/// At most `max_count` suggestions for a text, the likeliest first.
-pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: usize) -> Vec<Suggestion> {
+/// At most `max_count` suggestions for a text, the likeliest first. `zone`: in which dates are read and written.
+pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTimeZone, max_count: usize) -> Vec<Suggestion> {
     let text = text.trim();
     if text.is_empty() {
         return Vec::new();
     }
     let mut found = Vec::new();
-    if let Some(time) = parse_date(text, viewer.now()) {
+    if let Some(time) = parse_date(text, zone, viewer.now()) {
         let has_seconds = text.matches(':').count() >= 2 && !time.to_utc_iso().ends_with(":00Z");
-        let name = if has_seconds { second_text(time) } else { minute_text(time) };
+        let name = if has_seconds { second_text(time, zone) } else { minute_text(time, zone) };
         found.push(suggestion(name, text!("search-date"), SearchTarget::Time(time)));
     }
     found.extend(parse_place(text).map(|(latitude_deg, longitude_deg)| {
@@ -101,7 +103,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
         suggestion(text, about, SearchTarget::Place { latitude_deg, longitude_deg })
     }));
     found.extend(
-        parse_event_search(text)
+        parse_event_search(text, zone)
             .map(|(name, kinds, start)| suggestion(name, text!("search-events"), SearchTarget::Events { kinds, start })),
     );
     found.extend(
@@ -129,7 +131,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
 
 /// Texts that the user may have meant by one that matches nothing, likeliest first: similar names of bodies, stars and cities; then the text with
 /// its words for events and views spelled correctly, if that matches something. No two differ only in the case of letters.
-pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<String> {
+pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTimeZone) -> Vec<String> {
     let text = text.trim();
     let preset_words = Preset::ALL.into_iter().flat_map(|preset| preset.search_words().split_whitespace());
     let known_words: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(preset_words).collect();
@@ -140,7 +142,7 @@ pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<Stri
         nearest(word, known_words.iter().copied()).first().map_or(word.to_owned(), |near| (*near).to_owned())
     };
     let corrected_text = text.to_lowercase().split_whitespace().map(corrected).collect::<Vec<_>>().join(" ");
-    let is_useful = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, 1).is_empty();
+    let is_useful = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, zone, 1).is_empty();
     let similar_names = nearest(text, searchable_names(viewer)).into_iter().map(str::to_owned);
     let mut found: Vec<String> = similar_names.chain(is_useful.then_some(corrected_text)).collect();
     // A corrected text may be one of the similar names.
@@ -285,11 +287,11 @@ fn in_english(lower: &str) -> String {
 }
 
 /// Parses a search for events, such as `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`. Returns a name for the
-/// search, the kinds of events, and the start of the year if the text states one.
-fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
+/// search, the kinds of events, and the start of the year in `zone` if the text states a year.
+fn parse_event_search(text: &str, zone: ShownTimeZone) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
     let lower = in_english(&text.to_lowercase());
     let mut words: Vec<&str> = lower.split_whitespace().filter(|w| !["next", "of", "the", "in", "a"].contains(w)).collect();
-    let year = words.last().filter(|w| w.len() == 4).and_then(|w| w.parse::<u32>().ok());
+    let year = words.last().filter(|w| w.len() == 4).and_then(|w| w.parse::<i32>().ok().filter(|y| *y >= 0));
     if year.is_some() {
         words.pop();
     }
@@ -309,7 +311,7 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
         () if mentions_transits => vec![EventKind::Transit],
         () => return None,
     };
-    let start = year.and_then(|y| Instant::parse(&format!("{y:04}-01-01")).ok());
+    let start = year.and_then(|y| zone.instant(NaiveDate::from_ymd_opt(y, 1, 1)?.and_time(NaiveTime::MIN)));
     let kind_names: Vec<&str> = kinds.iter().map(|k| k.name()).collect();
     let of_year = year.map_or(String::new(), |y| text!("search-of-year", y = y));
     Some((format!("{}{of_year}", kind_names.join(text!("search-and"))), kinds, start))

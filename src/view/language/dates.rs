@@ -1,12 +1,13 @@
 //! Formats dates as is usual in the window's language.
 //!
-//! In: instants, ISO 8601 text, calendar dates. Out: text. Always: the messages `date-*` determine order and punctuation, `month-*` the names of
-//! months. An instant that ISO 8601 cannot express is written as a Julian date, in every language alike. Not here: parsing of typed dates
-//! (`view::app::date_text`).
+//! In: instants, the displayed time zone, ISO 8601 text, calendar dates. Out: text. Always: a time of day is in the given zone, or names UTC; the messages
+//! `date-*` determine order and punctuation, `month-*` the names of months. An instant that ISO 8601 cannot express is written as a Julian date, in every
+//! language alike. Not here: parsing of typed dates (`view::app::date_text`).
 
 use super::numbers::localised;
 use super::{text, translated_name};
 use crate::time::Instant;
+use crate::view::app::civil_time::ShownTimeZone;
 use chrono::{Datelike, NaiveDate};
 
 /// An instant in UTC, with milliseconds if they are not zero.
@@ -18,43 +19,63 @@ pub(crate) fn instant_text(t: Instant) -> String {
     }
 }
 
-/// An instant in UTC, rounded to the minute.
-pub(crate) fn minute_text(t: Instant) -> String {
-    day_and_clock(t.plus_seconds(30.0), "hh:mm".len())
+/// An instant in a zone, rounded to the minute, with the zone's label.
+pub(crate) fn minute_text(t: Instant, zone: ShownTimeZone) -> String {
+    let t = t.plus_seconds(30.0);
+    labelled(t, zone, "hh:mm".len())
 }
 
-/// An instant in UTC, rounded to the second.
-pub(crate) fn second_text(t: Instant) -> String {
-    day_and_clock(t.plus_seconds(0.5), "hh:mm:ss".len())
-}
-
-/// The day in UTC, and the first `clock_length` characters of the time of day, without rounding.
-fn day_and_clock(t: Instant, clock_length: usize) -> String {
-    let iso = t.to_utc_iso();
-    match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(..clock_length)?))) {
-        Some((date, clock)) => text!("date-minute", date = iso_date_text(date), clock = clock),
-        None => iso,
+/// As [`minute_text`], without the label: for lists beside which the zone is named.
+pub(crate) fn minute_text_without_zone(t: Instant, zone: ShownTimeZone) -> String {
+    let t = t.plus_seconds(30.0);
+    match date_and_clock(t, zone, "hh:mm".len()) {
+        Some((date, clock)) => text!("date-field", date = iso_date_text(&date), clock = clock),
+        None => t.to_utc_iso(),
     }
 }
 
-/// Date in digits, hour and minute of an instant in UTC, without rounding: for the names of stored views.
+/// An instant in a zone, rounded to the second, with the zone's label.
+pub(crate) fn second_text(t: Instant, zone: ShownTimeZone) -> String {
+    labelled(t.plus_seconds(0.5), zone, "hh:mm:ss".len())
+}
+
+/// Day, the first `clock_length` characters of the time of day, and the label of the zone, without rounding.
+fn labelled(t: Instant, zone: ShownTimeZone, clock_length: usize) -> String {
+    match date_and_clock(t, zone, clock_length) {
+        Some((date, clock)) => text!("date-minute", date = iso_date_text(&date), clock = clock, zone = zone.label(t)),
+        None => t.to_utc_iso(),
+    }
+}
+
+/// The ISO 8601 date of an instant in a zone, and the first `clock_length` characters of its time of day, without rounding. `None` outside the range of years
+/// of ISO 8601, and in local time outside the calendar's.
+fn date_and_clock(t: Instant, zone: ShownTimeZone, clock_length: usize) -> Option<(String, String)> {
+    let iso = match zone {
+        ShownTimeZone::Utc => t.to_utc_iso(),
+        // The civil time is rounded to whole seconds.
+        ShownTimeZone::Local => zone.civil_time(t.plus_seconds(-0.5))?.format("%Y-%m-%dT%H:%M:%S").to_string(),
+    };
+    let (date, clock) = iso.split_once('T')?;
+    Some((date.to_owned(), clock.get(..clock_length)?.to_owned()))
+}
+
+/// Date in digits, hour and minute of an instant in UTC, without rounding: for the names of stored views, which stay when another zone is displayed.
 pub(crate) fn minute_in_digits(t: Instant) -> String {
-    let iso = t.to_utc_iso();
-    match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(.."hh:mm".len())?))) {
-        Some((date, clock)) => format!("{} {clock}", date_in_digits(date)),
-        None => iso,
+    match date_and_clock(t, ShownTimeZone::Utc, "hh:mm".len()) {
+        Some((date, clock)) => format!("{} {clock} UTC", date_in_digits(&date)),
+        None => t.to_utc_iso(),
     }
 }
 
-/// Month, day and time of day in UTC, rounded to the second, for the contacts of an event.
-pub(crate) fn month_day_second_text(t: Instant) -> String {
-    let iso = t.plus_seconds(0.5).to_utc_iso();
-    let parts = iso.split_once('T').and_then(|(date, clock)| Some((date_fields(date)?, clock.get(.."hh:mm:ss".len())?)));
-    match parts {
+/// Month, day and time of day in a zone, rounded to the second, for the contacts of an event.
+pub(crate) fn month_day_second_text(t: Instant, zone: ShownTimeZone) -> String {
+    let t = t.plus_seconds(0.5);
+    let parts = date_and_clock(t, zone, "hh:mm:ss".len());
+    match parts.as_ref().and_then(|(date, clock)| Some((date_fields(date)?, clock))) {
         Some((DateFields { month, day, .. }, clock)) => {
             text!("date-month-day-second", month = month, day = day, clock = clock)
         }
-        None => iso,
+        None => t.to_utc_iso(),
     }
 }
 

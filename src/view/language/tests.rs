@@ -2,6 +2,7 @@
 //! that is not in those files.
 
 use super::*;
+use crate::view::app::civil_time::ShownTimeZone;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
@@ -299,8 +300,8 @@ fn numbers_and_dates_are_written_as_in_the_language() {
             dates::day_text(early),
             dates::long_date(day),
             dates::day_and_month(day),
-            dates::minute_text(time),
-            dates::month_day_second_text(time),
+            dates::minute_text(time, ShownTimeZone::Utc),
+            dates::month_day_second_text(time, ShownTimeZone::Utc),
             dates::date_in_digits("2024-04-08"),
             dates::date_in_digits("-0584-05-28"),
             numbers::field_text(1.5, decimals),
@@ -351,14 +352,17 @@ fn numbers_and_dates_are_written_as_in_the_language() {
 #[test]
 fn times_are_rounded_and_carry_over() {
     use crate::time::Instant;
+    let utc = ShownTimeZone::Utc;
     let instant = |text: &str| Instant::parse(text).expect(text);
-    assert_eq!(dates::minute_text(instant("1999-12-31T23:59:40Z")), "2000-01-01 00:00 UTC");
-    assert_eq!(dates::month_day_second_text(instant("1999-12-31T23:59:40.6Z")), "12-31 23:59:41");
-    assert_eq!(dates::month_day_second_text(instant("-0584-05-28T14:00:00Z")), "05-28 14:00:00");
-    assert_eq!(dates::minute_text(instant("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
+    assert_eq!(dates::minute_text(instant("1999-12-31T23:59:40Z"), utc), "2000-01-01 00:00 UTC");
+    assert_eq!(dates::minute_text_without_zone(instant("1999-12-31T23:59:40Z"), utc), "2000-01-01 00:00");
+    assert_eq!(dates::month_day_second_text(instant("1999-12-31T23:59:40.6Z"), utc), "12-31 23:59:41");
+    assert_eq!(dates::month_day_second_text(instant("-0584-05-28T14:00:00Z"), utc), "05-28 14:00:00");
+    assert_eq!(dates::minute_text(instant("-0584-05-28T14:00:00Z"), utc), "-0584-05-28 14:00 UTC");
+    assert_eq!(dates::minute_in_digits(instant("1999-12-31T23:59:40Z")), "1999-12-31 23:59 UTC");
     // More than a million years from 2000, the text is `jd_tdb:` and the Julian date. The 30 seconds are those that `minute_text` adds to round to the minute.
     let far = Instant::from_tdb_seconds_past_j2000(1e15);
-    assert_eq!(dates::minute_text(far), far.plus_seconds(30.0).to_utc_iso());
+    assert_eq!(dates::minute_text(far, utc), far.plus_seconds(30.0).to_utc_iso());
 }
 
 /// Times that a scene draws into its image are written as in the window.

@@ -10,7 +10,14 @@ use crate::scene::request::Projection;
 use crate::view::app::view_state::{CameraPose, MAX_FOV_DEG, MAX_TYPED_LONGITUDE_DEG, MIN_FOV_DEG, wrapped_longitude_deg};
 use crate::view::app::viewer::Action;
 use crate::view::language::{body_name, text};
-use egui::{Checkbox, ComboBox, Grid};
+use egui::{Checkbox, Color32, ComboBox, Grid};
+
+/// The widest text of a field of view, for which the rail of its slider leaves room in a narrow list of bodies.
+const WIDEST_FOV: &str = "0.000100°";
+/// Space for the frame of a field with a number, points.
+const FIELD_MARGIN: f32 = 4.0;
+/// Least width of the rail of the slider, points.
+const MIN_RAIL_WIDTH: f32 = 40.0;
 
 /// The place typed into the fields for *Stand on surface*: planetographic latitude, east longitude. If the Earth is selected, the fields edit the
 /// observer's place instead (`InformationPanel::observer_place`), for which events and the times of rise and set are also computed.
@@ -75,10 +82,19 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         actions.push(Action::Track(tracks_target));
     }
     let view = &mut interface.viewer.view;
+    let available_width = ui.available_width();
     // The angle of a fisheye is set in the Effects panel; an equirectangular image has no field of view.
     let is_perspective = view.composition.projection == Projection::Perspective;
     let fov = number_field::slider(&mut view.fov_deg, NumberKind::Degrees, MIN_FOV_DEG..=MAX_FOV_DEG, |slider| slider.logarithmic(true));
-    ui.add_enabled(is_perspective, fov).on_hover_text(text!("camera-fov-hint")).on_disabled_hover_text(text!("camera-fov-disabled"));
+    ui.scope(|ui| {
+        let style = ui.style();
+        let font = style.drag_value_text_style.resolve(style);
+        let number_width = ui.painter().layout_no_wrap(WIDEST_FOV.to_owned(), font, Color32::PLACEHOLDER).size().x;
+        let spacing = ui.spacing_mut();
+        let besides_rail = number_width + 2.0 * spacing.button_padding.x + spacing.item_spacing.x + FIELD_MARGIN;
+        spacing.slider_width = spacing.slider_width.min(available_width - besides_rail).max(MIN_RAIL_WIDTH);
+        ui.add_enabled(is_perspective, fov).on_hover_text(text!("camera-fov-hint")).on_disabled_hover_text(text!("camera-fov-disabled"));
+    });
 }
 
 /// Shows the list of bodies from whose centres the selected body can be viewed.

@@ -51,13 +51,12 @@ const SEARCH_MARGIN_S: f64 = 60.0;
 struct Row {
     event: Arc<SkyEvent>,
     title: String,
-    summary: String,
 }
 
 impl Row {
     /// The row of an event, in the current language.
     fn of(event: SkyEvent, catalog: &Catalog) -> Self {
-        Self { title: event.title(catalog), summary: event.summary(), event: Arc::new(event) }
+        Self { title: event.title(catalog), event: Arc::new(event) }
     }
 }
 
@@ -154,11 +153,11 @@ impl EventsPanel {
         if self.is_backward { last.plus_seconds(SEARCH_MARGIN_S) } else { first.plus_seconds(-SEARCH_MARGIN_S) }
     }
 
-    /// Formats the texts of the rows again, in the current language, and drops the contacts, which may hold an error in the previous language.
+    /// Formats the titles of the rows again, in the current language, and drops the contacts, which may hold an error in the previous language.
     pub(crate) fn rewrite_texts(&mut self, catalog: &Catalog) {
         self.at_place = None;
         for row in &mut self.rows {
-            (row.title, row.summary) = (row.event.title(catalog), row.event.summary());
+            row.title = row.event.title(catalog);
         }
     }
 }
@@ -186,7 +185,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     if search_options(interface, ui) || interface.events.searched.is_none() {
         begin(interface, worker);
     }
-    progress(&mut interface.events, ui);
+    progress(&mut interface.events, ui, interface.settings.time_zone);
     // The details need as much room as the list.
     let min_height = if interface.events.chosen.is_some() { 2.0 * MIN_LIST_HEIGHT } else { MIN_LIST_HEIGHT };
     ui.scope(|ui| {
@@ -203,7 +202,16 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                     .show(ui, |ui| details::show(interface, ui, worker, &event, actions));
             });
         }
+        failure(&interface.events, ui);
         list(interface, ui, worker, actions);
+    });
+}
+
+/// Shows below the list why the search ended before the end of its range. The text wraps there without moving a row of the list.
+fn failure(panel: &EventsPanel, ui: &mut egui::Ui) {
+    let Some(why) = &panel.failure else { return };
+    Panel::bottom("end of events").resizable(false).show(ui, |ui| {
+        ui.add(Label::new(RichText::new(error_text(why)).color(ui.visuals().warn_fg_color)).wrap());
     });
 }
 
@@ -323,15 +331,17 @@ fn end_playback(interface: &mut Interface) {
 }
 
 /// Shows the progress or the result of a search, at constant height, so that the list below stays in place.
-fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
+fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui, zone: ShownTimeZone) {
     let stopped = ui.horizontal(|ui| {
         ui.set_min_height(STATUS_HEIGHT);
         if let Some((_, fraction_done)) = panel.running {
             ui.add(ProgressBar::new(fraction_done).desired_width(180.0).show_percentage()).accessible_name(text!("events-progress"));
             return ui.button(text!("events-stop")).on_hover_text(text!("events-stop-hint")).clicked();
         }
-        let (status, hint) = status_text(panel);
-        ui.add(Label::new(RichText::new(status).weak()).truncate()).on_hover_text(hint);
+        let (status, hint) = status_text(panel, zone);
+        // The tooltip has the whole text, so egui's own for a text that is cut is switched off.
+        let label = Label::new(RichText::new(&status).weak()).truncate().show_tooltip_when_elided(false);
+        ui.add(label).on_hover_text(format!("{status}\n{hint}"));
         false
     });
     if stopped.inner {
@@ -340,24 +350,23 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
 }
 
 /// A text about the result of the last search, and its tooltip.
-fn status_text(panel: &EventsPanel) -> (String, &'static str) {
+fn status_text(panel: &EventsPanel, zone: ShownTimeZone) -> (String, &'static str) {
     let searched_text = panel.searched.map_or(String::new(), |SearchStart { start, is_backward }| {
         let side = if is_backward { text!("events-before-date") } else { text!("events-after-date") };
-        format!("{side} {}", minute_text(start))
+        format!("{side} {}", minute_text(start, zone))
     });
-    match (&panel.failure, panel.rows.len()) {
-        (Some(why), _) => (error_text(why), text!("events-end-hint")),
-        (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched_text), text!("events-none-hint")),
-        (None, 0) => (text!("events-choose-kind").into(), text!("events-choose-kind-hint")),
-        (None, 1) => (text!("events-one", searched = searched_text), text!("events-one-hint")),
-        (None, MAX_ROWS) => (text!("events-most", count = MAX_ROWS, searched = searched_text), text!("events-some-hint")),
-        (None, n) => (text!("events-some", n = n, searched = searched_text), text!("events-some-hint")),
+    match panel.rows.len() {
+        0 if panel.kinds.contains(&true) => (text!("events-none", searched = searched_text), text!("events-none-hint")),
+        0 => (text!("events-choose-kind").into(), text!("events-choose-kind-hint")),
+        1 => (text!("events-one", searched = searched_text), text!("events-one-hint")),
+        MAX_ROWS => (text!("events-most", count = MAX_ROWS, searched = searched_text), text!("events-some-hint")),
+        n => (text!("events-some", n = n, searched = searched_text), text!("events-some-hint")),
     }
 }
 
-/// Shows a row of two lines: the event's title, and below it its time, size and place. The row omits ` UTC`, which its tooltip and accessible name
-/// contain. `height`: of the row, points.
-fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
+/// Shows a row of two lines: the event's title, and below it its time, size and place. The row omits the label of the time's zone, which its
+/// tooltip, its accessible name and the line above the list contain. `height`: of the row, points.
+fn row(ui: &mut egui::Ui, row: &Row, zone: ShownTimeZone, height: f32, is_chosen: bool) -> Response {
     let response = ui.add_sized([ui.available_width(), height], Button::selectable(is_chosen, ""));
     let visuals = ui.visuals();
     let (title_colour, summary_colour) = match is_chosen {
@@ -381,8 +390,9 @@ fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
         painter.galley(left_top, painter.layout_job(job), colour);
     };
     line(corner, row.title.clone(), TextStyle::Body, title_colour);
-    line(second_line_corner, row.summary.replacen(" UTC", "", 1), TextStyle::Small, summary_colour);
-    response.on_hover_text(text!("events-row-hint", summary = row.summary)).accessible_name(format!("{}, {}", row.title, row.summary))
+    line(second_line_corner, row.event.summary_without_zone(zone), TextStyle::Small, summary_colour);
+    let summary = row.event.summary(zone);
+    response.on_hover_text(text!("events-row-hint", summary = summary)).accessible_name(format!("{}, {summary}", row.title))
 }
 
 /// Height of a row of the list, points.
@@ -400,7 +410,7 @@ fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker,
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(0.0).show_rows(ui, row_height, panel.rows.len(), |ui, visible| {
         for event_row in &panel.rows[visible] {
             let is_chosen = panel.chosen.as_ref().is_some_and(|chosen| chosen.is_same(&event_row.event));
-            if row(ui, event_row, row_height, is_chosen).clicked() {
+            if row(ui, event_row, interface.settings.time_zone, row_height, is_chosen).clicked() {
                 clicked = Some(Arc::clone(&event_row.event));
             }
         }

@@ -19,6 +19,7 @@ use crate::scene::{BodyReport, InventedData, SubPoint};
 use crate::session::Session;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
+use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::place_text::latitude_longitude_text;
 use crate::view::app::settings::{Home, LengthUnit, Settings};
 use crate::view::app::view_state::{MAX_TYPED_LONGITUDE_DEG, wrapped_longitude_deg};
@@ -28,6 +29,7 @@ use crate::view::language::numbers::{grouped, localised};
 use crate::view::language::{body_name, catalog_text, decimal, message_text, reason_text, signed, text};
 use crate::view::worker::latest_answer::LatestAnswer;
 use crate::view::worker::render_worker::RenderWorker;
+use crate::wording::{echo_within, nearest};
 use egui::{Grid, ScrollArea};
 
 /// An international mile.
@@ -78,6 +80,8 @@ impl LengthUnit {
 
 /// Largest number of cities suggested for a typed name.
 const MAX_CITIES: usize = 4;
+/// Largest number of characters of an unknown name that the message quotes.
+const MAX_NAME_CHARS: usize = 40;
 
 /// One body in the sky of one place on the Earth: its position at one time, its rise, transit and set on the displayed day, and the day's solar eclipse.
 struct SkyReport {
@@ -117,6 +121,8 @@ pub(crate) struct InformationPanel {
     typed_city: String,
     /// The city that was chosen in the field, as long as its place is the observer's.
     chosen_city: Option<&'static City>,
+    /// The last text that was entered although no city has this name, until the text in the field changes.
+    unknown_city: Option<String>,
     report: LatestAnswer<ReportInputs, SkyReport>,
 }
 
@@ -244,6 +250,7 @@ pub(super) fn duration_text(duration_s: f64) -> String {
 
 /// Shows the body's position in the sky of the observer's place and the day's solar eclipse, which the query worker computes.
 fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyReport, time: Instant) {
+    let zone = interface.settings.time_zone;
     let panel = &mut interface.information;
     ui.strong(text!("place-heading"));
     place_fields(ui, panel);
@@ -258,7 +265,7 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         body: body.id,
         place_deg: [panel.observer_place.latitude_deg, panel.observer_place.longitude_deg],
         tdb_minutes: (tdb_s / 60.0).floor() as i64,
-        day: interface.settings.time_zone.day(time).unwrap_or_else(day_of_tdb),
+        day: zone.day(time).unwrap_or_else(day_of_tdb),
     };
     let answer = panel.report.update(worker, inputs, move |session| report(session, inputs, time));
     let Some((_, report)) = answer.filter(|(inputs, _)| inputs.body == body.id) else {
@@ -286,34 +293,54 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
                 (None, true) => text!("fact-up-all-day"),
                 (None, false) => text!("fact-down-all-day"),
             };
-            let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), second_text);
+            let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), |time| second_text(time, zone));
             fact::row(ui, text!("fact-rise"), time_or_absent(times.rise));
             let transit_text = |(time, altitude_deg): (Instant, f64)| {
-                text!("fact-transit-value", time = second_text(time), deg = decimal(altitude_deg, 1))
+                text!("fact-transit-value", time = second_text(time, zone), deg = decimal(altitude_deg, 1))
             };
             fact::row(ui, text!("fact-transit"), times.transit.map_or("-".into(), transit_text));
             fact::row(ui, text!("fact-set"), time_or_absent(times.set));
         }
     });
-    solar_eclipse(ui, report);
+    solar_eclipse(ui, report, zone);
 }
 
 fn place_of(city: &City) -> Home {
     Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg }
 }
 
-/// Shows the fields for the observer's place: a city, or latitude and longitude. Escape takes back what was typed of a city's name.
+/// Shows the fields for the observer's place: a city, or latitude and longitude. Escape takes back what was typed of a city's name; so does leaving the field
+/// if no city has this name.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     let place_before = panel.observer_place;
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.typed_city).hint_text(text!("place-city")).desired_width(110.0);
         let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
-        if response.lost_focus() && number_field::is_cancelled(ui) {
-            panel.typed_city = panel.chosen_city.map_or_else(String::new, |city| city.name.to_owned());
-        }
-        let found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
-        let is_chosen = |city: &City| panel.observer_place == place_of(city);
         let enter_pressed = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+        if response.changed() {
+            panel.unknown_city = None;
+        }
+        let mut found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
+        if response.lost_focus() {
+            let (typed, is_cancelled) = (panel.typed_city.trim().to_owned(), number_field::is_cancelled(ui));
+            if found.is_empty() && !typed.is_empty() && !is_cancelled {
+                panel.unknown_city = Some(typed);
+            } else if is_cancelled {
+                panel.unknown_city = None;
+            }
+            if enter_pressed && panel.unknown_city.is_some() {
+                // The name can be corrected at once.
+                response.request_focus();
+            } else if is_cancelled || found.is_empty() {
+                panel.typed_city = panel.chosen_city.map_or_else(String::new, |city| city.name.to_owned());
+                found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
+            }
+        }
+        if panel.unknown_city.is_some() {
+            // A press on a similar name takes the focus from the field. Until the release the name stays where it is.
+            found.clear();
+        }
+        let is_chosen = |city: &City| panel.observer_place == place_of(city);
         let mut chosen = found.first().copied().filter(|_| enter_pressed);
         for city in found {
             let hover = text!("place-city-choose", city = city.name, country = catalog_text("country", city.country));
@@ -321,10 +348,13 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
                 chosen = Some(city);
             }
         }
+        if let Some(unknown) = &panel.unknown_city {
+            chosen = similar_cities(ui, unknown);
+        }
         if let Some(city) = chosen {
             panel.observer_place = place_of(city);
             panel.typed_city = city.name.to_owned();
-            panel.chosen_city = Some(city);
+            (panel.chosen_city, panel.unknown_city) = (Some(city), None);
         }
     });
     let observer_place = &mut panel.observer_place;
@@ -349,11 +379,26 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     let is_other_place = panel.observer_place != place_before && panel.chosen_city.is_none();
     if is_outdated || is_other_place {
         panel.typed_city.clear();
+        panel.unknown_city = None;
     }
 }
 
+/// Says that no city has this name, and offers cities with similar names; returns the one that is clicked.
+fn similar_cities(ui: &mut egui::Ui, unknown: &str) -> Option<&'static City> {
+    let failure = text!("search-nothing", typed = echo_within(unknown, MAX_NAME_CHARS));
+    let failure_label = ui.colored_label(ui.visuals().warn_fg_color, failure);
+    // Screen readers announce the failure although the focus stays in the field.
+    ui.ctx().accesskit_node_builder(failure_label.id, |node| node.set_live(egui::accesskit::Live::Polite));
+    let mut chosen = None;
+    for name in nearest(unknown, cities::all().iter().map(|city| city.name)) {
+        let is_clicked = ui.selectable_label(false, text!("search-did-you-mean", name = name)).clicked();
+        chosen = chosen.or(cities::all().iter().find(|city| is_clicked && city.name == name));
+    }
+    chosen
+}
+
 /// Shows the solar eclipse of the report's day at its place, if any.
-fn solar_eclipse(ui: &mut egui::Ui, report: &SkyReport) {
+fn solar_eclipse(ui: &mut egui::Ui, report: &SkyReport, zone: ShownTimeZone) {
     ui.add_space(6.0);
     ui.strong(text!("eclipse-today"));
     match &report.solar_eclipse {
@@ -363,15 +408,15 @@ fn solar_eclipse(ui: &mut egui::Ui, report: &SkyReport) {
         Ok(Some(eclipse)) => {
             Grid::new("eclipse").num_columns(2).striped(true).show(ui, |ui| {
                 if let Some(first) = eclipse.begins {
-                    fact::row(ui, text!("eclipse-first-contact"), second_text(first));
+                    fact::row(ui, text!("eclipse-first-contact"), second_text(first, zone));
                 }
                 if let Some((second, third)) = eclipse.inner {
-                    fact::row(ui, text!("eclipse-second-contact"), second_text(second));
-                    fact::row(ui, text!("eclipse-third-contact"), second_text(third));
+                    fact::row(ui, text!("eclipse-second-contact"), second_text(second, zone));
+                    fact::row(ui, text!("eclipse-third-contact"), second_text(third, zone));
                 }
-                fact::row(ui, text!("eclipse-greatest"), second_text(eclipse.greatest));
+                fact::row(ui, text!("eclipse-greatest"), second_text(eclipse.greatest, zone));
                 if let Some(last) = eclipse.ends {
-                    fact::row(ui, text!("eclipse-last-contact"), second_text(last));
+                    fact::row(ui, text!("eclipse-last-contact"), second_text(last, zone));
                 }
                 fact::row(ui, text!("event-magnitude"), decimal(eclipse.magnitude, 4));
                 fact::row(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(eclipse.altitude_deg, 1)));

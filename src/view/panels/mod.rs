@@ -8,6 +8,7 @@ mod accessible;
 mod angle;
 mod body_browser;
 mod camera_controls;
+mod clock_end;
 mod compare;
 mod composition;
 mod dropped;
@@ -229,7 +230,9 @@ impl Interface {
         let now_s = ui.input(|i| i.time);
         let elapsed_s = if self.viewport.frame_start_s.is_nan() { 0.0 } else { now_s - self.viewport.frame_start_s };
         self.viewport.frame_start_s = now_s;
+        let before_tdb_s = self.viewer.view.tdb_s;
         self.viewer.advance(elapsed_s);
+        clock_end::stop(self, before_tdb_s, worker);
         tour::advance(self, ui.ctx(), elapsed_s);
         let view_of_tour = self.tour.is_playing().then(|| self.viewer.view.clone());
         // Messages about drivers appear in the Performance panel, not over the image.
@@ -423,7 +426,12 @@ impl Interface {
     /// The text of the window's title bar.
     pub(crate) fn title(&self) -> String {
         let view = &self.viewer.view;
-        format!("{} · {} · {} · Orrery", self.viewer.name(view.target), minute_text(view.time()), self.viewer.time_rate.label())
+        format!(
+            "{} · {} · {} · Orrery",
+            self.viewer.name(view.target),
+            minute_text(view.time(), self.settings.time_zone),
+            self.viewer.time_rate.label()
+        )
     }
 
     /// The title for screen readers, without the time, because a screen reader would announce each change.

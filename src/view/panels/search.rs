@@ -84,7 +84,8 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         interface.search.failure = None;
     }
     let catalog = worker.session().catalog();
-    let found = suggestions(&interface.search.typed, &interface.viewer, catalog, MAX_SUGGESTIONS);
+    let zone = interface.settings.time_zone;
+    let found = suggestions(&interface.search.typed, &interface.viewer, catalog, zone, MAX_SUGGESTIONS);
     let mut chosen = None;
     let enter_pressed = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
     if response.has_focus() || enter_pressed {
@@ -153,7 +154,8 @@ fn suggestion_list(
     chosen: &mut Option<SearchTarget>,
 ) {
     let failure = interface.search.failure.as_ref();
-    let similar = if found.is_empty() { similar_texts(&interface.search.typed, &interface.viewer, catalog) } else { Vec::new() };
+    let zone = interface.settings.time_zone;
+    let similar = if found.is_empty() { similar_texts(&interface.search.typed, &interface.viewer, catalog, zone) } else { Vec::new() };
     if found.is_empty() && failure.is_none() && similar.is_empty() {
         return;
     }
@@ -179,7 +181,7 @@ fn suggestion_list(
             }
             for text in similar {
                 let max_count = 1;
-                let suggestion = suggestions(&text, &interface.viewer, catalog, max_count).into_iter().next();
+                let suggestion = suggestions(&text, &interface.viewer, catalog, zone, max_count).into_iter().next();
                 if let Some(suggestion) = suggestion
                     && ui.selectable_label(false, text!("search-did-you-mean", name = text)).clicked()
                 {

@@ -9,10 +9,9 @@ use super::search::MAX_ECHO_CHARS;
 use super::top_bar::caption;
 use super::{Interface, accessible, events, theme, timeline};
 use crate::ephemeris::EphemerisError;
-use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::ShownTimeZone;
-use crate::view::app::date_text::{is_same_in_every_zone, parse_date};
+use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, rate_text};
 use crate::view::app::viewer::Action;
@@ -162,7 +161,7 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
         // A text that the user has changed back counts only by Enter: otherwise a running clock would be set back by the length of the edit.
         let counts = edited.is_typed && !number_field::is_cancelled(ui) && (is_confirmed || edited.text != edited.shown_before);
         if counts {
-            match typed_time(&edited.text, time_zone, interface.viewer.now()) {
+            match parse_date(&edited.text, time_zone, interface.viewer.now()) {
                 Some(time) => actions.push(Action::SetTime(time)),
                 None => interface.refuse_view(text!("time-no-date", typed = echo_within(edited.text.trim(), MAX_ECHO_CHARS))),
             }
@@ -185,16 +184,6 @@ fn date_field_width(ui: &egui::Ui, displayed_text: &str) -> f32 {
 /// Width of a text in the font of labels and fields, points.
 fn text_width(ui: &egui::Ui, text: String) -> f32 {
     ui.painter().layout_no_wrap(text, TextStyle::Body.resolve(ui.style()), Color32::PLACEHOLDER).size().x
-}
-
-/// The instant of a typed date; `None` if the text is no date. The date is read in `time_zone`, unless the text gives the same instant in every zone. In
-/// local time the instant is rounded to whole seconds.
-fn typed_time(typed: &str, time_zone: ShownTimeZone, now: Instant) -> Option<Instant> {
-    let utc = parse_date(typed, now)?;
-    if time_zone == ShownTimeZone::Utc || is_same_in_every_zone(typed) {
-        return Some(utc);
-    }
-    time_zone.instant(ShownTimeZone::Utc.civil_time(utc)?)
 }
 
 /// Date and time of day in digits, in the form that the date field shows.
@@ -397,29 +386,21 @@ fn show_found_event(interface: &mut Interface, worker: &dyn RenderWorker, action
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::time::Instant;
     use crate::view::language::{Language, set};
 
+    /// The date field shows a time as a text that it reads as the same time.
     #[test]
-    fn a_typed_time_is_in_the_displayed_time_zone_unless_it_names_utc_or_now() {
+    fn the_displayed_text_is_read_back_as_the_same_time() {
         let now = Instant::parse("2026-11-22T23:00:00Z").expect("a time");
-        let typed = |text: &str, time_zone| typed_time(text, time_zone, now).expect(text);
-        for time_zone in [ShownTimeZone::Utc, ShownTimeZone::Local] {
-            for text in ["8 April 2024 18:17 UTC", "2024-04-08T18:17:00Z"] {
-                assert_eq!(typed(text, time_zone).to_utc_iso(), "2024-04-08T18:17:00Z", "{text}");
+        for (language, text) in [(Language::English, "2024-04-08 18:17:00"), (Language::German, "08.04.2024, 18:17:00")] {
+            set(language);
+            for zone in [ShownTimeZone::Utc, ShownTimeZone::Local] {
+                let time = parse_date(text, zone, now).expect(text);
+                assert_eq!(zone.civil_time(time).map(civil_text).as_deref(), Some(text));
             }
-            assert_eq!(typed("now", time_zone), now);
-            // The displayed text is read back as the same time.
-            let text = "2024-04-08 18:17:00";
-            assert_eq!(time_zone.civil_time(typed(text, time_zone)).map(civil_text), Some(text.to_owned()));
         }
-        // In UTC a fraction of a second stays.
-        let fraction = Instant::parse("2024-04-08T18:17:16.25Z").expect("a time");
-        assert_eq!(typed("2024-04-08 18:17:16.25", ShownTimeZone::Utc), fraction);
-        set(Language::German);
-        let german = "08.04.2024, 18:17:00";
-        assert_eq!(ShownTimeZone::Utc.civil_time(typed(german, ShownTimeZone::Utc)).map(civil_text), Some(german.to_owned()));
         set(Language::English);
-        assert!(typed_time("next Tuesday", ShownTimeZone::Utc, now).is_none());
     }
 
     /// Another kind may be chosen while a search runs.

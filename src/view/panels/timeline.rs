@@ -230,7 +230,7 @@ fn announce(interface: &Interface, response: &Response) {
     let time = interface.viewer.view.time();
     let minutes = (time.tdb_seconds_past_j2000() / 60.0).round();
     response.widget_info(|| egui::WidgetInfo {
-        current_text_value: Some(minute_text(time)),
+        current_text_value: Some(minute_text(time, interface.settings.time_zone)),
         ..egui::WidgetInfo::slider(true, minutes * 60.0 / SECONDS_PER_DAY, text!("timeline"))
     });
 }
@@ -240,12 +240,12 @@ fn with_tooltip(interface: &Interface, response: Response, rect: Rect, axis: &Ti
     let Some(pointer) = response.hover_pos() else {
         return response.on_hover_text(text!("timeline-drag-hint"));
     };
-    let x_points = f64::from(pointer.x - rect.left());
+    let (x_points, zone) = (f64::from(pointer.x - rect.left()), interface.settings.time_zone);
     let tooltip = match event_at(interface, axis, x_points) {
-        Some(known) => format!("{}\n{}", known.title, known.event.summary()),
+        Some(known) => format!("{}\n{}", known.title, known.event.summary(zone)),
         None => {
             let tdb_s = axis.tdb_s_at(x_points);
-            let date = minute_text(Instant::from_tdb_seconds_past_j2000(tdb_s));
+            let date = minute_text(Instant::from_tdb_seconds_past_j2000(tdb_s), zone);
             if interface.timeline.is_unsearched(axis, tdb_s) { format!("{date}\n{}", text!("timeline-searching")) } else { date }
         }
     };

@@ -1,7 +1,7 @@
 # How dates and numbers are written. A message for a date uses those of the offered arguments that it needs.
 date-digits = { $day }.{ $month }.{ $year }
 date-field = { $date }, { $clock }
-date-minute = { $date }, { $clock } UTC
+date-minute = { $date }, { $clock } { $zone }
 date-month-day-second = { $day }.{ $month }. { $clock }
 month-short-1 = Jan.
 month-short-2 = Feb.

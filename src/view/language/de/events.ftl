@@ -20,7 +20,6 @@ events-after-date = nach
 events-progress = Fortschritt der Suche
 events-stop = Anhalten
 events-stop-hint = Die Suche anhalten; was sie fand, bleibt
-events-end-hint = Dort endet die Ephemeride
 events-none = Kein Ereignis { $searched }
 events-none-hint = Mit einem längeren Bereich oder einer anderen Art versuchen
 events-choose-kind = Mindestens eine Art von Ereignissen wählen.

@@ -13,6 +13,7 @@ timeline-hint = Die Tage um die gezeigte Zeit zeigen, mit ihren Ereignissen (i)
 time-field-hint = Datum und Uhrzeit, etwa 8. April 2024 18:17, 8.4.2024 oder jetzt
 time-field = Datum und Uhrzeit
 time-no-date = „{ $typed }“ ist kein Datum: möglich sind 8. April 2024, 8.4.2024 18:17 oder jetzt
+time-stopped = Die Zeit ist angehalten: { $why }
 time-zone-hint = Zeiten in UTC oder in der Zeitzone dieses Rechners zeigen und eingeben
 time-zone = Zeitzone: { $name }
 calendar = Kalender

@@ -1,7 +1,7 @@
 # How dates and numbers are written. A message for a date uses those of the offered arguments that it needs.
 date-digits = { $year }-{ $month }-{ $day }
 date-field = { $date } { $clock }
-date-minute = { $date } { $clock } UTC
+date-minute = { $date } { $clock } { $zone }
 date-month-day-second = { $month }-{ $day } { $clock }
 month-short-1 = Jan
 month-short-2 = Feb

@@ -20,7 +20,6 @@ events-after-date = after
 events-progress = Progress of the search
 events-stop = Stop
 events-stop-hint = Stop the search; what it found stays
-events-end-hint = The ephemeris ends there
 events-none = No event { $searched }
 events-none-hint = Try a longer range or another kind
 events-choose-kind = Choose at least one kind of event.

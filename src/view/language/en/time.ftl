@@ -13,6 +13,7 @@ timeline-hint = Show the dates around the shown time, with their events (i)
 time-field-hint = Date and time, such as 8 April 2024 18:17, 2024-04-08 or now
 time-field = Date and time
 time-no-date = “{ $typed }” is not a date: write 8 April 2024, 2024-04-08 18:17 or now
+time-stopped = Time is paused: { $why }
 time-zone-hint = Show and type times in UTC or in the time zone of this computer
 time-zone = Time zone: { $name }
 calendar = Calendar

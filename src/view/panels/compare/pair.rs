@@ -83,6 +83,10 @@ pub(crate) struct PairView {
 const CONTROLS_HEIGHT: f32 = 70.0;
 /// Height up to which an image is not reduced to fit the panel, points: in a lower panel the user scrolls.
 const ALWAYS_ALLOWED_HEIGHT: f32 = 330.0;
+/// Distance of a name from the divider and from the image's edge, points.
+const NAME_DISTANCE: f32 = 6.0;
+/// Least width of a part of the image in which its name is shown, without the distances, points.
+const MIN_NAME_WIDTH: f32 = 40.0;
 /// Texture coordinates of the entire image.
 const FULL_UV: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
@@ -164,9 +168,18 @@ impl PairView {
         ui.painter().line_segment([pos2(divider_x, rect.top()), pos2(divider_x, rect.bottom())], Stroke::new(1.5, HIGHLIGHT_COLOUR));
         let painter = ui.painter().with_clip_rect(rect);
         let font = egui::FontId::proportional(BODY_TEXT_POINTS);
-        for (offset_points, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
+        let sides = [
+            (-NAME_DISTANCE, egui::Align2::RIGHT_TOP, left, divider_x - rect.left()),
+            (NAME_DISTANCE, egui::Align2::LEFT_TOP, right, rect.right() - divider_x),
+        ];
+        for (offset_points, align, name, part_width) in sides {
+            // A name that is longer than its part of the image wraps.
+            let width = part_width - 2.0 * NAME_DISTANCE;
+            if width < MIN_NAME_WIDTH {
+                continue;
+            }
             // The name has a dark background, since the image below may be white.
-            let galley = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));
+            let galley = painter.layout(name.to_owned(), font.clone(), Color32::from_gray(230), width);
             let place = align.anchor_size(pos2(divider_x + offset_points, rect.top() + 4.0), galley.size());
             painter.rect_filled(place.expand(2.0), 2.0, Color32::from_black_alpha(190));
             painter.galley(place.min, galley, Color32::PLACEHOLDER);

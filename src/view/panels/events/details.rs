@@ -6,13 +6,14 @@
 use super::{EventAtPlace, best_view};
 use crate::catalog::NaifId;
 use crate::events::GeodeticPosition;
-use crate::time::MIN_SHOWN_DELTA_T_ERROR_S;
+use crate::time::{Instant, MIN_SHOWN_DELTA_T_ERROR_S};
+use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::event_search::{ContactAtPlace, EventFromPlace, SkyEvent};
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::{CameraPose, ViewState, wrapped_longitude_deg};
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
-use crate::view::language::dates::month_day_second_text;
+use crate::view::language::dates::{month_day_second_text, second_text};
 use crate::view::language::{decimal, text, translated_name};
 use crate::view::panels::icons::{self, Icon};
 use crate::view::panels::{Interface, accessible, information};
@@ -37,7 +38,7 @@ pub(super) fn show(
 ) {
     ui.add_space(4.0);
     ui.strong(event.title(worker.session().catalog()));
-    ui.label(event.summary());
+    ui.label(event.summary(interface.settings.time_zone));
     let (_, delta_t_error_s) = event.greatest().delta_t_and_error_s();
     if delta_t_error_s >= MIN_SHOWN_DELTA_T_ERROR_S {
         let seconds = decimal(delta_t_error_s, if delta_t_error_s < 10.0 { 1 } else { 0 });
@@ -125,9 +126,14 @@ fn contact_name(ui: &mut egui::Ui, name: &str) {
     }
 }
 
+/// Shows the time of a contact in the displayed zone, with a tooltip that names the year and the zone.
+fn contact_time(ui: &mut egui::Ui, time: Instant, zone: ShownTimeZone) {
+    ui.monospace(month_day_second_text(time, zone)).on_hover_text(second_text(time, zone));
+}
+
 /// Shows the contacts at the observer's place, which the query worker computes; if the event does not occur at that place, those for the entire Earth.
 fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
-    let observer_place = interface.information.observer_place;
+    let (observer_place, zone) = (interface.information.observer_place, interface.settings.time_zone);
     let panel = &mut interface.events;
     if !panel.at_place.as_ref().is_some_and(|asked| Arc::ptr_eq(&asked.event, event) && asked.observer_place == observer_place) {
         let asked_event = Arc::clone(event);
@@ -154,13 +160,13 @@ fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         if seen.contacts.is_empty() {
             for (name, time) in event.contacts() {
                 contact_name(ui, name);
-                ui.monospace(month_day_second_text(*time));
+                contact_time(ui, *time, zone);
                 ui.end_row();
             }
         }
         for contact in &seen.contacts {
             contact_name(ui, contact.name);
-            ui.monospace(month_day_second_text(contact.time));
+            contact_time(ui, contact.time, zone);
             // Refraction raises the upper limb above the horizon while the centre's altitude is negative. Beside a visible contact, a negative
             // altitude would look wrong.
             if contact.is_up && contact.altitude_deg < 0.0 {

@@ -74,7 +74,11 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
                         if response.on_hover_text(entry.key.to_string()).clicked() {
                             clicked = Some(entry.features);
                         }
-                        ui.add(egui::Label::new(RichText::new(&entry.caption).size(SMALL_TEXT_POINTS)).wrap());
+                        let caption = match panel.pin_names(&entry.key)[..] {
+                            [] => entry.caption.clone(),
+                            ref names => text!("gallery-pinned", caption = entry.caption, names = names.join(", ")),
+                        };
+                        ui.add(egui::Label::new(RichText::new(caption).size(SMALL_TEXT_POINTS)).wrap());
                     });
                 });
                 if (index + 1) % columns == 0 {

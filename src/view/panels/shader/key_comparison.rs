@@ -7,7 +7,7 @@
 
 use super::module_text::{feature_colour, layout_job};
 use super::queries::{KeySwap, LoadedModule, ModuleFailure, ShaderQueries};
-use super::{Inspected, ShaderPanel};
+use super::{Inspected, PIN_NAMES, ShaderPanel};
 use crate::scene::request::ViewRequest;
 use crate::shader::ModuleId;
 use crate::shader::compare::FeatureDiff;
@@ -59,7 +59,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
             false => ui.label(text!("change-unreachable", of = reachable_count)),
         };
     }
-    for (pin, name) in panel.pins.iter_mut().zip(["A", "B"]) {
+    for (pin, name) in panel.pins.iter_mut().zip(PIN_NAMES) {
         let Some(key) = *pin else { continue };
         ui.horizontal_wrapped(|ui| {
             ui.label(text!("change-pinned", name = name));

@@ -65,6 +65,9 @@ enum ModuleChoice {
     Simple(&'static str),
 }
 
+/// The names of the pins.
+const PIN_NAMES: [&str; 2] = ["A", "B"];
+
 /// State of the Shader panel.
 #[derive(Default)]
 pub(crate) struct ShaderPanel {
@@ -251,7 +254,12 @@ impl ShaderPanel {
         });
     }
 
-    /// Shows the module's name, the pins, and a button that resets a changed key.
+    /// The names of the pins that hold a key: `A`, `B`, both or none.
+    fn pin_names(&self, key: &ShaderKey) -> Vec<&'static str> {
+        self.pins.iter().zip(PIN_NAMES).filter(|(pin, _)| **pin == Some(*key)).map(|(_, name)| name).collect()
+    }
+
+    /// Shows the module's name, the pins, a button that opens the comparison of pinned keys, and a button that resets a changed key.
     fn heading(&mut self, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
         ui.add(egui::Label::new(RichText::new(inspected.id.to_string()).monospace().strong()).wrap());
         ui.horizontal_wrapped(|ui| {
@@ -259,12 +267,22 @@ impl ShaderPanel {
                 ui.ctx().copy_text(inspected.id.to_string());
             }
             if let Some(key) = inspected.key() {
-                for (pin, name) in self.pins.iter_mut().zip(["A", "B"]) {
+                for (pin, name) in self.pins.iter_mut().zip(PIN_NAMES) {
                     let is_pinned = *pin == Some(key);
-                    let hover = text!("shader-pin-hint", name = name);
-                    if ui.selectable_label(is_pinned, text!("shader-pin", name = name)).on_hover_text(hover).clicked() {
+                    // A pin that holds another key says so.
+                    let (label, hover) = match pin {
+                        Some(other) if !is_pinned => {
+                            (text!("shader-repin", name = name), text!("shader-repin-hint", name = name, key = other.to_string()))
+                        }
+                        _ => (text!("shader-pin", name = name), text!("shader-pin-hint", name = name)),
+                    };
+                    if ui.selectable_label(is_pinned, label).on_hover_text(hover).clicked() {
                         *pin = if is_pinned { None } else { Some(key) };
                     }
+                }
+                let may_compare = self.page != Page::Key && self.pins.iter().any(Option::is_some);
+                if may_compare && ui.small_button(text!("shader-compare")).on_hover_text(text!("shader-compare-hint")).clicked() {
+                    self.page = Page::Key;
                 }
             }
             if inspected.is_changed() {

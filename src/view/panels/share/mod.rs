@@ -287,7 +287,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     ui.strong(text!("bookmarks"));
     let default_name = interface.name_of_view(&interface.viewer.view_after_flight());
     ui.horizontal_wrapped(|ui| {
-        let field = ui.add(TextEdit::singleline(&mut interface.share.bookmark_name).hint_text(&default_name).desired_width(180.0));
+        let field = ui.add(TextEdit::singleline(&mut interface.share.bookmark_name).hint_text(&default_name).desired_width(210.0));
         let enter_pressed = is_entered(&field.on_hover_text(text!("bookmarks-name")), &interface.share.bookmark_name);
         let add = icons::button(ui, Icon::Bookmark, text!("bookmarks-add"));
         if ui.add(add).on_hover_text(text!("bookmarks-add-hint")).clicked() || enter_pressed {
