@@ -8,6 +8,7 @@ use super::error::PlanError;
 use super::extent::Extent;
 use super::graph::{self, PassStep, TargetDescriptor, Write};
 use super::labels;
+use super::light_around_sun;
 use super::maps;
 use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, ShadingRate, Vertices};
 use super::provider::ResourceProvider;
@@ -178,7 +179,7 @@ pub(super) fn hdr_steps(
     };
     let draw_count_behind_corona = scene.corona.map_or(0, |c| c.draw_count_behind.min(scene.draws.len()));
     add_bodies(&mut steps, 0, &scene.draws[..draw_count_behind_corona])?;
-    steps.push(over_hdr("corona", simple_draws::corona(scene, provider)?));
+    steps.push(over_hdr("corona", light_around_sun::corona(scene, provider)?));
     add_bodies(&mut steps, draw_count_behind_corona, &scene.draws[draw_count_behind_corona..])?;
     steps.extend([
         over_hdr("orbits", small_bodies::orbits(scene, provider)?),
@@ -186,7 +187,7 @@ pub(super) fn hdr_steps(
         over_hdr("minor planets", small_bodies::minor_planets(scene, provider)?),
         over_hdr("comets", small_bodies::comets(scene, provider)?),
         over_hdr("points", simple_draws::points(scene, provider)?),
-        over_hdr("glow", simple_draws::glare(scene, provider)?),
+        over_hdr("glow", light_around_sun::glare(scene, provider)?),
     ]);
     Ok(steps)
 }

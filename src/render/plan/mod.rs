@@ -11,6 +11,7 @@ mod extent;
 pub mod graph;
 mod interface;
 mod labels;
+mod light_around_sun;
 mod maps;
 mod passes;
 mod provider;

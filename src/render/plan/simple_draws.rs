@@ -1,8 +1,9 @@
-//! The draws of simple shaders: stars, points, lines, corona, refracted limbs, glare, tone map, bloom, outline.
+//! The draws of simple shaders: stars, points, lines, refracted limbs, tone map, bloom, outline.
 //!
 //! A simple shader is one fixed module, `shaders/entry/<name>.wesl`, whereas the module of a body is generated from the body's features. In: the scene and the
 //! layouts of the shaders' uniform blocks. Out: draws and steps with their uniform bytes filled by field name. Always: only modules that [`modules`] returns
-//! are used. Not here: the draws of bodies, of labels, and of minor planets, comets' tails and orbits (`small_bodies`); the choice of what is drawn (scene).
+//! are used. Not here: the draws of bodies, of labels, of corona and glare (`light_around_sun`), and of minor planets, comets' tails and orbits
+//! (`small_bodies`); the choice of what is drawn (scene).
 
 use super::error::PlanError;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
@@ -251,47 +252,6 @@ fn segment_draws(
         w.f32("radiance", orbits::RELATIVE_RADIANCE / scene.exposure.factor_f32())
     })?;
     Ok(vec![PlanDraw { label: label.into(), vertices, instances, blend: Blend::PremultipliedOver, depth, ..draw }])
-}
-
-pub(super) fn corona(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let Some(corona) = &scene.corona else { return Ok(Vec::new()) };
-    let draw = simple_draw("corona", scene, provider, |w| {
-        w.vec3("middle", corona.middle)?;
-        w.vec3("right", corona.right)?;
-        w.vec3("up", corona.up)?;
-        w.f32("radii_per_sine", corona.radii_per_sine)?;
-        w.f32("half_pixel_radii", corona.half_pixel_radii)?;
-        w.f32("inner_radius", corona.inner_radius)?;
-        w.f32("inner_radiance", corona.inner_radiance)?;
-        w.f32("flattening", corona.flattening)?;
-        w.vec3("terms", corona.terms)?;
-        w.vec3("colour", corona.colour)?;
-        w.vec3("air_middle", corona.air_middle)?;
-        w.vec3("air_right", corona.air_right)?;
-        w.vec3("air_up", corona.air_up)?;
-        w.f32("horizon_sine", corona.horizon_sine)?;
-        w.vec4_array("tints", &corona.tints)?;
-        w.f32("outer_cosine", corona.outer_cosine)?;
-        w.f32("inverse_fade_width", corona.inverse_fade_width)?;
-        w.f32("cutoff", corona.cutoff)
-    })?;
-    let scissor = scissor(corona.rect_in_clip, scene.camera.width, scene.camera.height);
-    Ok(vec![PlanDraw { blend: Blend::Add, scissor, ..draw }])
-}
-
-/// The Sun's glare, drawn by the module `glow`.
-pub(super) fn glare(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let Some(glare) = &scene.glare else { return Ok(Vec::new()) };
-    let draw = simple_draw("glow", scene, provider, |w| {
-        w.vec3("sun_direction", glare.sun_direction)?;
-        w.f32("core_angle_sq", glare.core_angle_sq)?;
-        w.vec3("strength", glare.strength)?;
-        w.f32("cutoff", glare.cutoff)?;
-        w.vec2("tan_half_fov", glare.tan_half_fov)
-    })?;
-    let scissor = scissor(glare.rect_in_clip, scene.camera.width, scene.camera.height);
-    let shading_rate = if glare.is_interpolated { ShadingRate::Interpolated } else { ShadingRate::PerPixel };
-    Ok(vec![PlanDraw { blend: Blend::Add, shading_rate, scissor, ..draw }])
 }
 
 /// The draws of a body's refracted limb: one that occludes the Sun's disc drawn without refraction (`None` if no such disc was drawn), and one that
