@@ -130,7 +130,7 @@ fn symmetric_ends_and_blended_halves_make_light_depend_on_the_place_of_the_plane
 }
 
 /// A hundredth of a pixel high, rings have a hundredth of the light of rings one pixel high, within 10 % (measured: 6 % at 6 radii, 2 % farther away); with
-/// the camera in their plane they have none. Negative control: symmetric ends, with the plane in the middle of a row.
+/// the camera in their plane they have none. Negative control: symmetric ends, with the plane between two rows.
 #[test]
 fn light_is_proportional_to_the_height() {
     let per_pixel = |session: &Session, distance: f64, height_px: f64| light_by_shift(session, distance, height_px)[0] / height_px;
