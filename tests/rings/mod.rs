@@ -1,5 +1,6 @@
 //! Rings: light through them, shadows, and the light that they reflect onto their planet.
 
+mod edge_on;
 mod globe_outside;
 mod moon_shadows;
 mod picking;

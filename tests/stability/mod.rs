@@ -1,16 +1,14 @@
 //! The sweeps of `stability` detect faults: each fault of the past, injected again, exceeds the bound of a sweep that passes without it.
 
-use crate::support::session::SESSION;
+use crate::support::session::{SESSION, session_with_edits};
 use crate::support::sweep;
 use orrery::catalog::NaifId;
 use orrery::measure::Effort;
 use orrery::render::plan::{DepthState, Plan};
 use orrery::scene::request::Purpose;
-use orrery::session::{Session, SessionError, Sources};
-use orrery::shader::fragments::Fragments;
+use orrery::session::{Session, SessionError};
 use orrery::stability::{InjectedFaults, SWEEPS, SweepReport, SweepResult, SweepSetup, run};
 use orrery::time::Instant;
-use std::collections::BTreeMap;
 
 fn swept(session: &Session, name: &str, faults: InjectedFaults) -> SweepReport {
     let sweep = SWEEPS.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("no sweep {name}"));
@@ -21,21 +19,6 @@ fn swept(session: &Session, name: &str, faults: InjectedFaults) -> SweepReport {
         report.result.cases, report.result.worst, report.bound, report.result.worst_case, report.result.cause
     );
     report
-}
-
-/// A session with edited fragments: file, old text, new text.
-fn session_with_edits(changes: &[(&str, &str, &str)]) -> Session {
-    let cache = crate::support::scratch::folder("stability");
-    let session = Session::open(&Sources { cache: Some(cache), ..Sources::default() }, |_| {}).expect("opens");
-    let mut files: BTreeMap<String, String> = BTreeMap::new();
-    for (path, from, to) in changes {
-        let built_in = || Fragments::default().text(path).expect("a fragment").to_owned();
-        let text = files.entry((*path).to_owned()).or_insert_with(built_in);
-        assert!(text.contains(from), "{path} no longer contains `{from}`");
-        *text = text.replace(from, to);
-    }
-    session.set_fragments(Fragments::with_files(files));
-    session
 }
 
 /// Where the entire Sun is covered, rounding leaves a remainder in the closed form of the overlap. Without the early return and the clamps, the light in

@@ -42,20 +42,30 @@ impl SurroundingAir<'_> {
     /// of a day darkens with height. In dusk, where nothing is lit but the sky, these directions have a part of the light that they have on the ground, and the
     /// exposure is that of a dusk with this part of the light, where this is less. The part may be small: most light of a dusk comes from air below the camera,
     /// and what is above it is in the shadow of the body except towards the Sun.
-    /// Near the top of the air [`Self::sky_weight`] falls faster than the light, and the exposure is for the light: a sky that is darker than on the ground is
-    /// not shown brighter.
+    /// Near the top of the air this falls faster than the light, so that it does not matter there ([`Self::sky_weight`]).
     /// `towards`, `towards_sun`: vectors from the body to the light and to the Sun; `directions`: see [`Self::scattered_radiance`].
     pub(crate) fn exposure_radiance_of_sky(&self, towards: DVec3, irradiance: f64, towards_sun: DVec3, directions: &[(DVec3, f64)]) -> f64 {
-        let on_ground = 0.0;
-        let [light_on_ground, light] = [on_ground, self.height_part()].map(|part| self.mean_luminance(part, towards, directions));
         let (sky, altitude_deg) = (self.sky_brightness(), self.altitude_deg(towards));
         let dusk = (self.altitude_deg(towards_sun) / DUSK_ALTITUDE_DEG).clamp(0.0, 1.0);
-        // In high haze the sky may be brighter than on the ground; it is then exposed as on the ground.
-        let light_part = (light / light_on_ground.max(f64::MIN_POSITIVE)).min(1.0);
+        let light_part = self.light_part(towards, directions);
         let [undimmed, dimmed] =
             [1.0, light_part.powf(dusk)].map(|part| exposure_per_irradiance(sky.altitude_of_dimmed_sky_deg(altitude_deg, part)));
         let per_irradiance = exposure_per_irradiance(sky.altitude_on_earth_deg(altitude_deg));
-        irradiance * per_irradiance * (dimmed / undimmed).min(self.sky_weight()).max(light_part)
+        irradiance * per_irradiance * (dimmed / undimmed).min(self.sky_weight())
+    }
+
+    /// The radiance for which an image of the sky is exposed that shows it as bright as on the ground. Arguments: as in [`Self::exposure_radiance_of_sky`].
+    pub(crate) fn exposure_radiance_as_on_ground(&self, towards: DVec3, irradiance: f64, directions: &[(DVec3, f64)]) -> f64 {
+        let altitude_deg = self.sky_brightness().altitude_on_earth_deg(self.altitude_deg(towards));
+        irradiance * exposure_per_irradiance(altitude_deg) * self.light_part(towards, directions)
+    }
+
+    /// The part of their light on the ground that the directions have at the camera's height, at most 1: a sky that is brighter in high haze is exposed as on
+    /// the ground.
+    fn light_part(&self, towards: DVec3, directions: &[(DVec3, f64)]) -> f64 {
+        let on_ground = 0.0;
+        let [light_on_ground, light] = [on_ground, self.height_part()].map(|part| self.mean_luminance(part, towards, directions));
+        (light / light_on_ground.max(f64::MIN_POSITIVE)).min(1.0)
     }
 
     /// The mean radiance of the sky that the air scatters from a light, without the light of the night sky: the channels weighted as for a luminance, but in

@@ -359,14 +359,14 @@ impl<'a> RingView<'a> {
         (min.x < max.x && min.y < max.y).then_some(ClipRect { left: min.x, top: max.y, right: max.x, bottom: min.y })
     }
 
-    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: one for each 32nd of an equatorial radius along the
-    /// longest footprint, at most [`MAX_SEGMENTS`].
+    /// Maximum number of segments into which shaders/lib/ring/segments.wesl divides a pixel's footprint: one for each 32nd of an equatorial radius along the
+    /// longest footprint, at most [`MAX_SEGMENTS`]. [`MIN_COSINE`] is no limit here: a footprint is as long as the true inclination of its ray makes it.
     fn max_segments(&self) -> f64 {
         let (height, axis_distance) = self.camera_height_and_axis_distance();
         let outer = self.outermost_km() / self.body.radii_km.x;
         // Across a pixel the ray turns by at most the pixel's tangent. The 5 % added to the outer radius cover pixels at the edge, whose middle is outside the
         // ring.
-        let cosine = (height / height.hypot(axis_distance + 1.05 * outer)).max(MIN_COSINE);
+        let cosine = height / height.hypot(axis_distance + 1.05 * outer);
         (32.0 * 1.05 * height * self.camera.pixel_tangent() / (cosine * cosine)).ceil().clamp(1.0, MAX_SEGMENTS)
     }
 

@@ -217,7 +217,7 @@ impl Meter<'_, '_> {
         subjects.push(MeteredSubject {
             name: reason!("subject-dark-sky").into(),
             body: None,
-            radiance: night_white * AUTO_EXPOSED_MEAN,
+            radiance: frame.least_sky_exposure_radiance().max(night_white * AUTO_EXPOSED_MEAN),
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
         });

@@ -25,6 +25,8 @@ use glam::DVec3;
 const SUNSET_SKY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
+/// Share of the frame from which on its light counts fully for the exposure of a sky near the top of the air.
+const FULL_SKY_SHARE: f64 = 0.1;
 /// Least radiance of a sky, far below that of any night. With 0, the subject's white (radiance / level) would be 0 / 0.
 const MIN_SKY_RADIANCE: f64 = 1e-30;
 /// Fractions of the sunlight in the air around the camera that the shadows of other bodies leave: 1 without an eclipse.
@@ -128,8 +130,18 @@ impl<'a> MeteredFrame<'_, 'a> {
         self.sky_rays.iter().map(|(_, part)| part).sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 
-    /// Meters the sky around the camera, without the share of the frame that bodies in the sky cover. The subject's weight and white follow from the exposure
-    /// radiance; its `radiance` is the drawn one, the mean over the frame's sky.
+    /// The least radiance for which images are exposed that show the sky around the camera as this frame does: then it is not shown brighter than on the
+    /// ground. Falls to 0 at the top of the air, and as the sky leaves the frame.
+    pub(super) fn least_sky_exposure_radiance(&self) -> f64 {
+        let part_of_frame = smoothstep(self.sky_fraction() / FULL_SKY_SHARE);
+        let exposure_radiance = self.sum_over_lights_of_sky(self.sunlight_in_air.frame, |air, towards, irradiance| {
+            air.exposure_radiance_as_on_ground(towards, irradiance, &self.sky_rays)
+        });
+        part_of_frame * exposure_radiance
+    }
+
+    /// Meters the sky around the camera, without the share of the frame that bodies in the sky cover. The subject's weight follows from the exposure radiance,
+    /// its white from this or from the least one; its `radiance` is the drawn one, the mean over the frame's sky.
     pub(super) fn sky(&self, share_of_bodies_in_sky: f64) -> Option<MeteredSubject> {
         let air = self.meter.air?;
         let mut mean = LogMean::default();
@@ -137,7 +149,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         mean.add((self.sky_fraction() - share_of_bodies_in_sky).max(0.0), self.sky_exposure_radiance, no_foreground);
         // Darker in dusk; near the top of the air, where `sky_weight` is almost 0, not.
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_exposure_radiance).powf(air.sky_weight());
-        let exposed = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
+        let by_weight = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
+        let exposed = MeteredSubject { radiance: by_weight.radiance.max(self.least_sky_exposure_radiance()), ..by_weight };
         let scattered = self.sum_over_lights_of_sky(self.sunlight_in_air.frame, |air, towards, irradiance| {
             air.scattered_radiance(towards, irradiance, &self.sky_rays)
         });
