@@ -109,7 +109,8 @@ fn craters_are_drawn_in_an_even_penumbra() {
     let (is_on, reasons) = eclipse_decision(&decided, NaifId::MOON);
     assert!(is_on && reasons.contains("all sunlight in the image counts as 6"), "{reasons}");
     let left = sunlight(NaifId::MOON, &request, "");
-    assert!((left - 0.632).abs() < 0.01, "{left}");
+    // The light at single pixels is 0.632.
+    assert!((left / 0.632 - 1.0).abs() < MAX_UNIFORM_ERROR, "{left}");
     // Without craters there is nothing to choose between, and the shadow of every pixel is drawn.
     for effects in ["-detail", "+eclipse"] {
         let features = draw_of(&scene(&request, effects), NaifId::MOON, BodyPart::Globe).features;
@@ -138,6 +139,7 @@ fn dimmed_sunlight_is_that_of_every_pixel() {
         let of_ground: Vec<f64> = pixels.iter().filter(|p| p[3] > 0.999 && p[1] > 0.0).map(|p| f64::from(p[1])).collect();
         let (least, most) = (of_ground.iter().copied().fold(1.0, smaller), of_ground.iter().copied().fold(0.0, larger));
         assert!(of_ground.len() > 500, "{minutes} min: {} pixels show ground", of_ground.len());
+        println!("{minutes} min: {left:.4}; pixels {least:.4} to {most:.4}");
         worst = larger(worst, larger(left - least, most - left) / left);
     }
     println!("{full} full, {dimmed} dimmed, {drawn} drawn; largest error {worst:.4}");
