@@ -209,6 +209,8 @@ fn an_unknown_city_is_reported_and_not_kept() {
     }
     // A similar name is one click away. The press takes the focus from the field.
     enter(&mut window, "Moskow", Key::Enter);
+    window.get_by_label("Did you mean Moscow?").scroll_to_me();
+    window.run_steps(4);
     let place = window.get_by_label("Did you mean Moscow?").rect().center();
     click(&mut window, place);
     window.run_steps(3);
