@@ -198,27 +198,36 @@ fn air_uniforms() -> AtmosphereUniforms {
     AtmosphereUniforms { optical_depth_above_ground: optical_depth_above_ground::terms(&air), ..air }
 }
 
+/// Distance of the camera from the body's centre.
+const DISTANCE_RADII: f32 = 1.0e3;
+
 /// The uniforms of the sample body. `half_side`: half the image's side in body radii.
 fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
     // Rings are seen from 25 degrees above their plane; from within the plane they would be a line.
-    let forward = if key.features().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
+    let is_ring = key.features().surface == Surface::Ring;
+    let forward = if is_ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
+    // Rays to a body are parallel. The footprints of rings need a camera in which rays meet: a ray of depth 1 is 1 / distance of the anchor's offset.
+    let ray_per_anchor = if is_ring { 1.0 / DISTANCE_RADII } else { 0.0 };
+    let anchor_origin = up * half_side - Vec3::Y * half_side;
+    let (anchor_du, anchor_dv) = (Vec3::new(0.0, 2.0 * half_side, 0.0), up * (-2.0 * half_side));
     // The Sun's light and two fainter ones.
     let light_directions = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
     let lights = light_directions.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.features().lights));
     DrawUniforms {
         rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),
-        anchor_origin: up * half_side - Vec3::Y * half_side,
-        anchor_du: Vec3::new(0.0, 2.0 * half_side, 0.0),
-        anchor_dv: up * (-2.0 * half_side),
-        ray_origin: forward,
+        anchor_origin,
+        anchor_du,
+        anchor_dv,
+        ray_origin: forward + anchor_origin * ray_per_anchor,
+        ray_du: anchor_du * ray_per_anchor,
+        ray_dv: anchor_dv * ray_per_anchor,
         // 1 - q², where q is the distance of a ray from the body's centre, for parallel rays of length 1: q² = half_side² ((2u - 1)² + (2v - 1)²).
         silhouette_form: [
             Vec4::new(1.0 - 2.0 * half_side * half_side, 4.0 * half_side * half_side, 4.0 * half_side * half_side, 0.0),
             Vec4::new(-4.0 * half_side * half_side, 0.0, -4.0 * half_side * half_side, 0.0),
         ],
-        // Depth as from a distance of 1000 radii.
-        depth_row: forward.extend(1.0e3),
+        depth_row: forward.extend(DISTANCE_RADII),
         nearest_point: -forward,
         axis_ratios: axis_ratios(key),
         // The same view for a mesh: x (towards the viewer) becomes depth, y points right and z up.
@@ -256,7 +265,7 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
             optical_depth_above: air_uniforms().optical_depth_above_ground.map(|row| (0.5 * row.truncate()).extend(row.w)),
             coarse_first_row: 0.0,
         },
-        camera_in_unit_sphere: forward * -1.0e3,
+        camera_in_unit_sphere: forward * -DISTANCE_RADII,
         overlays: overlay_uniforms(key),
         ring: ring_uniforms(key.features().surface),
         // As seen along the negative x axis: north is up, celestial east to the left. -1: no body in front of the Sun has a limb profile.
