@@ -23,6 +23,7 @@ use orrery::shader::key::{DIMENSIONS, ShaderKey};
 use orrery::shader::library::decode;
 use orrery::shader::record::DigestRecord;
 use orrery::shader::{ModuleId, ShaderLibrary};
+use orrery::view::app::civil_time::ShownTimeZone;
 use orrery::view::app::search::suggestions;
 use orrery::view::app::settings::Settings;
 use orrery::view::app::tour::Tour;
@@ -100,7 +101,7 @@ fn search(bytes: &[u8]) {
             Viewer::new(SESSION.catalog().bodies().iter().map(SelectableBody::of).collect(), view, fixed_now)
         };
     }
-    VIEWER.with(|viewer| assert!(suggestions(&text(bytes), viewer, SESSION.catalog(), 8).len() <= 8));
+    VIEWER.with(|viewer| assert!(suggestions(&text(bytes), viewer, SESSION.catalog(), ShownTimeZone::Utc, 8).len() <= 8));
 }
 
 /// A folder for the inputs of targets that read files.

@@ -160,8 +160,11 @@ fn antialiasing_keeps_the_discs_area() {
     assert!((sum / expected - 1.0).abs() < 1e-3, "{sum} against {expected}");
 }
 
-/// Points of an image of 200 by 100 pixels, whose light is added. For each: the centre (clip x and y, depth), radius in pixels and stretch, and flux.
-fn points(items: &[([f32; 3], (f32, f32), [f32; 3])]) -> PlanDraw {
+/// A point: centre (clip x and y, depth), radius in pixels and stretch, and flux.
+type PointLight = ([f32; 3], (f32, f32), [f32; 3]);
+
+/// Points of an image of 200 by 100 pixels, whose light is added.
+fn points(items: &[PointLight]) -> PlanDraw {
     let id = ModuleId::Simple("point");
     let module = LIBRARY.module(&id).expect("emitted");
     let mut writer = module.layout.writer();

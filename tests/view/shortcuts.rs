@@ -145,7 +145,8 @@ fn u_hides_all_controls_and_escape_or_u_brings_them_back() {
 fn keys_that_show_a_control_bring_back_hidden_ones() {
     let mut window = window_without_images(SATURN);
     type_text(&mut window, "5");
-    let cases: [(&str, fn(&Window) -> bool); 5] = [
+    type IsShown = fn(&Window) -> bool;
+    let cases: [(&str, IsShown); 5] = [
         ("5", |window| window.state().tab == Some(Tab::Compare)),
         ("b", |window| window.state().body_browser_shown),
         ("i", |window| window.state().settings.panels.timeline_shown),

@@ -97,7 +97,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             let seen = |o: &&PlacedBody<'_>| Placement { centre_km: o.placement.centre_km - offset_km, ..o.placement };
             occluders.iter().map(|o| visible_fraction_behind_body(&seen(o), towards_sun, sun_radius_rad)).product::<f64>()
         };
-        let left = |directions: &[(DVec3, f64)]| air.light_left_in_shadow(p.body_to_sun_km, directions, &visible_sun);
+        let left = |directions: &[(DVec3, f64)]| air.light_left_in_shadow(p.body_to_sun_km, directions, visible_sun);
         SunlightInAir { frame: left(&self.sky_rays), entire_sky: left(&[]) }
     }
 
