@@ -98,7 +98,9 @@ impl<'a> MeteredFrame<'_, 'a> {
             occluders.iter().map(|o| visible_fraction_behind_body(&seen(o), towards_sun, sun_radius_rad)).product::<f64>()
         };
         let left = |directions: &[(DVec3, f64)]| air.light_left_in_shadow(p.body_to_sun_km, directions, visible_sun);
-        SunlightInAir { frame: left(&self.sky_rays), entire_sky: left(&[]) }
+        let entire_sky = left(&[]);
+        // Without sky in the frame, its part is the entire sky.
+        SunlightInAir { frame: if self.sky_rays.is_empty() { entire_sky } else { left(&self.sky_rays) }, entire_sky }
     }
 
     /// A sum over the lights of the sky around the camera: sunlight, of which an eclipse leaves `sunlight_fraction`, and the light of the body that gives the
