@@ -1,7 +1,7 @@
 //! Picking: finds the body or star under a click.
 //!
-//! In: the labels, the finished scene, the catalog with its rings, and the position of a click in pixels of the screen. Out: a body, an index into the star catalog, or a position in
-//! pixels of the screen. Screen and image differ only on a warp mesh.
+//! In: the labels, the finished scene, the catalog with its rings, and the position of a click in pixels of the screen. Out: a body, an index into the star
+//! catalog, or a position in pixels of the screen. Screen and image differ only on a warp mesh.
 
 use crate::catalog::{Catalog, NaifId, Ring};
 use crate::scene::annotation::labels::Label;

@@ -252,9 +252,9 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glare::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// Radiance of the corona at the limb, minus the smallest visible change of the glare's radiance there. `peak_radiance`: [`SunInImage::peak_radiance`];
-/// `min_change`: this change relative to the glare; `glare`: the glare that the frame draws, if any. If the Sun is partly hidden, the limb opposite the visible
-/// part counts, because the corona shows there first.
+/// Radiance of the corona where it is brightest, minus the smallest visible change of the glare's radiance at the limb. `peak_radiance`:
+/// [`SunInImage::peak_radiance`]; `min_change`: this change relative to the glare; `glare`: the glare that the frame draws, if any. If the Sun is partly
+/// hidden, the limb opposite the visible part counts, because the corona shows there first.
 fn excess_over_glare(peak_radiance: f64, min_change: f64, glare: Option<&VeilingGlare>) -> f64 {
     peak_radiance - min_change * glare.map_or(0.0, VeilingGlare::limb_radiance)
 }

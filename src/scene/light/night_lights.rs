@@ -22,8 +22,7 @@ pub(crate) fn white_radiance(body: &Body) -> f64 {
 }
 
 /// Fraction of city lights that are switched on: 0 if the Sun is above the horizon, 1 if it is at least 6 degrees below. The same as in
-/// shaders/lib/night_lights.wesl.
-/// `cos_incidence`: cosine of the Sun's zenith angle, negative at night.
+/// shaders/lib/night_lights.wesl. `cos_incidence`: cosine of the Sun's zenith angle, negative at night.
 pub(crate) fn lit_fraction(cos_incidence: f64) -> f64 {
     1.0 - smoothstep(cos_incidence / CIVIL_TWILIGHT_SINE + 1.0)
 }

@@ -29,6 +29,7 @@ const MAX_DUSK_STOPS: f64 = 3.0;
 const FULL_SKY_SHARE: f64 = 0.1;
 /// Least radiance of a sky, far below that of any night. With 0, the subject's white (radiance / level) would be 0 / 0.
 const MIN_SKY_RADIANCE: f64 = 1e-30;
+
 /// Fractions of the sunlight in the air around the camera that the shadows of other bodies leave: 1 without an eclipse.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SunlightInAir {
