@@ -364,7 +364,9 @@ pub(crate) fn corona(
     let point_light = inner.point_light(|radii| visible_fraction_of_disc(&nearer, towards, radii, sin_sun_radius));
     // Points are drawn after the air, so its transmittance is applied here.
     let transmittance = air.map_or(DVec3::ONE, |a| a.transmittance(towards));
-    let tints = TintTable::of(air);
+    // The table takes the depth of the air along many rays; by day nothing reads it.
+    let is_drawn = request.effects.override_of_body(sun.body, Effect::Corona).unwrap_or(on);
+    let tints = TintTable::of(air.filter(|_| is_drawn));
     let in_air_axes = |v: DVec3| narrow(tints.in_axes(v));
     let camera_axes = [camera.forward, camera.right * camera.tan_half_fov.x, camera.up * camera.tan_half_fov.y];
     let [middle, right, up] = camera_axes.map(|v| narrow(in_sun_axes(v)));
