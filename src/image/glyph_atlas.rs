@@ -128,16 +128,23 @@ fn halo(glyph: &GlyphBitmap, radius_px: f32) -> GlyphBitmap {
     let reach = (radius_px + 0.5).ceil() as i32;
     let columns = width + 2 * reach;
     let is_inked = |x: i32, y: i32| glyph.coverage[(y * width + x) as usize] >= MIN_INK;
-    // Distance of each column to the nearest inked texel of the row; infinite in a row without ink.
-    let distances_in_row = |y: i32| -> Vec<f32> {
-        let inked: Vec<i32> = (0..width).filter(|x| is_inked(*x, y)).collect();
-        (0..columns).map(|x| inked.iter().map(|at| (at + reach - x).abs() as f32).fold(f32::INFINITY, f32::min)).collect()
+    // Square of the distance of each column to the nearest inked texel of the row; infinite in a row without ink.
+    let squares_in_row = |y: i32| -> Vec<f32> {
+        let mut distances = vec![f32::INFINITY; columns as usize];
+        (0..width).filter(|x| is_inked(*x, y)).for_each(|x| distances[(x + reach) as usize] = 0.0);
+        for x in 1..distances.len() {
+            distances[x] = distances[x].min(distances[x - 1] + 1.0);
+        }
+        for x in (1..distances.len()).rev() {
+            distances[x - 1] = distances[x - 1].min(distances[x] + 1.0);
+        }
+        distances.into_iter().map(|distance| distance * distance).collect()
     };
-    let rows: Vec<Vec<f32>> = (0..height).map(distances_in_row).collect();
+    let rows: Vec<Vec<f32>> = (0..height).map(squares_in_row).collect();
     let coverage_at = |x: i32, y: i32| {
         let near_rows = (y - reach).max(0)..(y + reach + 1).min(height);
-        let distance_px = near_rows.map(|row| rows[row as usize][x as usize].hypot((row - y) as f32)).fold(f32::INFINITY, f32::min);
-        (radius_px + 0.5 - distance_px).clamp(0.0, 1.0)
+        let square_px = near_rows.map(|row| rows[row as usize][x as usize] + ((row - y) * (row - y)) as f32).fold(f32::INFINITY, f32::min);
+        (radius_px + 0.5 - square_px.sqrt()).clamp(0.0, 1.0)
     };
     GlyphBitmap {
         size: [columns as u32, (height + 2 * reach) as u32],

@@ -52,6 +52,10 @@ pub(crate) fn last_time_with_image(
 ) -> (f64, EphemerisError) {
     while (without_tdb_s - with_tdb_s).abs() > END_ACCURACY_S {
         let middle_tdb_s = 0.5 * (with_tdb_s + without_tdb_s);
+        // Far from J2000 neighbouring numbers are farther apart than the accuracy.
+        if middle_tdb_s == with_tdb_s || middle_tdb_s == without_tdb_s {
+            break;
+        }
         match check(view, middle_tdb_s, session) {
             Ok(()) => with_tdb_s = middle_tdb_s,
             Err(e) => (without_tdb_s, why) = (middle_tdb_s, e),
