@@ -9,7 +9,9 @@ use orrery::catalog::lunar_heights::{HeightMap, HeightRange};
 use orrery::catalog::small_bodies::SmallBodies;
 use orrery::catalog::stars::StarCatalog;
 use orrery::ephemeris::orientation::Pck;
-use orrery::image::{MapStore, StoredMaps, TexelFormat, Texture, exr_head_text, png_head_text, read_panorama, verify_exr, verify_png};
+use orrery::image::{
+    MapStore, StoredMaps, TexelFormat, Texture, exr_text_in_head, png_text_in_head, read_panorama, verify_exr, verify_png,
+};
 use orrery::mesh::{Mesh, ShapeParameters, obj};
 use orrery::probe::Prober;
 use orrery::render::software::lower::{check_bytes, programs_from_bytes};
@@ -251,7 +253,7 @@ pub static TARGETS: &[Target] = &[
     Target {
         name: "image-heads",
         run: |bytes| {
-            drop((png_head_text(bytes, "Request"), exr_head_text(bytes)));
+            drop((png_text_in_head(bytes, "Request"), exr_text_in_head(bytes)));
             drop((verify_png(bytes, (4, 4)), verify_exr(bytes)));
         },
         seeds: || {

@@ -30,7 +30,8 @@ pub(crate) struct ViewArgs {
     /// Body to look at: a name, or a NAIF code such as 599
     #[arg(long, value_name = "BODY")]
     pub target: Option<String>,
-    /// Look from this body's centre (with --distance-radii: from its direction; with --at: from its surface) [default: the direction of the Earth, or of the Sun for the Earth]
+    /// Look from this body's centre (with --distance-radii: from that distance from the target, on the side of this body; with --at: from this body's surface)
+    /// [default: the direction of the Earth, or of the Sun for the Earth]
     #[arg(long, value_name = "BODY")]
     pub from: Option<String>,
     /// Distance from the target's centre in its equatorial radii [default: the disc fills 3/4 of the image height]
@@ -66,10 +67,12 @@ pub(crate) struct ViewArgs {
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image", help = effects_help())]
     pub effects: Option<String>,
     /// Layers: +orbits, +traces (where bodies have been, as seen from the target), +labels (names and markers), +features (names of craters and landing
-    /// sites), +caption, +scale-bar, +compass, +outline (of the selected body, else of the target), +bloom; +minor-planets, +comets (with a marker on each body too faint to be seen);
-    /// +bright-stars (bright enough to be seen, whatever the exposure); +star-names, +constellations, +boundaries, +grid-equatorial, +grid-ecliptic, +grid-galactic, +grid-horizon (from a surface), +grid-body and +terminator
-    /// (of each body), +eclipse-path (umbra and penumbra on each body, and where the shadow goes), +eclipse-cones (shadows in space, on the target and its own); +instruments (fields of view around the target);
-    /// -data (on where a catalog has a [[layer]]); -stars, -milky-way, -zodiacal-light (on where the exposure shows them)
+    /// sites), +caption, +scale-bar, +compass, +outline (of the selected body, else of the target), +bloom; +minor-planets, +comets (with a marker on each
+    /// body too faint to be seen); +bright-stars (bright enough to be seen, whatever the exposure); +star-names, +constellations, +boundaries,
+    /// +grid-equatorial, +grid-ecliptic, +grid-galactic, +grid-horizon (from a surface), +grid-body and +terminator (of each body), +eclipse-path (umbra
+    /// and penumbra on each body, and where the shadow goes), +eclipse-cones (shadows in space: those that reach the target, and the target's own);
+    /// +instruments (fields of view around the target); -data (the default is on if a catalog file has a table [[layer]]); -stars, -milky-way,
+    /// -zodiacal-light (the default is on if the exposure shows them)
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub layers: Option<String>,
     /// Brighten stars, Milky Way and zodiacal light by this many stops, to show them next to a lit planet
@@ -306,8 +309,8 @@ mod tests {
                 }
                 let tilt_sine = camera.right.dot(zenith);
                 assert!(tilt_sine.abs() < 1e-12 && camera.up.dot(zenith) > 0.0, "{from} {at} to {target}: tilted, sine {tilt_sine}");
-                let northward = ViewArgs { up: some("north"), ..args }.request(&catalog).expect(at);
-                let camera = viewer(&catalog, &ephemeris, &northward).expect("a camera").camera;
+                let with_north_up = ViewArgs { up: some("north"), ..args }.request(&catalog).expect(at);
+                let camera = viewer(&catalog, &ephemeris, &with_north_up).expect("a camera").camera;
                 tilted_count_with_north_up += usize::from(camera.right.dot(zenith).abs() > 0.1);
             }
         }

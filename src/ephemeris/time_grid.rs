@@ -109,7 +109,7 @@ mod tests {
         let reversed: Vec<f64> = times.iter().rev().map(|s| interpolated(&backward, *s)).collect();
         assert!(values.iter().eq(reversed.iter().rev()));
         for (s, value) in times.iter().zip(&values) {
-            // A chord of the parabola s² is at most a quarter of the squared step (8) above it. Of 1e18, rounding alone is greater than this.
+            // The step is 8, so a chord of the parabola s² is at most 8²/4 = 16 above it. Not for s = 1e9: near s² = 1e18, rounding alone exceeds 16.
             assert!((-1e-3..=16.0 + 1e-3).contains(&(value - s * s)) || s.abs() > 1e6, "{s}: {value}");
         }
         // Another key has its own values: two more evaluations, after six by each grid.

@@ -18,10 +18,10 @@ fn damaged(why: impl std::fmt::Display) -> ImageError {
 }
 
 /// The texts of an image that [`super::write_png`] or [`super::write_exr`] wrote lie within this many bytes from the start of the file.
-pub const TEXT_HEAD_BYTES: usize = 1 << 16;
+pub const TEXT_SEARCH_BYTES: usize = 1 << 16;
 
 /// The text under `key` in the chunks before a PNG's pixels; the rest of the file may be missing or damaged. `head`: the first bytes of the file.
-pub fn png_head_text(head: &[u8], key: &str) -> Option<String> {
+pub fn png_text_in_head(head: &[u8], key: &str) -> Option<String> {
     let reader = png_decoder(head).read_info().ok()?;
     reader.info().utf8_text.iter().find(|c| c.keyword == key)?.get_text().ok()
 }
@@ -54,7 +54,7 @@ pub(super) fn unsealed_attribute(text: &str) -> (&'static str, String) {
 fn digest_offset_and_text(bytes: &[u8]) -> Option<(usize, &str)> {
     let name: Vec<u8> = [ATTRIBUTE.as_bytes(), b"\0string\0"].concat();
     // An attribute is its name, its type (each ends with a zero byte), the length of its value (u32, little-endian), and the value.
-    let length_offset = bytes.windows(name.len()).take(TEXT_HEAD_BYTES).position(|w| w == name)? + name.len();
+    let length_offset = bytes.windows(name.len()).take(TEXT_SEARCH_BYTES).position(|w| w == name)? + name.len();
     let length = u32::from_le_bytes(bytes.get(length_offset..length_offset + 4)?.try_into().ok()?) as usize;
     let value = bytes.get(length_offset + 4..length_offset.checked_add(4)?.checked_add(length)?)?;
     let text = value.get(DIGEST_LEN..)?.strip_prefix(b" ")?;
@@ -79,7 +79,7 @@ pub(super) fn seal_exr(bytes: &mut [u8]) {
 }
 
 /// The text of a sealed EXR; the rest of the file may be missing or damaged. `head`: the first bytes of the file.
-pub fn exr_head_text(head: &[u8]) -> Option<String> {
+pub fn exr_text_in_head(head: &[u8]) -> Option<String> {
     digest_offset_and_text(head).map(|(_, text)| text.to_owned())
 }
 
@@ -116,8 +116,8 @@ mod tests {
     #[test]
     fn no_byte_may_change_or_be_missing() {
         type Read = fn(&[u8]) -> Option<String>;
-        let png_read: Read = |b| png_head_text(b, "Request").filter(|_| verify_png(b, SIZE).is_ok());
-        let exr_read: Read = |b| exr_head_text(b).filter(|_| verify_exr(b).is_ok());
+        let png_read: Read = |b| png_text_in_head(b, "Request").filter(|_| verify_png(b, SIZE).is_ok());
+        let exr_read: Read = |b| exr_text_in_head(b).filter(|_| verify_exr(b).is_ok());
         for (kind, bytes, read) in [("png", png(), png_read), ("exr", exr(), exr_read)] {
             assert_eq!(read(&bytes).as_deref(), Some("mine"), "{kind}");
             let is_accepted = |b: &[u8]| read(b).as_deref() == Some("mine");
@@ -130,6 +130,6 @@ mod tests {
                 }
             }
         }
-        assert!(verify_png(&png(), (5, 4)).is_err() && png_head_text(&png(), "Other").is_none());
+        assert!(verify_png(&png(), (5, 4)).is_err() && png_text_in_head(&png(), "Other").is_none());
     }
 }

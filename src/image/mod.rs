@@ -29,12 +29,12 @@ mod y4m;
 pub use animation::{AnimationFormat, AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 pub use compare::{Difference, DisplayImage};
 pub use glyph_atlas::{Glyph, GlyphAtlas};
-pub use integrity::{TEXT_HEAD_BYTES, exr_head_text, png_head_text, verify_exr, verify_png};
+pub use integrity::{TEXT_SEARCH_BYTES, exr_text_in_head, png_text_in_head, verify_exr, verify_png};
 pub use map_decoding::{MapDecoding, OpacityTexels};
 pub use maps::{MapOrigin, MapStore};
 pub use mip_level::Level;
 use mips::RowThreads;
-pub use panorama::{BrightPanorama, Panorama, read_panorama};
+pub use panorama::{Panorama, PanoramaExcess, read_panorama};
 pub use poles::PoleFilter;
 pub use stored_maps::{StoredMaps, StoredMapsStatus};
 pub use write::{write_exr, write_png};
@@ -192,7 +192,7 @@ impl Texture {
         Self::with_decoding(width, height, rgba, MapDecoding::plain(format), RowThreads::All)
     }
 
-    /// As [`Self::from_rgba8`], with the format, the pole filter and the averaging of `decoding`.
+    /// As [`Self::from_rgba8`], with the format and the pole filter of `decoding`. Its `opacity` tells whether coarser levels average values or opacities.
     fn with_decoding(width: u32, height: u32, rgba: Vec<u8>, decoding: MapDecoding, threads: RowThreads) -> Result<Self, ImageError> {
         let format = decoding.format;
         let needed_bytes = u64::from(width) * u64::from(height) * 4;
@@ -207,7 +207,7 @@ impl Texture {
         Self::decode_map(name, encoded, MapDecoding::plain(format), DEFAULT_MAX_MEGAPIXELS, RowThreads::All)
     }
 
-    /// As [`Self::decode`], with the format, the pole filter and the averaging of `decoding`, and another limit on the size.
+    /// As [`Self::decode`], with all settings of `decoding`, and another limit on the size.
     fn decode_map(name: &str, encoded: &[u8], decoding: MapDecoding, max_megapixels: u32, threads: RowThreads) -> Result<Self, ImageError> {
         let rgba = decode_rgba8(name, encoded, max_megapixels, MAX_MAP_SIDE)?;
         let (width, height) = rgba.dimensions();

@@ -45,12 +45,12 @@ pub struct Panorama {
     /// Luminance that the texel value 1 represents, cd/m²; `None` unless the file holds linear floats: 8-bit values have no unit.
     pub unit_cd_m2: Option<f64>,
     /// The excess over the texel value 1, to be added to `texture`; `None` if no value exceeds 1.
-    pub bright: Option<BrightPanorama>,
+    pub bright: Option<PanoramaExcess>,
 }
 
 /// What exceeds the value 1 of a panorama's texture.
 #[derive(Clone, Debug)]
-pub struct BrightPanorama {
+pub struct PanoramaExcess {
     pub texture: Texture,
     /// Luminance that the texel value 1 represents, cd/m².
     pub unit_cd_m2: f64,
@@ -267,7 +267,7 @@ fn linear_panorama(path: &Path, image: LinearImage) -> Result<Panorama, ImageErr
     // The floats may take gigabytes; the mip chains below need memory of their own.
     drop(image);
     let bright = match bright_texels {
-        Some(texels) => Some(BrightPanorama { texture: with_mips(path, size, texels)?, unit_cd_m2: f64::from(excess) }),
+        Some(texels) => Some(PanoramaExcess { texture: with_mips(path, size, texels)?, unit_cd_m2: f64::from(excess) }),
         None => None,
     };
     Ok(Panorama { texture: with_mips(path, size, texels)?, unit_cd_m2: was_linear.then_some(f64::from(unit)), bright })

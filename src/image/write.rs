@@ -42,7 +42,7 @@ fn limited_to_latin_1(text: &str) -> String {
 }
 
 /// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments`, if not empty, becomes the attribute `comments`. `sealed_text`: a text in
-/// ASCII, stored in one attribute with the SHA-256 of the file; [`super::exr_head_text`] reads it. `None`: the file has no SHA-256 either, so
+/// ASCII, stored in one attribute with the SHA-256 of the file; [`super::exr_text_in_head`] reads it. `None`: the file has no SHA-256 either, so
 /// [`super::verify_exr`] rejects it.
 pub fn write_exr(
     mut out: impl Write,

@@ -101,7 +101,7 @@ pub mod labels {
 pub mod effects {
     pub use super::decision::Decision;
     #[doc(hidden)]
-    pub use super::features::choice::{Capabilities, FeatureSelection};
+    pub use super::features::choice::{BodyCapabilities, FeatureSelection};
     #[doc(hidden)]
     pub use super::features::possible::possible_features;
     pub use super::request::effects::{Effect, EffectOverrides};

@@ -11,7 +11,7 @@ use super::images::{PROVENANCE_CHUNK, is_exr};
 use super::{Session, Sources};
 use crate::catalog::{Body, Catalog, DataLayer, NaifId};
 use crate::files::is_there;
-use crate::image::{TEXT_HEAD_BYTES, exr_head_text, png_head_text, verify_exr, verify_png};
+use crate::image::{TEXT_SEARCH_BYTES, exr_text_in_head, png_text_in_head, verify_exr, verify_png};
 use crate::render::plan::SKY_DECODING;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
 use crate::scene::sky::map::{MILKY_WAY_FILE, SkyMap};
@@ -255,11 +255,11 @@ impl Provenance {
             let mut bytes = Vec::new();
             File::open(path).and_then(|f| f.take(max_bytes).read_to_end(&mut bytes)).map(|_| bytes).map_err(|e| e.to_string())
         };
-        let head = match read(TEXT_HEAD_BYTES as u64) {
+        let head = match read(TEXT_SEARCH_BYTES as u64) {
             Ok(head) => head,
             Err(why) => return ExistingImage::Unknown(why),
         };
-        let text = if is_exr(path) { exr_head_text(&head) } else { png_head_text(&head, PROVENANCE_CHUNK) };
+        let text = if is_exr(path) { exr_text_in_head(&head) } else { png_text_in_head(&head, PROVENANCE_CHUNK) };
         match text.as_deref().and_then(Self::parse) {
             None => return ExistingImage::Unknown("the file has no readable provenance".into()),
             Some(theirs) if theirs != *self => return ExistingImage::Other(Self::differences(&theirs, self)),

@@ -1,5 +1,5 @@
-//! The sky of a camera in air that the body's map already includes: beside the limb the disc's colour continues outwards, but a ray that rises from the camera
-//! never meets the limb, and sees the air alone.
+//! The sky of a camera in air that the body's map already includes. Where such air is opaque along the limb, the renderer continues the disc's mean colour
+//! outwards beyond the limb. A ray that rises from a camera in the air never passes the limb, so it must see the light of the air alone.
 
 use super::air_pass::image;
 use super::dusk::{Place, bodies};
@@ -12,13 +12,16 @@ use orrery::scene::request::{ExposureRequest, Purpose, ViewRequest};
 use orrery::units::luminance;
 
 const JUPITER: NaifId = NaifId(599);
-/// By night the disc's colour, 0.02 to 1 at these exposures in units of the Sun's irradiance, and the sky by day are within the range of half floats.
+/// Exposures at which half floats hold all radiances compared: by day those of the sky, by night also that of the disc's colour, which is 0.02 to 1 (1: a white
+/// surface that faces the Sun at 1 au).
 const STOPS_BY_DAY: f64 = 4.0;
 const STOPS_BY_NIGHT: f64 = 16.0;
-/// By so little of white the sky may be brighter opposite the Sun: false light of the disc is 10 to 1000 times white by night.
-const MIN_OF_WHITE: f64 = 1e-3;
+/// By how much the sky may be brighter opposite the Sun, as a fraction of white. Much less than the disc's light where it must not be seen: by night that is 10
+/// to 1000 times white.
+const ALLOWED_EXCESS_OF_WHITE: f64 = 1e-3;
 
-/// The body alone: without points, others are discs. `stops`: the exposure.
+/// The scene with the draws of this body alone. The effect `points` is off in `Place::view`, so other bodies are drawn as discs, which are removed here.
+/// `stops`: the exposure.
 fn scene_of(id: NaifId, view: ViewRequest, stops: f64) -> Scene {
     let request = ViewRequest { exposure: ExposureRequest::Stops(stops), purpose: Purpose::LINEAR, ..view };
     let mut scene = SESSION.scene(&request).expect("a scene");
@@ -47,7 +50,7 @@ fn to_the_zenith(id: NaifId, sun_altitude_deg: f64, height_km: f64) -> (Scene, f
     (scene_of(id, place.view(id, place.vertical, place.sunward, 120.0), stops), (-stops).exp2())
 }
 
-/// Whether the two luminances are equal within two steps of half floats, a thousandth, or a millionth of white.
+/// Whether the two luminances differ by at most a thousandth (two steps of half floats) or, if that is more, by a millionth of white.
 fn are_equal(a: f64, b: f64, white: f64) -> bool {
     (a - b).abs() <= (1e-3 * a.max(b)).max(1e-6 * white)
 }
@@ -59,16 +62,17 @@ fn is_brighter_away_from_the_sun(light: &[f64], white: f64) -> bool {
     let side = light.len().isqrt();
     light.iter().enumerate().skip(side / 2 * side).any(|(k, away)| {
         let towards = light[(side - 1 - k / side) * side + k % side];
-        *away > 1.5 * towards + MIN_OF_WHITE * white
+        *away > 1.5 * towards + ALLOWED_EXCESS_OF_WHITE * white
     })
 }
 
 /// At every height in the air and at every altitude of the Sun the rising rays see the light of the air alone, and it is nowhere brighter opposite the Sun.
-/// Negative controls: light added opposite the Sun, and falling rays, which meet the disc beyond the limb.
+/// Negative controls: light added opposite the Sun, and rays below the horizontal, to which the disc's colour beyond the limb is added.
 #[test]
 fn rising_rays_see_the_air_alone() {
     const HEIGHTS_IN_AIR: [f64; 7] = [0.003, 0.02, 0.1, 0.2, 0.4, 0.7, 0.95];
     const EYE_LEVEL_KM: f64 = 0.0017;
+    // One body in three, chosen by the process id, unless full sweeps are on.
     for (_, (id, name)) in bodies().into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
         let top_km = SESSION.catalog().body(id).and_then(|b| b.atmosphere.as_ref()).expect("air").top_km;
         for height_km in HEIGHTS_IN_AIR.map(|part| part * top_km).into_iter().chain([EYE_LEVEL_KM]) {
@@ -94,11 +98,11 @@ fn rising_rays_see_the_air_alone() {
     let to_the_horizon = scene_of(JUPITER, place.view(JUPITER, place.across, place.vertical, 60.0), STOPS_BY_DAY);
     let (light, of_air) = (luminances(&to_the_horizon), luminances(&with_air_alone(to_the_horizon)));
     let differs = light.iter().zip(&of_air).any(|(a, b)| !are_equal(*a, *b, (-STOPS_BY_DAY).exp2()));
-    assert!(differs, "falling rays, too, see the air alone: {light:?}");
+    assert!(differs, "rays below the horizontal, too, see the air alone: {light:?}");
 }
 
-/// Mean luminance of each row of a view, from the top, away from the Sun, which is 40 degrees high. (In its plane, verticals of sphere and ellipsoid differ
-/// least.) `altitude_deg`: of the view's middle.
+/// Mean luminance of each row of pixels, top row first. The view looks away from the Sun, which is 40 degrees high. Its direction is in the plane of the Sun
+/// and the vertical, which is close to the equator's: in it, the normals of sphere and ellipsoid differ least. `altitude_deg`: of the view's middle.
 fn rows(height_km: f64, altitude_deg: f64, fov_deg: f64, air_alone: bool) -> Vec<f64> {
     let place = Place::at_height(JUPITER, 40.0, height_km);
     let (sin, cos) = altitude_deg.to_radians().sin_cos();
@@ -110,7 +114,7 @@ fn rows(height_km: f64, altitude_deg: f64, fov_deg: f64, air_alone: bool) -> Vec
 }
 
 /// 60 km high in the air of Jupiter, by day: from the horizontal plane (between rows 5 and 6) down to the horizon, 2.35 degrees below (row 11 ends 0.15
-/// degrees above it), the disc's colour begins gradually. In the first row it adds 8 %, in the fourth 27 %: the negative control.
+/// degrees above it), the disc's colour begins gradually. In row 6, the first below the horizontal, it adds 8 %, in row 9 27 %: the negative control.
 #[test]
 fn the_colour_of_the_disc_begins_at_the_horizontal() {
     const DEGREES_PER_ROW: f64 = 2.2 / 6.0;

@@ -63,6 +63,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         let out = render(&[&BASE[..], equivalent, &["-o", path_text(&path)]].concat());
         assert!(out.status.success() && std::fs::read(&path).expect("there") == bytes, "{equivalent:?}: {}", stderr_text(&out));
     }
+    // The message quotes the provenance, in which "as usual" is a value that the request leaves to the program, and "Phobos + [" begins an offset.
     let changed: &[(&[&str], &str)] = &[
         (&["--target", "deimos"], "Phobos, not Deimos"),
         (&["--time", "2024-04-08T18:17:17Z"], "18:17:16Z"),
@@ -205,6 +206,7 @@ fn frames_are_refused_after_the_map_in_the_textures_folder_has_changed() {
     }
     write_map(&maps, 200);
     let other = draw();
+    // The provenance lists the digests of maps and meshes under "images".
     assert!(other.status.code() == Some(1) && stderr_text(&other).contains("images"), "{}", stderr_text(&other));
 }
 
@@ -284,6 +286,7 @@ fn a_sequence_that_leaves_the_ephemeris_is_refused_before_its_first_frame() {
 /// together with a tour.
 #[test]
 fn a_tour_is_rendered_as_a_sequence() {
+    // Tours belong to the window, which is an optional feature of the program.
     if !crate::support::program::has_view() {
         return;
     }
@@ -335,6 +338,7 @@ fn write_tour(file: &Path, compositions: &[&str]) {
 /// that of the stop if the stop is a fisheye, otherwise the default of a fisheye.
 #[test]
 fn a_tour_has_the_projection_of_its_stops_unless_options_replace_it() {
+    // Tours belong to the window, which is an optional feature of the program.
     if !crate::support::program::has_view() {
         return;
     }
@@ -342,6 +346,7 @@ fn a_tour_has_the_projection_of_its_stops_unless_options_replace_it() {
     let (tour, pattern) = (folder.path().join("tour.json"), folder.path().join("out-%d.png"));
     let (plain, dome, narrow) = ("{}", r#"{"projection":"fisheye"}"#, r#"{"projection":"fisheye","fisheye_deg":90}"#);
     let red_cyan = r#"{"stereo":"anaglyph"}"#;
+    // "as usual": with the default eye separation.
     let stereo_text = "perspective, anaglyph, eyes as usual";
     let cases: [(&str, &[&str], &str, &str); 9] = [
         (plain, &[], "perspective", "45 deg"),
@@ -390,6 +395,7 @@ fn the_description_of_an_image_lists_what_was_given() {
 
 #[test]
 fn a_stop_that_cannot_be_drawn_is_named() {
+    // Tours belong to the window, which is an optional feature of the program.
     if !crate::support::program::has_view() {
         return;
     }

@@ -4,7 +4,7 @@
 //! the Sun's limb, through the shell that contains all heights, in steps of 200 m. Totality is when every ray is blocked, annularity when none
 //! is.
 
-use super::{EPHEMERIS, IAU, parse_time, seconds_after};
+use super::{EPHEMERIS, IAU_RADII, parse_time, seconds_after};
 use crate::support::sweep;
 use glam::{DMat3, DVec3};
 use orrery::catalog::NaifId;
@@ -74,11 +74,11 @@ fn height_km(at: DVec3) -> f64 {
 /// is not.
 fn sun_and_moon(place: GeodeticPosition, t: Instant) -> (DVec3, DVec3, DMat3) {
     let earth_km = EPHEMERIS.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).expect("the Earth").state.pos_km;
-    let radii_km = IAU.body(NaifId::EARTH).expect("the Earth").radii_km;
+    let radii_km = IAU_RADII.body(NaifId::EARTH).expect("the Earth").radii_km;
     let (point_km, _) = ground_point_km(radii_km, place.latitude_deg, place.longitude_deg, place.height_km);
     let here_km = earth_km + earth_itrs_from_gcrs(t).transpose() * point_km;
-    let apparent = |body| EPHEMERIS.light_time_position(body, here_km, t).expect("placed");
-    let ((sun_km, _), (moon_km, emitted)) = (apparent(NaifId::SUN), apparent(NaifId::MOON));
+    let with_light_time = |body| EPHEMERIS.light_time_position(body, here_km, t).expect("placed");
+    let ((sun_km, _), (moon_km, emitted)) = (with_light_time(NaifId::SUN), with_light_time(NaifId::MOON));
     (sun_km - here_km, moon_km - here_km, EPHEMERIS.body_from_icrf(NaifId::MOON, emitted).expect("an orientation"))
 }
 
@@ -86,7 +86,7 @@ fn sun_and_moon(place: GeodeticPosition, t: Instant) -> (DVec3, DVec3, DMat3) {
 fn blocked_rays(place: GeodeticPosition, t: Instant) -> (usize, usize) {
     const RAYS: usize = 7200;
     let (sun_km, moon_km, moon_from_icrf) = sun_and_moon(place, t);
-    let sun_radius_rad = (IAU.body(NaifId::SUN).expect("the Sun").radii_km.x / sun_km.length()).asin();
+    let sun_radius_rad = (IAU_RADII.body(NaifId::SUN).expect("the Sun").radii_km.x / sun_km.length()).asin();
     let sun_direction = sun_km.normalize();
     let (x, y) = sun_direction.any_orthonormal_pair();
     let place_in_moon_axes = moon_from_icrf * -moon_km;
@@ -113,7 +113,7 @@ fn blocked_rays(place: GeodeticPosition, t: Instant) -> (usize, usize) {
 }
 
 fn eclipse_on(day: &str) -> SolarEclipse {
-    solar_eclipses(&IAU, &EPHEMERIS, parse_time(day), parse_time(day).plus_seconds(86_400.0)).expect("eclipses").remove(0)
+    solar_eclipses(&IAU_RADII, &EPHEMERIS, parse_time(day), parse_time(day).plus_seconds(86_400.0)).expect("eclipses").remove(0)
 }
 
 fn contact(all: &[LimbContact], name: &str) -> LimbContact {
@@ -123,12 +123,14 @@ fn contact(all: &[LimbContact], name: &str) -> LimbContact {
 const DALLAS: GeodeticPosition = GeodeticPosition { latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.13 };
 const ALBUQUERQUE: GeodeticPosition = GeodeticPosition { latitude_deg: 35.08, longitude_deg: -106.65, height_km: 1.6 };
 
-/// Second and third contact agree with the rays within 0.3 s. In a total eclipse they are the end of the last bead and the beginning of the first.
+/// Second and third contact agree with the rays within 0.3 s. In a total eclipse, the last bead before totality ends at second contact, and the first
+/// one after it begins at third contact.
 #[test]
 fn beads_agree_with_rays_over_the_same_heights() {
     let map = height_map();
     let mut mean_limb_error_s: f64 = 0.0;
     let eclipses = [("2024-04-08", DALLAS, true), ("2023-10-14", ALBUQUERQUE, false)];
+    // One eclipse of the two, chosen by the process id, unless full sweeps are on.
     for (_, (day, place, is_total)) in eclipses.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 2)) {
         let eclipse = eclipse_on(day);
         let mean_limb = eclipse.seen_from(place).expect("an eclipse");
@@ -222,7 +224,8 @@ fn the_rendered_sun_goes_dark_with_the_last_bead() {
     for (name, outward) in [("C2", -1.0), ("C3", 1.0)] {
         let bead = contact(&found, name).time;
         let a_minute_outside = sunlight(bead.plus_seconds(outward * 60.0), 0.0);
-        // Less than the light of a pixel of which a bead covers a thousandth.
+        // In the unit of the image's light, in which the Sun's radiance is 46,000 (the square of 1 au in solar radii): far less than a pixel has of which a
+        // bead covers a thousandth, and more than earthshine.
         let threshold = 1e-3;
         let [outside, inside] = [0.5, -0.5].map(|s| sunlight(bead.plus_seconds(outward * s), threshold));
         assert!(a_minute_outside > 0.0 && outside > 0.0, "{name}: {a_minute_outside} {outside}");

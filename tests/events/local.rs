@@ -1,7 +1,7 @@
 //! Local circumstances: contacts against a topocentric search with discs, a published totality, eclipses cut off by sunrise or moonrise,
 //! paths on the ground.
 
-use super::{ALMANAC, EPHEMERIS, IAU, parse_time, seconds_after};
+use super::{ALMANAC_RADII, EPHEMERIS, IAU_RADII, parse_time, seconds_after};
 use orrery::Catalog;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
@@ -23,7 +23,7 @@ fn sky(place: GeodeticPosition) -> ObserverSky<'static> {
         lon_east_deg: place.longitude_deg,
         height_km: place.height_km,
     };
-    ObserverSky { catalog: &IAU, ephemeris: &EPHEMERIS, place }
+    ObserverSky { catalog: &IAU_RADII, ephemeris: &EPHEMERIS, place }
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn local_contacts_agree_with_a_topocentric_search() {
     ];
     let mut central_count = 0;
     for (day, places) in cases {
-        let e = eclipse_of(&IAU, day);
+        let e = eclipse_of(&IAU_RADII, day);
         for (lat, lon) in places {
             let observer = place(lat, lon);
             let circumstances = e.seen_from(observer);
@@ -60,7 +60,7 @@ fn local_contacts_agree_with_a_topocentric_search() {
 /// Prediction for Longyearbyen (78.22 N, 15.65 E) by svalbard2015.no: totality from 10:10:42.8 to 10:13:10.2 UT, altitude 11.2 to 11.3 degrees.
 #[test]
 fn the_eclipse_of_2015_is_total_at_longyearbyen() {
-    let circumstances = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(78.22, 15.65)).expect("an eclipse");
+    let circumstances = eclipse_of(&ALMANAC_RADII, "2015-03-20").seen_from(place(78.22, 15.65)).expect("an eclipse");
     let names: Vec<_> = circumstances.contacts.iter().map(|c| c.name).collect();
     assert_eq!(names, ["C1", "C2", "C3", "C4"]);
     assert!(
@@ -77,14 +77,14 @@ fn the_eclipse_of_2015_is_total_at_longyearbyen() {
     assert!((circumstances.maximum.altitude_deg - 11.25).abs() < 0.1, "{}", circumstances.maximum.altitude_deg);
     assert!((circumstances.central_duration_s.expect("totality") - 147.4).abs() < 1.0);
     // In Tromsø, 950 km to the south, a sliver of the Sun remains.
-    let tromso = eclipse_of(&ALMANAC, "2015-03-20").seen_from(place(69.65, 18.96)).expect("an eclipse");
+    let tromso = eclipse_of(&ALMANAC_RADII, "2015-03-20").seen_from(place(69.65, 18.96)).expect("an eclipse");
     assert!(tromso.central_duration_s.is_none() && (0.9..1.0).contains(&tromso.magnitude), "{}", tromso.magnitude);
 }
 
 #[test]
 fn at_sunrise_only_the_remainder_of_the_eclipse_is_visible() {
     let new_york = place(40.71, -74.01);
-    let e = eclipse_of(&IAU, "2021-06-10");
+    let e = eclipse_of(&IAU_RADII, "2021-06-10");
     let circumstances = e.seen_from(new_york).expect("an eclipse");
     let rise = circumstances.rise.expect("a sunrise");
     // The search for risings leaves out aberration.
@@ -106,7 +106,7 @@ fn at_sunrise_only_the_remainder_of_the_eclipse_is_visible() {
 #[test]
 fn a_lunar_eclipse_is_visible_only_where_the_moon_is_up() {
     let from = parse_time("2018-07-27");
-    let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
+    let e = lunar_eclipses(&IAU_RADII, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
     let berlin = e.seen_from(place(52.52, 13.4));
     // The Moon rises in the partial phase. The search for risings leaves out aberration; with a semidiameter of 16 arcmin instead of 14.8 it would differ by
     // 9 s.
@@ -129,7 +129,7 @@ fn a_lunar_eclipse_is_visible_only_where_the_moon_is_up() {
 #[test]
 fn the_moon_of_an_eclipse_sets_when_its_upper_limb_does() {
     let from = parse_time("2030-12-09");
-    let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(2.0 * 86_400.0)).expect("eclipses").remove(0);
+    let e = lunar_eclipses(&IAU_RADII, &EPHEMERIS, from, from.plus_seconds(2.0 * 86_400.0)).expect("eclipses").remove(0);
     let observer = place(65.0, -180.0);
     let circumstances = e.seen_from(observer);
     let set = circumstances.set.expect("a moonset");
@@ -144,7 +144,7 @@ fn the_moon_of_an_eclipse_sets_when_its_upper_limb_does() {
 #[test]
 fn a_maximum_at_moonset_is_not_below_the_horizon() {
     let from = parse_time("2024-03-25");
-    let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
+    let e = lunar_eclipses(&IAU_RADII, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
     let greenwich = e.seen_from(place(51.4769, 0.0));
     let set = greenwich.set.expect("a moonset");
     assert!(greenwich.is_visible && seconds_after(greenwich.maximum.time, set).abs() < 1e-3);
@@ -156,7 +156,7 @@ fn a_maximum_at_moonset_is_not_below_the_horizon() {
 #[test]
 fn a_moon_that_rises_after_the_umbral_phase_has_a_penumbral_magnitude() {
     let from = parse_time("2018-07-27");
-    let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
+    let e = lunar_eclipses(&IAU_RADII, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
     let lima = e.seen_from(place(-12.05, -77.04));
     let (rise, [u4, p4]) =
         (lima.rise.expect("a moonrise"), ["U4", "P4"].map(|name| lima.contacts.iter().find(|c| c.name == name).expect("a contact")));
@@ -165,14 +165,14 @@ fn a_moon_that_rises_after_the_umbral_phase_has_a_penumbral_magnitude() {
     let expected = 1.07 * seconds_after(p4.time, rise) / seconds_after(p4.time, u4.time);
     let penumbral = lima.penumbral_magnitude.expect("an eclipse of the Moon");
     assert!(lima.magnitude < 0.0 && (penumbral - expected).abs() < 0.05, "{} {penumbral} for {expected}", lima.magnitude);
-    assert_eq!(eclipse_of(&IAU, "2024-04-08").seen_from(place(32.7767, -96.797)).expect("an eclipse").penumbral_magnitude, None);
+    assert_eq!(eclipse_of(&IAU_RADII, "2024-04-08").seen_from(place(32.7767, -96.797)).expect("an eclipse").penumbral_magnitude, None);
 }
 
 #[test]
 fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
     // Widths at greatest eclipse from the canon, in whole kilometres, with its radii.
     for (day, width_km) in [("2024-04-08", 198.0), ("2017-08-21", 115.0)] {
-        let e = eclipse_of(&ALMANAC, day);
+        let e = eclipse_of(&ALMANAC_RADII, day);
         let path = e.path().expect("a path");
         assert!(path.centre_line.len() > 100 && path.northern_limit.len() > 100 && path.southern_limit.len() > 100);
         let is_central = |p: GeodeticPosition| e.seen_from(p).is_some_and(|s| s.central_duration_s.is_some());
@@ -190,13 +190,13 @@ fn the_eclipse_is_central_only_between_the_limits_of_the_path() {
         let across_km = nearest(&path.northern_limit) + nearest(&path.southern_limit);
         assert!((across_km - width_km).abs() < 1.0, "{day}: {across_km} km");
     }
-    assert!(eclipse_of(&IAU, "2018-02-15").path().is_none());
+    assert!(eclipse_of(&IAU_RADII, "2018-02-15").path().is_none());
 }
 
 /// An antumbra that grazes the ground has only one limit on it, which may be the southern one in northern latitudes.
 #[test]
 fn the_only_limit_of_a_grazing_path_is_named_by_its_side() {
-    let path = eclipse_of(&IAU, "1529-11-11").path().expect("a path");
+    let path = eclipse_of(&IAU_RADII, "1529-11-11").path().expect("a path");
     assert!(
         path.northern_limit.is_empty() && path.southern_limit.len() > 100,
         "{} {}",
@@ -212,10 +212,10 @@ fn the_only_limit_of_a_grazing_path_is_named_by_its_side() {
 /// limit has a point where the Sun is up at that time. The side in darkness has none.
 #[test]
 fn a_limit_far_from_the_centre_line_is_found_where_it_is_sunlit() {
-    let path = eclipse_of(&IAU, "-0084-07-16").path().expect("a path");
+    let path = eclipse_of(&IAU_RADII, "-0084-07-16").path().expect("a path");
     let counts = (path.centre_line.len(), path.northern_limit.len(), path.southern_limit.len());
     assert_eq!(counts, (121, 121, 0));
-    let e = eclipse_of(&IAU, "-2311-08-18");
+    let e = eclipse_of(&IAU_RADII, "-2311-08-18");
     let path = e.path().expect("a path");
     assert!(path.northern_limit.len() > 115, "{}", path.northern_limit.len());
     for p in path.northern_limit.iter().chain(&path.southern_limit) {

@@ -13,10 +13,11 @@ use orrery::catalog::EclipseRadii;
 use orrery::{Catalog, Ephemeris, Instant};
 use std::sync::LazyLock;
 
-/// Catalogs with the IAU's radii and with those of almanacs, and the ephemeris, which does not depend on radii.
-static IAU: LazyLock<Catalog> = LazyLock::new(Catalog::embedded);
-static ALMANAC: LazyLock<Catalog> = LazyLock::new(|| Catalog::embedded().with_eclipse_radii(EclipseRadii::Almanac));
-static EPHEMERIS: LazyLock<Ephemeris> = LazyLock::new(|| Ephemeris::embedded(&IAU).expect("the shipped ephemeris"));
+/// The catalog with the radii that the IAU publishes, and the same catalog with the radii that almanacs use for eclipses (a smaller Moon, an umbra enlarged by
+/// the Earth's air). The ephemeris does not depend on radii.
+static IAU_RADII: LazyLock<Catalog> = LazyLock::new(Catalog::embedded);
+static ALMANAC_RADII: LazyLock<Catalog> = LazyLock::new(|| Catalog::embedded().with_eclipse_radii(EclipseRadii::Almanac));
+static EPHEMERIS: LazyLock<Ephemeris> = LazyLock::new(|| Ephemeris::embedded(&IAU_RADII).expect("the shipped ephemeris"));
 
 fn parse_time(text: &str) -> Instant {
     Instant::parse(text).expect(text)

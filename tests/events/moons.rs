@@ -1,6 +1,6 @@
 //! Events of the Galilean moons and Titan against published times.
 
-use super::{EPHEMERIS, IAU, parse_time, seconds_after};
+use super::{EPHEMERIS, IAU_RADII, parse_time, seconds_after};
 use orrery::Instant;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
@@ -14,7 +14,7 @@ const CALLISTO: NaifId = NaifId(504);
 const TITAN: NaifId = NaifId(606);
 
 fn events(from: &str, to: &str) -> Vec<MoonEvent> {
-    moon_events(&IAU, &EPHEMERIS, parse_time(from), parse_time(to)).expect("events")
+    moon_events(&IAU_RADII, &EPHEMERIS, parse_time(from), parse_time(to)).expect("events")
 }
 
 /// Time of a contact by its name: `I` and `IV` are the first and last contact, `P1` is the first with the penumbra.
@@ -88,7 +88,7 @@ fn titans_shadow_meets_saturn_only_near_the_equinox() {
 /// Earth's elevation above the plane changes by 0.056 degrees and the Sun's by 0.015; the pole is known to some thousandths of a degree.
 #[test]
 fn the_earth_and_the_sun_cross_the_plane_of_saturns_rings_on_the_known_days() {
-    let saturn = IAU.body(NaifId(699)).expect("Saturn");
+    let saturn = IAU_RADII.body(NaifId(699)).expect("Saturn");
     let elevations_deg = |t: Instant| {
         let points = sub_points(&EPHEMERIS, saturn, NaifId::EARTH, t).expect("points");
         // The elevation above the plane is the latitude below the body.
@@ -119,11 +119,11 @@ fn apparent_km(moon: NaifId, t: Instant) -> glam::DVec3 {
 /// plane of Jupiter's equator.
 #[test]
 fn mutual_events_occur_only_in_their_seasons_and_limbs_touch_at_contacts() {
-    assert!(mutual_events(&IAU, &EPHEMERIS, parse_time("2018-01-01"), parse_time("2018-04-01")).expect("events").is_empty());
-    let found = mutual_events(&IAU, &EPHEMERIS, parse_time("2015-01-15"), parse_time("2015-02-15")).expect("events");
+    assert!(mutual_events(&IAU_RADII, &EPHEMERIS, parse_time("2018-01-01"), parse_time("2018-04-01")).expect("events").is_empty());
+    let found = mutual_events(&IAU_RADII, &EPHEMERIS, parse_time("2015-01-15"), parse_time("2015-02-15")).expect("events");
     let (occultations, eclipses): (Vec<_>, Vec<_>) = found.iter().partition(|e| e.class == MoonEventType::MutualOccultation);
     assert!(occultations.len() > 20 && eclipses.len() > 20, "{} and {}", occultations.len(), eclipses.len());
-    let radius_km = |id: NaifId| IAU.body(id).expect("a moon").radii_km.x;
+    let radius_km = |id: NaifId| IAU_RADII.body(id).expect("a moon").radii_km.x;
     for event in occultations {
         let nearer = event.nearer_moon.expect("another moon");
         // Separation of the limbs in degrees: negative where the discs overlap.
@@ -156,7 +156,7 @@ fn mutual_events_occur_only_in_their_seasons_and_limbs_touch_at_contacts() {
 #[test]
 fn two_passages_within_hours_are_two_events_or_one() {
     let occultations_of_europa = |from: &str, to: &str, by: NaifId| {
-        let found = mutual_events(&IAU, &EPHEMERIS, parse_time(from), parse_time(to)).expect("events");
+        let found = mutual_events(&IAU_RADII, &EPHEMERIS, parse_time(from), parse_time(to)).expect("events");
         found
             .into_iter()
             .filter(|e| e.class == MoonEventType::MutualOccultation && e.moon == EUROPA && e.nearer_moon == Some(by))

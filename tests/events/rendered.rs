@@ -4,7 +4,7 @@
 //! between the centres of Sun and Moon, and distances near a contact give the contact's instant. Air, glare, corona and map are off, because the
 //! integral does not include their light.
 
-use super::{EPHEMERIS, IAU, parse_time, seconds_after};
+use super::{EPHEMERIS, IAU_RADII, parse_time, seconds_after};
 use crate::support::session::SESSION;
 use glam::{DMat4, DVec4};
 use orrery::catalog::{NaifId, Photometry};
@@ -21,7 +21,7 @@ const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 1 };
 
 /// Limb darkening of the Sun in green, 1 - u1 (1 - mu) - u2 (1 - mu)^2, from the catalog.
 fn limb_darkening() -> [f64; 2] {
-    let sun = IAU.body(NaifId::SUN).expect("the Sun");
+    let sun = IAU_RADII.body(NaifId::SUN).expect("the Sun");
     let Photometry::Emissive { u1, u2 } = &sun.photometry else { panic!("the Sun must be emissive") };
     [u1[1], u2[1]]
 }
@@ -83,7 +83,7 @@ fn light_and_radius_ratio(place: GeodeticPosition, time: Instant, effects: &str)
 
 fn circumstances(day: &str, place: GeodeticPosition) -> LocalCircumstances {
     let from = parse_time(day);
-    let eclipses = solar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses");
+    let eclipses = solar_eclipses(&IAU_RADII, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses");
     eclipses[0].seen_from(place).expect("an eclipse")
 }
 

@@ -1,8 +1,8 @@
 //! Transits of Mercury and Venus against the tables of F. Espenak (NASA, geocentric, UT), quoted from memory: only the Venus transit of
-//! 2012 was confirmed, to the minute (NASA/OH/transit12). A wrong digit would show as an error of minutes, or as a disagreement between the
-//! contacts of one transit.
+//! 2012 was confirmed, to the minute (page OH/transit12.html of eclipse.gsfc.nasa.gov). A wrong digit would show as an error of minutes,
+//! or as a disagreement between the contacts of one transit.
 
-use super::{ALMANAC, EPHEMERIS, IAU, parse_time, seconds_after};
+use super::{ALMANAC_RADII, EPHEMERIS, IAU_RADII, parse_time, seconds_after};
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
 use orrery::ephemeris::topocentric::{Observer, ObserverSky};
@@ -10,7 +10,7 @@ use orrery::events::{GeodeticPosition, Transit, transits};
 
 fn transit_on(day: &str) -> Transit {
     let from = parse_time(day);
-    transits(&ALMANAC, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("transits").remove(0)
+    transits(&ALMANAC_RADII, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("transits").remove(0)
 }
 
 /// Day of greatest transit; planet; times of contacts I and II, greatest transit, contacts III and IV; least distance of the centres in
@@ -77,7 +77,7 @@ fn contacts_agree_with_the_published_tables() {
 
 #[test]
 fn two_centuries_have_the_known_transits() {
-    let found = transits(&ALMANAC, &EPHEMERIS, parse_time("1901-01-01"), parse_time("2099-12-31")).expect("transits");
+    let found = transits(&ALMANAC_RADII, &EPHEMERIS, parse_time("1901-01-01"), parse_time("2099-12-31")).expect("transits");
     let years = |body: i32| -> Vec<String> {
         let of_body = found.iter().filter(|e| e.planet == NaifId(body));
         of_body.map(|e| e.greatest.to_utc_iso()[..4].to_owned()).collect()
@@ -94,13 +94,13 @@ fn two_centuries_have_the_known_transits() {
             && seconds_after(grazing.contacts[1].1, parse_time("1937-05-11T09:06:00Z")).abs() < 60.0
     );
     // With the IAU's smaller Sun there is no contact: the discs miss each other by 0.02 arcsec.
-    assert!(transits(&IAU, &EPHEMERIS, parse_time("1937-05-01"), parse_time("1937-06-01")).expect("transits").is_empty());
+    assert!(transits(&IAU_RADII, &EPHEMERIS, parse_time("1937-05-01"), parse_time("1937-06-01")).expect("transits").is_empty());
 }
 
 /// Places see contacts at times that differ by minutes, on which Halley's method is based.
 #[test]
 fn parallax_shifts_the_contacts_of_the_transit_of_venus() {
-    let found = transits(&IAU, &EPHEMERIS, parse_time("2012-06-05"), parse_time("2012-06-07")).expect("transits");
+    let found = transits(&IAU_RADII, &EPHEMERIS, parse_time("2012-06-05"), parse_time("2012-06-07")).expect("transits");
     let e = &found[0];
     let mut first_contact_shifts_s = Vec::new();
     for (latitude_deg, longitude_deg) in [(19.8, -155.5), (-33.9, 151.2), (65.0, -147.7)] {
@@ -108,11 +108,12 @@ fn parallax_shifts_the_contacts_of_the_transit_of_venus() {
         let names: Vec<_> = circumstances.contacts.iter().map(|contact| contact.name).collect();
         assert_eq!(names, ["I", "II", "III", "IV"]);
         let place = Observer { body: NaifId::EARTH, lat_graphic_deg: latitude_deg, lon_east_deg: longitude_deg, height_km: 0.0 };
-        let sky = ObserverSky { catalog: &IAU, ephemeris: &EPHEMERIS, place };
+        let sky = ObserverSky { catalog: &IAU_RADII, ephemeris: &EPHEMERIS, place };
         let start = e.greatest.plus_seconds(-5.0 * 3600.0);
-        let discs = sky.passage(NaifId::SUN, NaifId(299), start, 36_000.0).expect("places").expect("a transit");
-        let (second, third) = discs.inner.expect("entirely in front of the Sun");
-        let (first, last) = discs.begins.zip(discs.ends).expect("contacts of the limbs");
+        let passage = sky.passage(NaifId::SUN, NaifId(299), start, 36_000.0).expect("places").expect("a transit");
+        // `inner`: contacts II and III.
+        let (second, third) = passage.inner.expect("entirely in front of the Sun");
+        let (first, last) = passage.begins.zip(passage.ends).expect("contacts of the limbs");
         for (contact, expected) in circumstances.contacts.iter().zip([first, second, third, last]) {
             assert!(
                 seconds_after(contact.time, expected).abs() < 2.0,

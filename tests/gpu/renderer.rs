@@ -113,7 +113,7 @@ fn golden_views_match_the_software_renderer_on_gl() {
 fn assert_views_match_the_software_renderer(gpu: &GpuRenderer) {
     let session = &*SESSION;
     let mut failures = Vec::new();
-    // "moon" always runs, for the negative control.
+    // One view in four, chosen by the process id, unless full sweeps are on; "moon" always, for the negative control.
     for (_, (name, request)) in compared_views().into_iter().enumerate().filter(|(k, (name, _))| *name == "moon" || sweep::runs(*k, 4)) {
         let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
         let drawn = match gpu.render(&plan, session.library(), FrameImages::Display) {
@@ -149,6 +149,7 @@ fn assert_views_match_the_software_renderer(gpu: &GpuRenderer) {
 #[test]
 fn pairs_of_key_values_match_the_software_renderer() {
     let Some(gpu) = gpu() else { return };
+    // `lowering` translates shaders to programs of the software renderer.
     let library = ShaderLibrary::in_memory(lowering());
     let software = SoftwareRenderer::new(Options::default()).expect("starts");
     // Every fifth key of the covering set of pairs in a full run, every sixtieth otherwise: a driver takes a second or more to compile
@@ -158,7 +159,9 @@ fn pairs_of_key_values_match_the_software_renderer() {
     assert!(keys.len() * step > 50);
     let (mut failures, mut not_drawn) = (Vec::new(), None);
     for key in &keys {
-        let plan = sample_body_plan(&library, key, 40, SAMPLE_HALF_SIDE_WITH_LIMB).expect("a plan");
+        // A sample body drawn with this key; the last argument is half the image's side in body radii.
+        let side_px = 40;
+        let plan = sample_body_plan(&library, key, side_px, SAMPLE_HALF_SIDE_WITH_LIMB).expect("a plan");
         let (drawn, _) = match gpu.render(&plan, &library, FrameImages::DisplayAndHdr) {
             // The adapter lacks a capability that every linear image needs.
             Err(GpuError::Unsupported(why)) => {
@@ -178,11 +181,13 @@ fn pairs_of_key_values_match_the_software_renderer() {
         }
     }
     assert!(failures.is_empty(), "{} of {}:\n{}", failures.len(), keys.len(), failures.join("\n"));
-    or_skipped(not_drawn.map_or(Ok(()), Err));
+    if let Some(why) = not_drawn {
+        or_skipped::<()>(Err(why));
+    }
 }
 
-/// 1e5 radii fit into a pixel, so that the squares of the squares of gradients on the map exceed f32. The case that must fail is in
-/// `software::filtered_map`, because a driver may drop what is not a number.
+/// 1e5 radii fit into a pixel, so that the squares of the squares of gradients on the map exceed f32. The negative control, without the shader's
+/// limit on gradients, is in tests/software/filtered_map.rs: on a GPU it would prove nothing, because drivers need not propagate NaN.
 #[test]
 fn a_body_far_smaller_than_a_pixel_has_the_light_of_the_software_renderer() {
     let Some(gpu) = gpu() else { return };
@@ -208,7 +213,7 @@ fn a_body_far_smaller_than_a_pixel_has_the_light_of_the_software_renderer() {
     let (soft, _) = session.renderer().render(&plan, session.library(), FrameImages::DisplayAndHdr).expect("drawn");
     let light = |frame: &Frame| frame.hdr.iter().map(|pixel| f64::from(pixel[0] + pixel[1] + pixel[2])).sum::<f64>();
     let (of_gpu, of_software) = (light(&drawn), light(&soft));
-    // Measured 0.4 % on llvmpipe; without a limit NaN.
+    // Measured 0.4 % on llvmpipe. Without the limit on gradients the light would be NaN.
     assert!(of_software > 0.0 && (of_gpu / of_software - 1.0).abs() < 0.02, "{of_gpu} and {of_software}");
 }
 
@@ -218,32 +223,34 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     let (session, messages, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let draw = || session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn");
-    assert_eq!(session.presenter_change(None, DisplayPreference::Gpu), PresenterChange::Unchanged, "nothing is open yet");
+    // The window has no GPU surface, so far; the preference is for what presents its images.
+    let no_surface = None;
+    assert_eq!(session.presenter_change(no_surface, DisplayPreference::Gpu), PresenterChange::Unchanged, "nothing is open yet");
     let before = draw();
     assert_eq!(before.drawn_by.renderer, "gpu");
     assert_eq!(
-        session.presenter_change(None, DisplayPreference::Gpu),
+        session.presenter_change(no_surface, DisplayPreference::Gpu),
         PresenterChange::Unchanged,
         "a window would wait for the pipelines of its frames"
     );
     // The pipelines of a window's frame are compiled while the software renderer draws it.
     session.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn");
     let mut polls = 0;
-    while session.presenter_change(None, DisplayPreference::Gpu) == PresenterChange::Unchanged {
+    while session.presenter_change(no_surface, DisplayPreference::Gpu) == PresenterChange::Unchanged {
         std::thread::sleep(std::time::Duration::from_millis(5));
         polls += 1;
         assert!(polls < 10_000, "the device never became ready for windows");
     }
-    assert_eq!(session.presenter_change(None, DisplayPreference::Gpu), PresenterChange::NewGpu);
+    assert_eq!(session.presenter_change(no_surface, DisplayPreference::Gpu), PresenterChange::NewGpu);
     // Automatically a window uses a hardware GPU, but not a software driver (llvmpipe), for which it would wait at each image.
     let is_software = renderer.facts().kind == AdapterKind::Software;
     let automatic = if is_software { PresenterChange::Unchanged } else { PresenterChange::NewGpu };
-    assert_eq!(session.presenter_change(None, DisplayPreference::Auto), automatic);
-    assert_eq!(session.presenter_change(None, DisplayPreference::Cpu), PresenterChange::Unchanged);
+    assert_eq!(session.presenter_change(no_surface, DisplayPreference::Auto), automatic);
+    assert_eq!(session.presenter_change(no_surface, DisplayPreference::Cpu), PresenterChange::Unchanged);
     session.destroy_gpu();
     let after = draw();
     assert_eq!(after.drawn_by.renderer, "software");
-    assert_eq!(session.presenter_change(None, DisplayPreference::Gpu), PresenterChange::Unchanged, "no device is left");
+    assert_eq!(session.presenter_change(no_surface, DisplayPreference::Gpu), PresenterChange::Unchanged, "no device is left");
     let difference = image(before.frame).difference(&image(after.frame)).expect("one size");
     assert!(!exceeds_bounds(&difference), "a different image: mean {}, 99.9 % {}", difference.mean, difference.p999);
     draw();
@@ -318,7 +325,7 @@ fn a_window_never_waits_for_background_images() {
 }
 
 #[test]
-fn readiness_is_reported_at_rest_and_the_renderer_changes_at_once() {
+fn readiness_is_reported_between_images_and_the_renderer_changes_at_once() {
     if gpu().is_none() {
         return;
     }
@@ -327,6 +334,7 @@ fn readiness_is_reported_at_rest_and_the_renderer_changes_at_once() {
     let renderer_used = |s: &Session| {
         s.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").drawn_by.renderer
     };
+    // `Settled`: nothing is being prepared, here because software draws. `JustReady`: the image should be drawn again.
     assert_eq!((renderer_used(&session), session.readiness()), ("software", Readiness::Settled));
     session.set_renderer_preference(RendererPreference::Gpu);
     assert_eq!(renderer_used(&session), "software", "the window must not wait for a compiler");

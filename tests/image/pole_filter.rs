@@ -67,7 +67,8 @@ fn streak_ratio(rows: &[Vec<[f64; 3]>], from_deg: f64, to_deg: f64) -> f64 {
     along / (across + 0.5)
 }
 
-/// The limit of the measure of streaks. Measured: at most 2 for the maps of the catalog, except 3.4 for Janus, whose map has long painted rays.
+/// The limit of the measure of streaks. Measured: at most 2 for the maps of the catalog, except 3.4 for Janus, on whose map an artist
+/// painted long streaks.
 const MAX_RATIO: f64 = 3.6;
 /// Bands of latitude, degrees.
 const BANDS: [(f64, f64); 4] = [(60.0, 72.0), (72.0, 80.0), (80.0, 85.0), (85.0, 90.0)];
@@ -77,6 +78,7 @@ fn no_map_has_streaks_around_its_poles() {
     let unfiltered_maps = MapStore::new(None);
     let mut files_with_streaks = 0;
     for body in Catalog::embedded().bodies() {
+        // The texel values of opacity 0 and of opacity 1.
         let cloud_texel_bits = body.clouds.as_ref().map(|c| [c.clear_texel, c.closed_texel].map(|texel| (texel as f32).to_bits()));
         let files = MapFiles { cloud_texel_bits, ..MapFiles::default() };
         for (role, map) in maps(body) {
@@ -107,8 +109,10 @@ fn no_relief_has_a_cone_at_its_pole() {
     for body in Catalog::embedded().bodies() {
         let Some(map) = &body.maps.normal else { continue };
         maps += 1;
-        for poles in [PoleFilter::Normals, PoleFilter::None] {
-            let texture = SESSION.map(&map.file, MapDecoding { poles, ..MapDecoding::plain(TexelFormat::Rgba8Unorm) }).expect("a map");
+        // The unfiltered map must have no cone either.
+        for pole_filter in [PoleFilter::Normals, PoleFilter::None] {
+            let texture =
+                SESSION.map(&map.file, MapDecoding { poles: pole_filter, ..MapDecoding::plain(TexelFormat::Rgba8Unorm) }).expect("a map");
             let level = &texture.levels[0];
             let (width, height) = (level.width as usize, level.height as usize);
             // Mean and standard deviation of the northward slope between two latitudes, in levels.

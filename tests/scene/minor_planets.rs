@@ -30,14 +30,16 @@ use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use std::f64::consts::PI;
 
+/// The shader's position for `p`, the first four numbers of [`motion_input`]. The perihelion is on the x axis at distance `p.x`; `p.y` is 1 - e; the velocity
+/// at perihelion is along y with the speed `p.z`; `p.w` is the time.
 const POSITION_EXPRESSION: &str = "vec4f(motion(vec4f(p.x, 0.0, 0.0, p.y), vec3f(0.0, p.z, 0.0), p.w).position, 0.0)";
 
 fn in_plane(perihelion_au: f64, eccentricity: f64) -> HeliocentricOrbit {
     HeliocentricOrbit { perihelion_au, eccentricity, to_perihelion: DVec3::X, motion_at_perihelion: DVec3::Y, passage_days: 0.0 }
 }
 
-/// The shader's input for an orbit with perihelion distance 1 au. `time` past perihelion is in units of 1 / [`GAUSS_CONSTANT`] days, as in
-/// the shader.
+/// The shader's input for an orbit with perihelion distance 1 au: this distance, 1 - e, speed at perihelion, and time. `time` past perihelion is in
+/// units of 1 / [`GAUSS_CONSTANT`] days, as in the shader.
 fn motion_input(e: f64, time: f64) -> EvalInput {
     [1.0, 1.0 - e, (1.0 + e).sqrt(), time, 0.0, 0.0, 0.0, 0.0]
 }
@@ -125,8 +127,10 @@ fn single_entry(name: &str) -> (SmallBody, String) {
     let all = SmallBodies::embedded();
     let body = all.minor_planets.iter().find(|b| b.name == name).expect(name).clone();
     let rows: Vec<&str> = orrery_catalogs::SMALL_BODIES.lines().collect();
+    // The first row is a comment.
+    let column_names = rows[1];
     let row = rows.iter().find(|l| l.split(',').nth(1) == Some(name)).expect(name);
-    (body, format!("{}\n{row}\n", rows[1]))
+    (body, format!("{column_names}\n{row}\n"))
 }
 
 /// From the Earth's centre to a body: its apparent direction (light time iterated in f64, aberration), and its distances from the Earth and
@@ -200,13 +204,14 @@ fn images_show_minor_planets_at_their_position_and_brightness() {
             let phase_law = (1.0 - g) * (-3.33 * tan_half_phase.powf(0.63)).exp() + g * (-1.87 * tan_half_phase.powf(1.22)).exp();
             let magnitude = h + 5.0 * (sun_distance_au * distance_au).log10() - 2.5 * phase_law.log10();
             let flux = irradiance_of_magnitude(magnitude) * PI / camera.pixel_tangent().powi(2);
+            // `MARKER_LEVEL`: radiance of a marker's brightest pixel as a fraction of white. `point_peak`: radiance of that pixel for a flux of 1.
             let marker_flux = MARKER_LEVEL * drawn.scene.exposure.white() / point_peak();
             let colour = f64::from(drawn.scene.minor_planets.as_ref().expect("asked for").colour.y);
             worst_light = larger(worst_light, (sum / (flux.max(marker_flux) * colour) - 1.0).abs());
             brighter_than_markers += usize::from(flux > marker_flux);
         }
     }
-    println!("centroids within {worst_px:.4} px of 1.1 arcsec, light within {:.2} %", 100.0 * worst_light);
+    println!("centroids within {worst_px:.4} px (a pixel is 1.1 arcsec wide), light within {:.2} %", 100.0 * worst_light);
     assert!(worst_px < 0.1 && worst_light < 0.02, "{worst_px} {worst_light}");
     assert!(brighter_than_markers > 4, "{brighter_than_markers} are brighter than markers");
     // Without light time and aberration the positions differ.
@@ -220,7 +225,7 @@ fn geometric_direction(ephemeris: &Ephemeris, body: &SmallBody, time: Instant) -
     (state(NaifId::SUN) + heliocentric_state(&body.orbit, days).position * KM_PER_AU - state(NaifId::EARTH)).normalize()
 }
 
-/// With the layer on, minor planets are drawn with a reason; otherwise they are not, and `explain` gives the reason.
+/// Minor planets are drawn if their layer is on, otherwise not. In both cases the scene records a decision with its reason.
 #[test]
 fn minor_planets_are_drawn_only_with_their_layer() {
     let time = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
@@ -236,6 +241,7 @@ fn minor_planets_are_drawn_only_with_their_layer() {
         SESSION.draw(&view(layers), SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn")
     };
     let (without, with) = (draw("-stars"), draw("-stars,+minor-planets"));
+    // `times` has one element for each body.
     assert!(without.scene.minor_planets.is_none() && with.scene.minor_planets.as_ref().is_some_and(|m| m.times.len() == 602));
     let decision_of = |drawn: &orrery::session::DrawnFrame| {
         drawn.scene.sky_decisions.iter().find(|d| d.effect == "minor-planets").cloned().expect("a reason")

@@ -15,7 +15,7 @@ const SHADOW_EDGE: f64 = 0.03;
 
 /// Visible part of a source behind the ground: 1 above the horizon, 0 in the body's shadow. `from_centre_km`: the point's distance from the body's centre;
 /// `cosine`: of the source's zenith angle at the point.
-pub(super) fn lit_part(ground_radius_km: f64, top_km: f64, from_centre_km: f64, cosine: f64) -> f64 {
+pub(super) fn visible_source_fraction(ground_radius_km: f64, top_km: f64, from_centre_km: f64, cosine: f64) -> f64 {
     if cosine >= 0.0 {
         return 1.0;
     }

@@ -12,7 +12,7 @@ use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, ClipRect, Placement};
 use crate::scene::draw::features::{AtmosphereModel, MapSet, PixelView, RingShadow};
 use crate::scene::draw::{BodyPart, Draw, MapFiles};
-use crate::scene::features::choice::Capabilities;
+use crate::scene::features::choice::BodyCapabilities;
 use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::lights::{self, IncidentLight};
@@ -134,7 +134,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         log.record("light-into-shadow", spreads_into_shadow, reason);
     }
     // `FeatureSelection::globe_features` draws the ellipsoid in place of a sphere under any atmosphere.
-    if !chosen.ellipsoid && Capabilities::of(body).is_flattened {
+    if !chosen.ellipsoid && BodyCapabilities::of(body).is_flattened {
         log.record(Effect::Ellipsoid.name(), true, reason!("required-by-air"));
     }
     let height_km = air::camera_height_km(body, &inputs.placed.placement);

@@ -14,7 +14,7 @@
 use crate::catalog::Species;
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, ground_albedo};
-use crate::scene::atmosphere::constituent::{Constituent, lit_part};
+use crate::scene::atmosphere::constituent::{Constituent, visible_source_fraction};
 use crate::scene::atmosphere::extinction::{column_above_km, density};
 use crate::scene::atmosphere::phase;
 use crate::scene::numeric::gauss_legendre;
@@ -100,7 +100,7 @@ impl<F: Fn(DVec3) -> f64> ShadedAir<'_, F> {
     fn sun_transmittance(&self, point: DVec3) -> f64 {
         let (ground_km, from_centre_km) = (self.sphere.radius_km, point.length());
         let cosine = point.dot(self.sun) / from_centre_km;
-        let lit = lit_part(ground_km, self.sphere.air.top_km, from_centre_km, cosine);
+        let lit = visible_source_fraction(ground_km, self.sphere.air.top_km, from_centre_km, cosine);
         if lit <= 0.0 {
             return 0.0;
         }

@@ -7,14 +7,14 @@ use crate::scene::draw::features::Eclipse;
 use crate::scene::draw::uniforms::EclipseUniforms;
 use crate::scene::eclipse::sun_occluders::{ReceivingPart, sun_occluders};
 use crate::scene::eclipse::{model, uniforms};
-use crate::scene::features::choice::Capabilities;
+use crate::scene::features::choice::BodyCapabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::effects::Effect;
 use crate::scene::stated_errors;
 
 /// Decides which occluders darken the globe, its air and its clouds, and by which model.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    if Capabilities::of(inputs.body()).is_emissive {
+    if BodyCapabilities::of(inputs.body()).is_emissive {
         return decisions;
     }
     let context = inputs.frame.context;

@@ -13,7 +13,7 @@ use crate::scene::thresholds::MAX_LIGHTS;
 
 /// The features that a body's catalog entry allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Capabilities {
+pub struct BodyCapabilities {
     /// Whether the semi-axes differ.
     pub is_flattened: bool,
     /// The maps that the draws of the body can read.
@@ -30,7 +30,7 @@ pub struct Capabilities {
     pub limb_heights: bool,
 }
 
-impl Capabilities {
+impl BodyCapabilities {
     pub(crate) fn of(body: &Body) -> Self {
         let is_emissive = matches!(body.photometry, Photometry::Emissive { .. });
         let maps = MapSet {
@@ -113,7 +113,7 @@ impl FeatureSelection {
     /// Whether ring-shine is selected and possible. Ring-shine excludes planet-shine, because supporting both would double the number of shader keys of ringed
     /// bodies. Moons light a ringed globe about a thousand times less than its rings do, and still less when the Sun is nearly in the rings' plane.
     fn has_ring_shine(self, body: &Body) -> bool {
-        let available = Capabilities::of(body);
+        let available = BodyCapabilities::of(body);
         self.ring_shine && available.has_rings && !available.is_emissive
     }
 
@@ -125,7 +125,7 @@ impl FeatureSelection {
     /// Whether the ground's draw can show the clouds. To limit the number of shader keys, it can do so only with albedo, normal and cloud maps, and without
     /// overlays, a mesh and the other features tested here.
     pub(crate) fn shows_clouds_on_ground(self, body: &Body) -> bool {
-        let available = Capabilities::of(body);
+        let available = BodyCapabilities::of(body);
         let has_maps = self.maps.albedo
             && available.maps.albedo
             && self.maps.normal
@@ -144,7 +144,7 @@ impl FeatureSelection {
 
     /// The features of the globe's draw, without features that the body does not have.
     pub(crate) fn globe_features(self, body: &Body, view: PixelView) -> DrawFeatures {
-        let available = Capabilities::of(body);
+        let available = BodyCapabilities::of(body);
         let air = species::air_features(body, self.air_model);
         // Under an atmosphere a flattened body is always drawn as an ellipsoid, even if a sphere would be accurate enough: this halves the number of keys.
         let ellipsoid = self.ellipsoid || air.model != AtmosphereModel::None;
@@ -239,7 +239,7 @@ impl FeatureSelection {
 
     /// The features of the draws of the body's rings; `None` if the body has no rings or is emissive.
     pub(crate) fn ring_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
-        let available = Capabilities::of(body);
+        let available = BodyCapabilities::of(body);
         let features = DrawFeatures {
             surface: Surface::Ring,
             lights: 1,

@@ -9,7 +9,7 @@ use crate::scene::camera::{self, AnchorForm, Camera, ClipRect};
 use crate::scene::draw::features::{MapSet, PixelView};
 use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
 use crate::scene::eclipse::occluders::limb_darkening;
-use crate::scene::features::choice::Capabilities;
+use crate::scene::features::choice::BodyCapabilities;
 use crate::scene::features::inputs::DecisionInputs;
 use crate::scene::light::city_lights;
 use crate::scene::light::disc_light;
@@ -134,7 +134,7 @@ pub(crate) fn uniforms_of_fraction(
         air: air::uniforms(body, floor_scale),
         camera_in_unit_sphere: rays.camera_in_unit_sphere,
         pixel_size: camera.clip_per_pixel(),
-        detail: detail::uniforms(Capabilities::of(body).detail, camera, placement, &rays),
+        detail: detail::uniforms(BodyCapabilities::of(body).detail, camera, placement, &rays),
         ..DrawUniforms::of_rays(&rays)
     };
     air::set_ends(&mut uniforms, air::FarEnd::Ground);

@@ -10,7 +10,7 @@ use crate::scene::draw::features::{
     AirPass, AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, EclipseModel, MapSet, MeshFlags, PixelView, RingShadow,
 };
 use crate::scene::eclipse::occluders;
-use crate::scene::features::choice::{Capabilities, FeatureSelection};
+use crate::scene::features::choice::{BodyCapabilities, FeatureSelection};
 use crate::scene::thresholds::MAX_LIGHTS;
 use std::collections::BTreeSet;
 
@@ -28,7 +28,7 @@ fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
 
 /// Every subset of the maps that a body has.
 fn possible_maps(body: &Body) -> Vec<MapSet> {
-    let available = Capabilities::of(body).maps;
+    let available = BodyCapabilities::of(body).maps;
     let has = |bits: u8, bit: u8| bits & (1 << bit) != 0;
     let set = |bits| MapSet {
         albedo: available.albedo && has(bits, 0),
@@ -52,7 +52,7 @@ fn possible_meshes(body: &Body) -> Vec<Option<MeshFlags>> {
 /// and thin crescent.
 fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
-    let has_rings = Capabilities::of(body).has_rings;
+    let has_rings = BodyCapabilities::of(body).has_rings;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
         let with_overlays = move |overlays| {
             // Detail, limb profile and thin crescent, in this order. `globe_features` combines neither limb profile and thin crescent with each other nor one
@@ -97,7 +97,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
     let mut all = BTreeSet::new();
     for body in catalog.bodies() {
         let eclipses = possible_eclipses(catalog, body);
-        let has_rings = Capabilities::of(body).has_rings;
+        let has_rings = BodyCapabilities::of(body).has_rings;
         for view in PixelView::ALL {
             for ellipsoid in both {
                 for maps in possible_maps(body) {

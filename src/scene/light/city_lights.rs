@@ -3,7 +3,7 @@
 //! In: a body with a night map, and the camera. Out: a factor on the radiance of its city lights, for the draws of the globe and for the light meter. A night
 //! map has the mean light of texels of kilometres, as seen from above. For a camera in a city this mean is wrong: most of the light comes from lamps and lit
 //! streets, which cover little of the ground, and the ground between them is dim. Lamps are not drawn, so the mean fades to the light of that ground as the
-//! camera descends. From 3 km on the map is shown in full.
+//! camera descends. From a height of 3 km upwards the map's full light is drawn.
 
 use crate::message::{Argument, Reason, reason};
 use crate::scene::atmosphere::air;
@@ -11,16 +11,16 @@ use crate::scene::light::night_lights;
 use crate::scene::numeric::{smoothstep, with_significant_digits};
 use crate::scene::placed::PlacedBody;
 
-/// Heights of the camera between which the lights around it gradually become lights of a landscape below. Chosen: from 0.1 km single streets fill the frame,
-/// from 3 km whole towns.
-const LANDSCAPE_HEIGHTS_KM: [f64; 2] = [0.1, 3.0];
+/// Heights of the camera between which the factor rises from [`FACTOR_ON_GROUND`] to 1. Chosen: seen from 0.1 km single streets fill the frame, from 3 km whole
+/// towns.
+const FADE_HEIGHTS_KM: [f64; 2] = [0.1, 3.0];
 /// Factor for a camera on the ground: an estimate for the ground between lamps. A white texel then has 0.022 cd/m2, as ground of reflectance 0.15 under
 /// 0.5 lux, twice the light of a full Moon. Lit streets have 2 to 15 lux (EN 13201), but are a small part of the ground. At the longest automatic exposure the
 /// texel is at 0.3 of white.
 const FACTOR_ON_GROUND: f64 = 0.02;
 
 fn factor_at(height_km: f64) -> f64 {
-    let [from, to] = LANDSCAPE_HEIGHTS_KM;
+    let [from, to] = FADE_HEIGHTS_KM;
     let nearness_to_ground = 1.0 - smoothstep((height_km.max(1e-9) / from).ln() / (to / from).ln());
     // Exactly 1 from the upper height on.
     FACTOR_ON_GROUND.powf(nearness_to_ground)
@@ -31,7 +31,8 @@ pub(crate) fn factor(p: &PlacedBody<'_>) -> f64 {
     factor_at(air::camera_height_km(p.body, &p.placement))
 }
 
-/// Radiance of a white texel of the body's night map as it is drawn, in the channel with the largest gain; 0 without a night map.
+/// Radiance of a white texel of the body's night map as it is drawn, in the channel with the largest gain (the catalog's factor for each
+/// channel of the map); 0 without a night map.
 pub(crate) fn drawn_white_radiance(p: &PlacedBody<'_>) -> f64 {
     night_lights::white_radiance(p.body) * factor(p)
 }
@@ -56,7 +57,7 @@ mod tests {
         for (height_km, expected) in [(0.0, FACTOR_ON_GROUND), (0.002, FACTOR_ON_GROUND), (0.1, FACTOR_ON_GROUND)] {
             assert!((factor_at(height_km) / expected - 1.0).abs() < 1e-12, "{height_km} km");
         }
-        // Bit by bit: views from above do not change.
+        // Exactly 1, so that views from these heights have the map's own light.
         for height_km in [3.0, 10.0, 400.0, 1e6] {
             assert_eq!(factor_at(height_km), 1.0, "{height_km} km");
         }

@@ -6,7 +6,7 @@
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::decision::DecisionLog;
-use crate::scene::features::choice::Capabilities;
+use crate::scene::features::choice::BodyCapabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::brightness;
 use crate::scene::light::lights::{self, IncidentLight};
@@ -16,7 +16,7 @@ use glam::DVec3;
 
 /// Decides which bodies' reflected light is added to the sunlight on the ground.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    if Capabilities::of(inputs.body()).is_emissive {
+    if BodyCapabilities::of(inputs.body()).is_emissive {
         return decisions;
     }
     // Sunlight is white, so its channels are equal.
@@ -45,18 +45,19 @@ fn drawn_lights(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> V
 /// be drawn on the body's disc ([`drawn_lights`]). The body reflects each as it reflects sunlight: with the same phase function and the same light curve.
 pub(crate) fn irradiance_at_viewer(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> DVec3 {
     let (body, placed) = (inputs.body(), inputs.placed);
-    if Capabilities::of(body).is_emissive {
+    if BodyCapabilities::of(body).is_emissive {
         return DVec3::ZERO;
     }
     let viewer_km = (placed.placement.camera_in_unit_sphere() * body.radii_km).normalize() * placed.distance_km;
     let effects = inputs.effects();
-    let shows = |effect: Effect| effects.override_of(effect) != Some(false);
+    // The irradiance includes the light of the body's air unless the air is switched off.
+    let may_draw = |effect: Effect| effects.override_of(effect) != Some(false);
     let reflected = |light: &IncidentLight| {
         let phase_angle_rad = crate::ephemeris::angle_rad(light.direction, -placed.placement.centre_km);
         // The Sun, if it were 1 au away in the direction of the light, would cause an irradiance of 1.
         let sun_at_1_au_km = placed.body_from_icrf * light.direction * KM_PER_AU;
         let per_unit_irradiance = brightness::globe_irradiance(body, phase_angle_rad, sun_at_1_au_km, viewer_km);
-        light.irradiance * per_unit_irradiance.with_shown_air(body, shows).rgb(body)
+        light.irradiance * per_unit_irradiance.with_shown_air(body, may_draw).rgb(body)
     };
     drawn_lights(inputs, log).iter().map(reflected).sum()
 }

@@ -7,7 +7,7 @@
 //! fade out (`averaged_part`).
 
 use crate::message::reason;
-use crate::scene::features::choice::Capabilities;
+use crate::scene::features::choice::BodyCapabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::numeric::smooth_rise;
 
@@ -39,7 +39,7 @@ pub(crate) fn averaged_part(diameter_px: f64, phase_angle_rad: f64) -> f64 {
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (diameter_px, phase_angle_rad) = (inputs.diameter_px, inputs.placed.phase_angle_rad);
     let chosen = &mut decisions.chosen;
-    let is_possible = !Capabilities::of(inputs.body()).is_emissive
+    let is_possible = !BodyCapabilities::of(inputs.body()).is_emissive
         && chosen.eclipse.occluders == 0
         && !chosen.detail
         && inputs.mesh.is_none()

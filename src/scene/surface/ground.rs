@@ -6,7 +6,7 @@
 
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Detail, MapSet};
-use crate::scene::features::choice::{Capabilities, ellipsoid_flattening};
+use crate::scene::features::choice::{BodyCapabilities, ellipsoid_flattening};
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::{city_lights, lights};
 use crate::scene::request::effects::Effect;
@@ -16,7 +16,7 @@ use crate::scene::surface::detail;
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (body, threshold) = (inputs.body(), inputs.threshold());
     let log = &mut decisions.log;
-    let available = Capabilities::of(body);
+    let available = BodyCapabilities::of(body);
     let normal_tilt_rad = ellipsoid_flattening(body);
     // A normal tilted by an angle changes the cosine of incidence by at most this angle; the change is visible first on white ground at the terminator.
     let max_change = normal_tilt_rad * lights::sunlight(inputs.placed.body_to_sun_km).irradiance.max_element();

@@ -8,7 +8,7 @@ use crate::mesh::Mesh;
 use crate::message::reason;
 use crate::scene::decision::with_invented_note;
 use crate::scene::draw::uniforms::{DrawUniforms, MeshInstance};
-use crate::scene::features::choice::Capabilities;
+use crate::scene::features::choice::BodyCapabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions, FrameContext};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -51,7 +51,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let Some((to_sun, sun_radius_rad)) = sun_direction_and_radius(inputs.frame, inputs.placed) else { return decisions };
     let reason =
         reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * sun_radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
-    let is_lit = !Capabilities::of(body).is_emissive;
+    let is_lit = !BodyCapabilities::of(body).is_emissive;
     if log.record_effect(Effect::SelfShadow, is_lit, reason) {
         decisions.self_shadow = Some((to_sun, sun_radius_rad));
     }

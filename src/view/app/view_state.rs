@@ -113,7 +113,7 @@ impl CameraPose {
 pub struct ViewState {
     /// TDB seconds past J2000.
     pub tdb_s: f64,
-    /// The body that the exposure favours, and that the camera faces if `tracks` is true.
+    /// The body to which automatic exposure gives more weight than to others, and that the camera faces if `tracks` is true.
     pub target: NaifId,
     /// The camera's position and orientation.
     #[serde(rename = "eye")]
@@ -316,7 +316,7 @@ impl ViewState {
                 }
                 // The vertical is the same at every height.
                 let (_, normal) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
-                let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
+                let (forward, up) = view_at_azimuth_altitude(normal, azimuth_deg, altitude_deg);
                 let axes = Axes::BodyFixed;
                 RequestPose {
                     position,
@@ -401,7 +401,7 @@ pub(crate) fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_d
 
 /// Forward and up vectors of a camera that looks at an azimuth (from north through east) and an altitude, at a place with the zenith `normal`; all in
 /// body-fixed axes. Up is as close to the zenith as possible.
-pub(crate) fn horizontal_view(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
+pub(crate) fn view_at_azimuth_altitude(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
     let axes = horizon_axes(normal);
     let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
     let (sin_alt, cos_alt) = altitude_deg.to_radians().sin_cos();
@@ -410,7 +410,7 @@ pub(crate) fn horizontal_view(normal: DVec3, azimuth_deg: f64, altitude_deg: f64
     (forward, up)
 }
 
-/// Azimuth and altitude of a direction, degrees, at a place with the zenith `normal`: the inverse of [`horizontal_view`].
+/// Azimuth and altitude of a direction, degrees, at a place with the zenith `normal`: the inverse of [`view_at_azimuth_altitude`].
 pub(crate) fn horizontal_angles_deg(normal: DVec3, direction: DVec3) -> (f64, f64) {
     let local = horizon_axes(normal).transpose() * direction;
     (local.x.atan2(local.y).to_degrees().rem_euclid(360.0), local.z.clamp(-1.0, 1.0).asin().to_degrees())
@@ -445,7 +445,7 @@ mod tests {
     fn the_angles_of_a_direction_are_those_that_give_it() {
         let normal = DVec3::new(0.3, -0.5, 0.7).normalize();
         for (azimuth_deg, altitude_deg) in [(0.0, 0.0), (90.0, 30.0), (200.0, -45.0), (359.0, 89.0)] {
-            let (forward, _) = horizontal_view(normal, azimuth_deg, altitude_deg);
+            let (forward, _) = view_at_azimuth_altitude(normal, azimuth_deg, altitude_deg);
             let (found_azimuth_deg, found_altitude_deg) = horizontal_angles_deg(normal, forward);
             let azimuth_error_deg = (found_azimuth_deg - azimuth_deg + 180.0).rem_euclid(360.0) - 180.0;
             let altitude_error_deg = found_altitude_deg - altitude_deg;

@@ -15,7 +15,7 @@ use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::time_rate::TimeRate;
 use crate::view::app::view_state::{
-    CameraPose, DEFAULT_FOV_DEG, MAX_FOV_DEG, ViewState, horizontal_view, inertial_orbit_pose, pose_on_ground, rotated_view,
+    CameraPose, DEFAULT_FOV_DEG, MAX_FOV_DEG, ViewState, inertial_orbit_pose, pose_on_ground, rotated_view, view_at_azimuth_altitude,
 };
 use crate::view::language::body_name;
 use glam::{DMat3, DQuat, DVec3};
@@ -396,7 +396,7 @@ impl Viewer {
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let radii_km = self.selectable_body(camera_body).map_or(DVec3::ONE, |s| s.radii_km);
                 let (body_fixed_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
-                let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
+                let (forward, up) = view_at_azimuth_altitude(normal, azimuth_deg, altitude_deg);
                 (icrf_from_body * body_fixed_km, icrf_from_body * forward, icrf_from_body * up, Some(icrf_from_body * normal))
             }
             CameraPose::Centre { .. } => {

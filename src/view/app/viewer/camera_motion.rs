@@ -11,7 +11,8 @@ use crate::scene::request::composition::FISHEYE_RANGE_DEG;
 use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::view_state::{
-    CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, body_fixed_orbit_pose, horizontal_angles_deg, horizontal_view, inertial_orbit_pose, rotated_view,
+    CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, body_fixed_orbit_pose, horizontal_angles_deg, inertial_orbit_pose, rotated_view,
+    view_at_azimuth_altitude,
 };
 use glam::{DMat3, DVec3};
 
@@ -224,7 +225,7 @@ impl GroundPlace {
     fn pose(&self, body: NaifId, forward: DVec3, up: DVec3) -> (CameraPose, f64) {
         let Self { latitude_deg, longitude_deg, height_km, normal } = *self;
         let (azimuth_deg, altitude_deg) = horizontal_angles_deg(normal, forward);
-        let (_, unrolled_up) = horizontal_view(normal, azimuth_deg, altitude_deg);
+        let (_, unrolled_up) = view_at_azimuth_altitude(normal, azimuth_deg, altitude_deg);
         let camera_pose = CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg };
         (camera_pose, roll_deg(forward, unrolled_up, up))
     }
