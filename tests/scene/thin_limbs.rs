@@ -280,7 +280,7 @@ fn a_crescent_earth_has_the_same_light_at_every_size() {
 }
 
 /// Crescents a tenth of a pixel wide, whose limb is at another place between the pixels in each image. With the coverage of a pixel whose sides are along and
-/// across the limb, Mercury had 0.86 to 1.29 times its light, Venus 0.91 to 1.19 times.
+/// across the limb, Mercury had 0.86 to 1.29 times its light, Venus 0.91 to 1.19 times; now at most 1.12 and 1.05 times.
 #[test]
 fn a_thin_crescent_has_the_same_light_wherever_its_limb_crosses_the_pixels() {
     for body in [NaifId(199), NaifId(299)] {
@@ -292,7 +292,7 @@ fn a_thin_crescent_has_the_same_light_wherever_its_limb_crosses_the_pixels() {
         for diameter_px in [7.0, 7.4, 7.9, 8.4, 9.0, 9.7, 10.5, 11.4, 12.4, 13.5, 14.7, 16.0] {
             let ratio = light_in(diameter_px) / reference;
             println!("{body:?} in {diameter_px} pixels: {ratio:.3}");
-            assert!((0.86..1.15).contains(&ratio), "{body:?} in {diameter_px} pixels: {ratio}");
+            assert!((0.95..1.14).contains(&ratio), "{body:?} in {diameter_px} pixels: {ratio}");
         }
     }
 }
