@@ -29,8 +29,8 @@ const LINEAR_BOUND: f64 = 2e-3;
 
 /// Effects that are not switched on by hand, so that the scene chooses them in both frames. Points and meshes set how a body is represented and not its
 /// radiance. No body of the shipped catalogs has overlays. The scene omits the corona beside the disc of a Sun of less than a pixel, however bright the corona
-/// is.
-const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
+/// is. Detail that is switched on where it is finer than a pixel is not averaged over the pixel: there the frame without it is nearer to the truth.
+const UNCHANGED_EFFECTS: [Effect; 5] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona, Effect::Detail];
 
 /// A view, and what identifies it.
 struct RandomView {
