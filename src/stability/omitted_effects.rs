@@ -29,8 +29,8 @@ const LINEAR_BOUND: f64 = 2e-3;
 
 /// Effects that are not switched on by hand, so that the scene chooses them in both frames. Points and meshes set how a body is represented and not its
 /// radiance. No body of the shipped catalogs has overlays. The scene omits the corona beside the disc of a Sun of less than a pixel, however bright the corona
-/// is. Detail that is switched on where it is finer than a pixel is not averaged over the pixel: there the frame without it is nearer to the truth.
-const UNCHANGED_EFFECTS: [Effect; 5] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona, Effect::Detail];
+/// is.
+const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
 /// A view, and what identifies it.
 struct RandomView {
@@ -110,8 +110,10 @@ fn frame_pair(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, e
         if chosen_features.body_shadow != BodyShadow::None && features.body_shadow != BodyShadow::None {
             features.body_shadow = chosen_features.body_shadow;
         }
-        // The thin limb is a filter and not an effect. The scene leaves it out of draws with eclipses or detail.
+        // The thin limb is a filter and not an effect. The scene leaves it out of draws with eclipses or detail. The draw of the sky has only the uniform, by
+        // which it covers what the ground's draw leaves uncovered.
         features.thin_limb = chosen_features.thin_limb;
+        draw.uniforms.averaged_part = chosen_draw.uniforms.averaged_part;
     }
     let plan = plan::plan(&scene, setup.session(), SINGLE_SAMPLE)?;
     Ok(FramePair { chosen, with_effects: PlannedView { scene, plan } })

@@ -33,17 +33,19 @@ fn image(renderer: &SoftwareRenderer, key: &ShaderKey) -> Result<Vec<[f32; 4]>, 
 
 /// Half a level of 256.
 const MAX_DIFFERENCE: f32 = 1.0 / 512.0;
-/// The same where the opacity of the clouds above decides how much of a pixel at a thin limb is ground: there a map is read over a long footprint, whose
-/// length f32 has to a few percent.
+/// The same where the opacity of the clouds above decides how much of a pixel at a thin limb is ground, and the greatest number of such pixels that exceed
+/// half a level: in one key two pixels, mirror images of each other, where the clouds' opacity is read by another footprint in f32 than in f64. Without the
+/// shadow of the clouds, or without the thin limb, the greatest difference of this key is 3e-6.
 const MAX_DIFFERENCE_AT_CLOUDED_LIMB: f32 = 1.0 / 32.0;
+const MAX_PIXELS_AT_CLOUDED_LIMB: usize = 2;
 
 fn check_key(in_f32: &SoftwareRenderer, in_f64: &SoftwareRenderer, key: &ShaderKey) -> Result<(), String> {
     let (single, double) = (image(in_f32, key)?, image(in_f64, key)?);
     let features = key.features();
+    let mut at_clouded_limb = 0;
     for (k, (a, b)) in single.iter().zip(&double).enumerate() {
         let is_at_limb = (0.01..0.99).contains(&b[3]);
         let is_clouded_limb = is_at_limb && features.thin_limb && features.maps.cloud_shadow;
-        let max_difference = if is_clouded_limb { MAX_DIFFERENCE_AT_CLOUDED_LIMB } else { MAX_DIFFERENCE };
         let pixel_name = format!("pixel {},{}", k as u32 % SIDE, k as u32 / SIDE);
         if !a.iter().chain(b).all(|v| v.is_finite()) {
             return Err(format!("{pixel_name}: {a:?} in f32, {b:?} in f64"));
@@ -52,9 +54,14 @@ fn check_key(in_f32: &SoftwareRenderer, in_f64: &SoftwareRenderer, key: &ShaderK
             return Err(format!("{pixel_name}: {a:?} has negative light or a coverage outside 0 to 1"));
         }
         let greatest_difference = a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max);
-        if greatest_difference > max_difference {
+        if is_clouded_limb && (MAX_DIFFERENCE..MAX_DIFFERENCE_AT_CLOUDED_LIMB).contains(&greatest_difference) {
+            at_clouded_limb += 1;
+        } else if greatest_difference > MAX_DIFFERENCE {
             return Err(format!("{pixel_name}: f32 and f64 are {greatest_difference} apart: {a:?}, {b:?}"));
         }
+    }
+    if at_clouded_limb > MAX_PIXELS_AT_CLOUDED_LIMB {
+        return Err(format!("f32 and f64 differ in {at_clouded_limb} pixels at the limb below clouds"));
     }
     Ok(())
 }

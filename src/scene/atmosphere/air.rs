@@ -304,11 +304,6 @@ impl<'a> SurroundingAir<'a> {
         if mean > 1e-12 { transmittance / mean } else { DVec3::new(3.0, 0.0, 0.0) }
     }
 
-    /// The body's place relative to the camera.
-    pub(super) fn placement(&self) -> &Placement {
-        &self.placement
-    }
-
     /// Unit vector at the camera, away from the body's centre.
     pub(crate) fn up(&self) -> DVec3 {
         -self.placement.centre_km.normalize()

@@ -28,7 +28,7 @@ impl TintTable {
         let Some(air) = air else {
             return Self { from_icrf: DMat3::IDENTITY, horizon_sine: 0.0, tints: [DVec3::ONE; TINT_STEPS + 1] };
         };
-        let placement = air.placement();
+        let placement = &air.placement;
         let camera = placement.camera_in_unit_sphere();
         let up = camera.normalize();
         let (x, y) = up.any_orthonormal_pair();

@@ -160,8 +160,7 @@ impl Meter<'_, '_> {
         let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
         let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
         let limb_lights = sun.map(|sun| self.limb_lights(sun)).unwrap_or_default();
-        let (sky_rays, sunlight_in_air) = (Vec::new(), SunlightInAir::FULL);
-        let (sky_exposure_radiance, ground_exposure_radiance) = (0.0, 0.0);
+        let (sky_rays, sunlight_in_air, sky_exposure_radiance, ground_exposure_radiance) = (Vec::new(), SunlightInAir::FULL, 0.0, 0.0);
         let mut frame = MeteredFrame {
             meter: self,
             glare,
@@ -213,11 +212,12 @@ impl Meter<'_, '_> {
             let around = subjects.iter_mut().filter(|m| m.body == Some(air.body.id));
             around.for_each(|m| m.target_level *= sky::dusk_factor(m.radiance).powf(sky_weight));
         }
-        subjects.extend(frame.sky(share_of_bodies_in_sky));
+        let least_sky_radiance = frame.least_sky_exposure_radiance();
+        subjects.extend(frame.sky(share_of_bodies_in_sky, least_sky_radiance));
         subjects.push(MeteredSubject {
             name: reason!("subject-dark-sky").into(),
             body: None,
-            radiance: frame.least_sky_exposure_radiance().max(night_white * AUTO_EXPOSED_MEAN),
+            radiance: least_sky_radiance.max(night_white * AUTO_EXPOSED_MEAN),
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
         });

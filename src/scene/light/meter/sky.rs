@@ -144,8 +144,8 @@ impl<'a> MeteredFrame<'_, 'a> {
     }
 
     /// Meters the sky around the camera, without the share of the frame that bodies in the sky cover. The subject's weight follows from the exposure radiance,
-    /// its white from this or from the least one; its `radiance` is the drawn one, the mean over the frame's sky.
-    pub(super) fn sky(&self, share_of_bodies_in_sky: f64) -> Option<MeteredSubject> {
+    /// its white from this or from `least_radiance` ([`Self::least_sky_exposure_radiance`]); its `radiance` is the drawn one, the mean over the frame's sky.
+    pub(super) fn sky(&self, share_of_bodies_in_sky: f64, least_radiance: f64) -> Option<MeteredSubject> {
         let air = self.meter.air?;
         let mut mean = LogMean::default();
         let no_foreground = 0.0;
@@ -153,7 +153,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         // Darker in dusk; near the top of the air, where `sky_weight` is almost 0, not.
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_exposure_radiance).powf(air.sky_weight());
         let by_weight = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
-        let exposed = MeteredSubject { radiance: by_weight.radiance.max(self.least_sky_exposure_radiance()), ..by_weight };
+        let exposed = MeteredSubject { radiance: by_weight.radiance.max(least_radiance), ..by_weight };
         let scattered = self.sum_over_lights_of_sky(self.sunlight_in_air.frame, |air, towards, irradiance| {
             air.scattered_radiance(towards, irradiance, &self.sky_rays)
         });
