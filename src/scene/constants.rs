@@ -24,9 +24,9 @@ pub const RING_SHINE_ROWS: usize = 25;
 /// Columns of the ring-shine table: hour angles from the Sun.
 pub const RING_SHINE_COLUMNS: usize = 33;
 
-/// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates the scaled complementary error function erfcx(z), for paths through air.
-/// shaders/lib/air/column_density.wesl has the polynomial, which was fitted for this slope.
-pub(crate) const ERFCX_SLOPE: f64 = 0.46;
+/// Factor in t = 1 / (1 + ERFCX_FIT_SCALE z), the variable of the polynomial that approximates the scaled complementary error function erfcx(z), for paths
+/// through air. shaders/lib/air/column_density.wesl has the polynomial, which was fitted for this factor.
+pub(crate) const ERFCX_FIT_SCALE: f64 = 0.46;
 /// Terms of the polynomial that approximates the optical depth of the air above the ground along a line.
 pub const OPTICAL_DEPTH_TERMS: usize = 8;
 

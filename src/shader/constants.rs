@@ -66,10 +66,10 @@ fn air_fragment() -> String {
         "Tables and polynomials of the atmosphere.",
         &[
             constant(
-                "Slope in t = 1 / (1 + slope z), in which a polynomial approximates the scaled complementary error function erfcx(z).",
+                "Factor in t = 1 / (1 + ERFCX_FIT_SCALE z), in which a polynomial approximates the scaled complementary error function erfcx(z).",
                 "",
-                "ERFCX_SLOPE",
-                Value::F32(shared::ERFCX_SLOPE),
+                "ERFCX_FIT_SCALE",
+                Value::F32(shared::ERFCX_FIT_SCALE),
             ),
             constant(
                 "Terms of the polynomial that approximates the optical depth of all air above a point (lib/air/optical_depth_above.wesl).",

@@ -7,7 +7,7 @@
 
 use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera;
-use crate::scene::constants::{ERFCX_SLOPE, OPTICAL_DEPTH_TERMS as TERMS};
+use crate::scene::constants::{ERFCX_FIT_SCALE, OPTICAL_DEPTH_TERMS as TERMS};
 use crate::scene::draw::AtmosphereUniforms;
 use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec3, Vec4};
@@ -88,10 +88,10 @@ impl<'a> DepthIntegral<'a> {
     }
 }
 
-/// The slope in t = 1 / (1 + slope cos z): for one species ERFCX_SLOPE sqrt(x / 2), where x is 1 / scale height, so that t is the variable of the polynomials
-/// in `chapman_function` (shaders/lib/air/column_density.wesl) at the ground; for two species the geometric mean of their slopes.
+/// The slope in t = 1 / (1 + slope cos z): for one species ERFCX_FIT_SCALE sqrt(x / 2), where x is 1 / scale height, so that t is the variable of the
+/// polynomials in `chapman_function` (shaders/lib/air/column_density.wesl) at the ground; for two species the geometric mean of their slopes.
 fn slope(air: &AtmosphereUniforms) -> f64 {
-    let of_species = |scale_height: f32| ERFCX_SLOPE * (0.5 / f64::from(scale_height)).sqrt();
+    let of_species = |scale_height: f32| ERFCX_FIT_SCALE * (0.5 / f64::from(scale_height)).sqrt();
     (of_species(air.rayleigh_scale_height) * of_species(air.mie_scale_height)).sqrt()
 }
 

@@ -7,7 +7,7 @@
 
 use crate::scene::atmosphere::{multi_scatter_table, radius_sq_minus_1};
 use crate::scene::camera;
-use crate::scene::constants::{ERFCX_SLOPE, MULTI_SCATTER_COEFFICIENTS};
+use crate::scene::constants::{ERFCX_FIT_SCALE, MULTI_SCATTER_COEFFICIENTS};
 use crate::scene::draw::AtmosphereUniforms;
 use crate::scene::numeric::gauss_legendre;
 use glam::{DVec3, Vec4};
@@ -46,8 +46,8 @@ impl Profiles {
     fn rows(&self, height: f64, weight: f64, midpoint_height: f64) -> [Vec4; ROWS] {
         let radius = 1.0 + height;
         let (rayleigh_density, mie_density) = ((-height / self.rayleigh_scale_height).exp(), (-height / self.mie_scale_height).exp());
-        // `erfcx_slope` and `grazing_column` are the values of `AirAtHeight::chapman`.
-        let erfcx_slope = |scale_height: f64| ERFCX_SLOPE * (0.5 * radius / scale_height).sqrt() / radius;
+        // `erfcx_scale` and `grazing_column` are the values of `AirAtHeight::chapman`.
+        let erfcx_scale = |scale_height: f64| ERFCX_FIT_SCALE * (0.5 * radius / scale_height).sqrt() / radius;
         // The column density outwards along a horizontal ray, as in shaders/lib/air/column_density.wesl, which has the root of pi as a factor of its own.
         let grazing_column = |density: f64, scale_height: f64| density * scale_height * (0.5 * PI * radius / scale_height).sqrt();
         let layer_edges = self.layer_edges - radius_sq_minus_1(height);
@@ -56,9 +56,9 @@ impl Profiles {
         [
             row(radius_sq_minus_1(height), weight * radius * rayleigh_density, mie_per_rayleigh, 1.0 / radius),
             row(
-                erfcx_slope(self.rayleigh_scale_height),
+                erfcx_scale(self.rayleigh_scale_height),
                 grazing_column(rayleigh_density, self.rayleigh_scale_height),
-                erfcx_slope(self.mie_scale_height),
+                erfcx_scale(self.mie_scale_height),
                 grazing_column(mie_density, self.mie_scale_height),
             ),
             row(layer_edges.x, layer_edges.y, layer_edges.z, radius_sq_minus_1(midpoint_height)),
