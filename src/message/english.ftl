@@ -88,6 +88,7 @@ reason-eclipse-out-of-view = penumbra of { $bodies } on its lit side, but not on
 reason-eclipse-not-in-frame = no shadow on what the image shows
 reason-eclipse-dims-all = all sunlight in the image counts as { $percent } % of the full one, to within { $error } % of it, so that detail can be drawn
 reason-eclipse-beside-ring-shadow = left out under air: it takes { $percent } % of the ground's light in the image, the rings' shadow { $rings } %
+reason-eclipse-by-rings = rings of { $bodies } let { $part } of the sunlight pass; this mean dims the whole body evenly
 reason-eclipse-switched-off = switched off with the eclipse
 reason-eclipse-no-bending = how its air bends light is not known
 reason-eclipse-air-off = its air is switched off

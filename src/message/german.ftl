@@ -88,6 +88,7 @@ reason-eclipse-out-of-view = Halbschatten auf der beleuchteten Seite, aber nicht
 reason-eclipse-not-in-frame = kein Schatten auf dem, was das Bild zeigt
 reason-eclipse-dims-all = alles Sonnenlicht im Bild zählt als { $percent } % des vollen, auf { $error } % davon genau, damit Feinheiten gezeichnet werden können
 reason-eclipse-beside-ring-shadow = unter Luft ausgelassen: sie nimmt { $percent } % vom Licht des Bodens im Bild, der Ringschatten { $rings } %
+reason-eclipse-by-rings = Ringe lassen { $part } des Sonnenlichts durch: { $bodies }; dieser Mittelwert dämpft den ganzen Körper gleichmäßig
 reason-eclipse-switched-off = mit der Finsternis ausgeschaltet
 reason-eclipse-no-bending = es ist nicht bekannt, wie seine Luft das Licht bricht
 reason-eclipse-air-off = seine Luft ist ausgeschaltet

@@ -1,11 +1,12 @@
-//! `sunlight`: the fraction of the Sun's light that other bodies leave at a point on a body's ground. Not considered: whether the body itself (on its night
-//! side) or its rings keep sunlight from the point. Every body of the catalog may count, however little it blocks (Mercury in transit: 3e-5 of the light); of
-//! more than [`MAX_OCCLUDERS`](crate::scene::draw::MAX_OCCLUDERS), those that block most.
+//! `sunlight`: the fraction of the Sun's light that other bodies and their rings leave at a point on a body's ground. Not considered: whether the body itself
+//! (on its night side) or its own rings keep sunlight from the point. Every body of the catalog may count, however little it blocks (Mercury in transit: 3e-5
+//! of the light); of more than [`MAX_OCCLUDERS`](crate::scene::draw::MAX_OCCLUDERS), those that block most. The rings of other bodies dim the whole body
+//! evenly, as in images (`scene::rings::rings_before_sun`), by the catalog's limb darkening.
 //!
 //! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
 //! `by`. `fraction` is the green channel, with the law of limb darkening `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. `rgb` uses
-//! the catalog's law per channel. `by` has for each body the fraction of green sunlight that it alone would block. The models `linear` and `uniform-disc` have
-//! no limb darkening and ignore `u1` and `u2`.
+//! the catalog's law per channel. `by` has for each body, and for its rings, the fraction of green sunlight that it alone would block. The models `linear` and
+//! `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
 
 use super::batch::{MAP_TAPS, PreparedProbe, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, optional, parse_fields, required};
@@ -14,6 +15,8 @@ use crate::ephemeris::topocentric::ground_point_km;
 use crate::render::plan::uniform_bytes;
 use crate::scene::draw::{DrawFeatures, DrawUniforms, Eclipse, EclipseModel, EclipseUniforms, Light};
 use crate::scene::eclipse::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent, ReceiverShape};
+use crate::scene::rings::ring_table::RingTables;
+use crate::scene::rings::rings_before_sun::{LitBody, RingsBeforeSun, rings_before_sun};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;
@@ -81,7 +84,7 @@ impl RequestedModel {
 
 pub(super) static KIND: QueryKind = QueryKind {
     name: "sunlight",
-    description: "the fraction of sunlight that other bodies, however small (not the body itself, nor its rings), leave at a point on its ground",
+    description: "the fraction of sunlight that other bodies, however small, and their rings leave at a point on a body's ground (not counting itself)",
     fields: &[
         required("body", "a body's name"),
         required("time", "ISO 8601 UTC or jd_tdb:DAY, when the light meets the ground"),
@@ -123,8 +126,15 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         let blocked = 1.0 - fraction(std::slice::from_ref(occluder))?;
         blocked_by.insert(occluder.body.name.to_lowercase(), json!(blocked));
     }
+    let rings = rings_before_sun(prober.ephemeris(), prober.catalog(), &RingTables::default(), LitBody::from(&receiver));
+    for RingsBeforeSun { owner, fraction } in &rings {
+        blocked_by.insert(format!("{} rings", owner.name.to_lowercase()), json!(1.0 - fraction.y));
+    }
+    let past_rings: DVec3 = rings.iter().map(|r| r.fraction).product();
     let catalog_law = None;
-    Ok(json!({ "fraction": fraction(&occluded_sun.occluders)?, "rgb": sunlight(&occluded_sun.occluders, catalog_law)?, "by": blocked_by }))
+    let past_bodies = DVec3::from_array(sunlight(&occluded_sun.occluders, catalog_law)?);
+    let rgb = (past_bodies * past_rings).to_array();
+    Ok(json!({ "fraction": fraction(&occluded_sun.occluders)? * past_rings.y, "rgb": rgb, "by": blocked_by }))
 }
 
 /// The occluders of the Sun for one body at one time, and the sunlight at points on the body's surface.

@@ -16,6 +16,7 @@ use crate::scene::light::{disc_light, photometry};
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::Caches;
+use crate::scene::rings::rings_before_sun::RingsBeforeSun;
 use crate::time::Instant;
 use glam::{DMat3, DQuat, DVec3};
 use std::cell::OnceCell;
@@ -50,6 +51,8 @@ pub(crate) struct PlacedBody<'a> {
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.
     pub receiver_and_candidates: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
+    /// The rings of other bodies that take sunlight from the body (`eclipse::sun_occluders` computes them, once).
+    pub rings_before_sun: OnceCell<Vec<RingsBeforeSun<'a>>>,
     /// The fraction of the body's light that nearer bodies leave visible, per channel (`visibility::hidden`). Computed once and used for the exposure, the
     /// glare, the corona and the draws.
     pub visible_fraction: OnceCell<DVec3>,
@@ -155,6 +158,7 @@ pub(crate) fn place<'a>(
         irradiance,
         shown_irradiance,
         receiver_and_candidates: OnceCell::new(),
+        rings_before_sun: OnceCell::new(),
         visible_fraction: OnceCell::new(),
         limb_profile: None,
     })

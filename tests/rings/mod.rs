@@ -7,3 +7,4 @@ mod picking;
 mod pixels;
 mod reference_tables;
 mod ring_shine;
+mod shadow_on_moons;

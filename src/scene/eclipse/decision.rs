@@ -1,22 +1,29 @@
-//! Whether eclipses darken a body and its rings, and by which model.
+//! Whether eclipses darken a body and its rings, and by which model; and the shadow of other bodies' rings.
 //!
-//! In: the inputs of one body, and its decisions so far. Out: the same decisions, with the eclipse model and its uniforms added.
+//! In: the inputs of one body, and its decisions so far. Out: the same decisions, with the eclipse model and its uniforms added, and the factor by which other
+//! bodies' rings dim the sunlight.
 
 use crate::message::reason;
+use crate::scene::decision::DecisionLog;
 use crate::scene::draw::features::Eclipse;
 use crate::scene::draw::uniforms::EclipseUniforms;
-use crate::scene::eclipse::sun_occluders::{ReceivingPart, sun_occluders};
+use crate::scene::eclipse::sun_occluders::{self, ReceivingPart, sun_occluders};
 use crate::scene::eclipse::{model, uniforms};
 use crate::scene::features::choice::BodyCapabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::effects::Effect;
 use crate::scene::stated_errors;
+use glam::DVec3;
+
+/// Smallest factor on sunlight for which draws are made: they divide other lights by it.
+const MIN_SUNLIGHT_FACTOR: f64 = 1e-6;
 
 /// Decides which occluders darken the globe, its air and its clouds, and by which model.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     if BodyCapabilities::of(inputs.body()).is_emissive {
         return decisions;
     }
+    decisions.sunlight_factor *= decide_on_rings_of_others(inputs, &mut decisions.log).max(DVec3::splat(MIN_SUNLIGHT_FACTOR));
     let context = inputs.frame.context;
     let camera = Some(inputs.frame.camera);
     let Some(mut found) = sun_occluders(context, inputs.placed, inputs.diameter_px, ReceivingPart::Body, camera) else { return decisions };
@@ -27,6 +34,26 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     decisions.log.set_stated_error(Effect::Eclipse.name(), stated_errors::of_eclipse(decisions.chosen.eclipse.model));
     decisions.eclipse = uniforms::uniforms_of_occluders(&found.occluders, decisions.chosen.eclipse.model, &found.receiver, found.sun);
     decisions
+}
+
+/// Records the shadow of other bodies' rings on a body, if there is one, and returns the fraction of sunlight that it leaves. No shader computes it: all
+/// sunlight of the body is dimmed. The effect `eclipse` switches it together with the shadows of other bodies.
+pub(crate) fn decide_on_rings_of_others(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> DVec3 {
+    let (context, placed) = (inputs.frame.context, inputs.placed);
+    let rings = sun_occluders::rings_of_others(context, placed);
+    if rings.is_empty() {
+        return DVec3::ONE;
+    }
+    let fraction = sun_occluders::shown_sunlight_past_rings(context, placed);
+    let is_on = !log.is_switched_off(Effect::Eclipse);
+    let owners: Vec<String> = rings.iter().map(|r| r.owner.name.clone()).collect();
+    let reason = if is_on {
+        reason!("eclipse-by-rings", bodies = owners, part = format_args!("{:.4}", fraction.y))
+    } else {
+        reason!("eclipse-switched-off")
+    };
+    log.record("eclipse-by-rings", is_on, reason);
+    fraction
 }
 
 /// Decides which occluders darken the rings, out to the radius `outer_km`. The effect `eclipse` switches the shadows on the rings together with those on the

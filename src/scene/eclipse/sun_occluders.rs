@@ -1,7 +1,8 @@
-//! The occluders between the Sun and a placed body, and the fraction of sunlight that they let through.
+//! The occluders and the rings between the Sun and a placed body, and the fraction of sunlight that they let through.
 //!
 //! In: a placed body, its size in pixels, and the request's eclipse settings. Out: the selected occluders and the reason for the selection, or what the caller
-//! computes from their shadows, such as the mean fraction of sunlight per channel. The candidates are computed once per placed body and cached in it.
+//! computes from their shadows, such as the mean fraction of sunlight per channel. The candidates and the rings are computed once per placed body and cached in
+//! it.
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::BEST_SOURCE;
@@ -15,6 +16,7 @@ use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
+use crate::scene::rings::rings_before_sun::{LitBody, RingsBeforeSun, rings_before_sun};
 use crate::scene::surface::meshes;
 use glam::DVec3;
 
@@ -52,6 +54,26 @@ pub(crate) fn receiver_and_candidates<'p, 'a>(
         (receiver, candidates)
     });
     Some((receiver, sun, candidates))
+}
+
+/// The rings of other bodies that take sunlight from a placed body, whether or not the user switched eclipses off.
+pub(crate) fn rings_of_others<'p, 'a>(context: Context<'_>, placed: &'p PlacedBody<'a>) -> &'p [RingsBeforeSun<'a>] {
+    placed.rings_before_sun.get_or_init(|| {
+        let PlacedBody { body, position_km, body_to_sun_km, emitted_at, .. } = *placed;
+        let lit = LitBody { body, position_km, time: emitted_at, body_to_sun_km };
+        rings_before_sun(context.ephemeris, placed.catalog, &context.caches.ring_tables, lit)
+    })
+}
+
+/// Fraction of the sunlight of a placed body, per channel, that the rings of other bodies let through. It does not depend on the image's settings.
+pub(crate) fn sunlight_past_rings(context: Context<'_>, placed: &PlacedBody<'_>) -> DVec3 {
+    rings_of_others(context, placed).iter().map(|rings| rings.fraction).product()
+}
+
+/// Like [`sunlight_past_rings`], but 1 if the user switched eclipses off.
+pub(crate) fn shown_sunlight_past_rings(context: Context<'_>, placed: &PlacedBody<'_>) -> DVec3 {
+    let is_switched_off = context.request.effects.override_of_body(placed.body, Effect::Eclipse) == Some(false);
+    if is_switched_off { DVec3::ONE } else { sunlight_past_rings(context, placed) }
 }
 
 /// The part of a placed body that receives sunlight.
@@ -103,14 +125,15 @@ pub(crate) fn sun_occluders<'a>(
     Some(SunOccluders { receiver, sun, camera_position, occluders: found.occluders, reason: found.reason })
 }
 
-/// Approximate fraction of sunlight that eclipses leave on the visible part of a body, per channel; 1 if there are no shadows
+/// Approximate fraction of sunlight that eclipses and the rings of other bodies leave on the visible part of a body, per channel; 1 if there are no shadows
 /// or the user switched eclipses off. `diameter_px`: diameter of the body's disc.
 pub(crate) fn visible_sunlight(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> DVec3 {
-    evaluate_shadow(context, placed, diameter_px, |shadow, camera_position| shadow.mean_sunlight(camera_position)).unwrap_or(DVec3::ONE)
+    let past_bodies = evaluate_shadow(context, placed, diameter_px, |shadow, camera_position| shadow.mean_sunlight(camera_position));
+    past_bodies.unwrap_or(DVec3::ONE) * shown_sunlight_past_rings(context, placed)
 }
 
-/// The result of `evaluate`, a function of the shadows on a body and of the camera's position (from the body's centre, body axes, equatorial radii). `None` if
-/// there are no shadows or the user switched eclipses off. `diameter_px`: diameter of the body's disc.
+/// The result of `evaluate`, a function of the shadows of other bodies (not of their rings) on a body and of the camera's position (from the body's centre,
+/// body axes, equatorial radii). `None` if there are no shadows or the user switched eclipses off. `diameter_px`: diameter of the body's disc.
 pub(crate) fn evaluate_shadow<T>(
     context: Context<'_>,
     placed: &PlacedBody<'_>,
@@ -127,7 +150,8 @@ pub(crate) fn evaluate_shadow<T>(
 /// depend on the image's settings.
 pub(crate) fn visible_sunlight_by_best_model(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> DVec3 {
     let mean_sunlight = |shadow: &ApproximateShadow<'_>, camera_position: DVec3| shadow.mean_sunlight(camera_position);
-    evaluate_shadow_with_model(context, placed, diameter_px, EclipseModelChoice::Best, mean_sunlight).unwrap_or(DVec3::ONE)
+    let past_bodies = evaluate_shadow_with_model(context, placed, diameter_px, EclipseModelChoice::Best, mean_sunlight);
+    past_bodies.unwrap_or(DVec3::ONE) * sunlight_past_rings(context, placed)
 }
 
 /// Like [`evaluate_shadow`], but with the given model, whether or not the user switched eclipses off.

@@ -41,20 +41,18 @@ pub(crate) fn decide_eclipse<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions:
     }
     let excludes_detail = decisions.chosen.detail || atmosphere::cloud_decision::may_have_billows(inputs);
     let excludes_ring_shadow = decisions.chosen.ring_shadow != RingShadow::None && atmosphere::decision::is_over_ground(inputs);
-    let reason = match eclipse_beside_others(inputs, &decisions, [excludes_detail, excludes_ring_shadow]) {
+    let (factor, reason) = match eclipse_beside_others(inputs, &decisions, [excludes_detail, excludes_ring_shadow]) {
         EclipseBesideOthers::Drawn => return decisions,
-        EclipseBesideOthers::DimmedSunlight { factor, .. } if factor == DVec3::ONE => reason!("eclipse-not-in-frame"),
-        EclipseBesideOthers::DimmedSunlight { factor, max_error } => {
-            decisions.sunlight_factor = factor;
-            dimmed_reason(factor, max_error)
+        EclipseBesideOthers::DimmedSunlight { factor, .. } if factor == DVec3::ONE => (factor, reason!("eclipse-not-in-frame")),
+        EclipseBesideOthers::DimmedSunlight { factor, max_error } => (factor, dimmed_reason(factor, max_error)),
+        EclipseBesideOthers::LeftOut { by_occluders, by_rings } => {
+            let [percent, rings] = [by_occluders, by_rings].map(|part| 100.0 * part);
+            let reason = reason!("eclipse-beside-ring-shadow", percent = format_args!("{percent:.2}"), rings = format_args!("{rings:.2}"));
+            (DVec3::ONE, reason)
         }
-        EclipseBesideOthers::LeftOut { by_occluders, by_rings } => reason!(
-            "eclipse-beside-ring-shadow",
-            percent = format_args!("{:.2}", 100.0 * by_occluders),
-            rings = format_args!("{:.2}", 100.0 * by_rings)
-        ),
     };
-    decisions.log.record(Effect::Eclipse.name(), decisions.sunlight_factor != DVec3::ONE, reason);
+    decisions.log.record(Effect::Eclipse.name(), factor != DVec3::ONE, reason);
+    decisions.sunlight_factor *= factor;
     (decisions.chosen.eclipse, decisions.eclipse) = (Eclipse::default(), EclipseUniforms::default());
     decisions
 }

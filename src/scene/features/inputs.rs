@@ -147,7 +147,8 @@ pub(crate) struct Decisions<'c> {
     pub secondary_lights: Vec<IncidentLight>,
     /// Occluders of the globe, its air and its clouds.
     pub eclipse: EclipseUniforms,
-    /// Factor on the sunlight of globe, air and clouds, per channel: less than 1 in an eclipse that dims all that the frame shows (`combinations`).
+    /// Factor on the sunlight of globe, air and clouds, per channel: less than 1 in the shadow of another body's rings (`eclipse::decision`), and in an eclipse
+    /// that dims all that the frame shows (`combinations`).
     pub sunlight_factor: DVec3,
     /// The uniforms of the rings' shadow and of ring-shine, for the draws of globe and sky.
     pub ring: RingUniforms,

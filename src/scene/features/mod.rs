@@ -94,6 +94,7 @@ pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_i
         log.record("disc-glare", true, reason);
     }
     if inputs.disc_fraction <= 0.0 {
+        eclipse::decision::decide_on_rings_of_others(&inputs, &mut log);
         let is_visible = point.as_ref().is_some_and(|p| p.flux != Vec3::ZERO);
         let appearance = if is_visible { Appearance::Point } else { Appearance::NotShown };
         return DecidedBody { appearance, diameter_px, decisions: log.decisions, draws: Vec::new(), point, disc_glare };

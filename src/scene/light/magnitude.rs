@@ -1,4 +1,4 @@
-//! Visual magnitude of an entire body, lit by the sunlight that eclipses leave.
+//! Visual magnitude of an entire body, lit by the sunlight that eclipses and the rings of other bodies leave.
 //!
 //! In: a placed body, and the bodies around it. Out: its magnitude. Left out: planet-shine, so that a body entirely in an umbra without refracted light has
 //! no magnitude. In partial eclipses of Titan, Io, Callisto and Phobos, the error is at most 0.1 magnitudes if more than 0.4 of the light is left. If less is
@@ -21,7 +21,9 @@ const PLACEMENT_SHIFT_KM: f64 = 2e3;
 
 /// Visual magnitude; `None` for a body that no sunlight reaches.
 pub(crate) fn magnitude(context: Context<'_>, p: &PlacedBody<'_>, placed: &[PlacedBody<'_>]) -> Option<f64> {
-    let irradiance = if may_be_eclipsed(p, placed) {
+    // Only where it matters, because the search for occluders is costlier.
+    let is_dimmed = may_be_eclipsed(p, placed) || !sun_occluders::rings_of_others(context, p).is_empty();
+    let irradiance = if is_dimmed {
         luminance((p.irradiance.rgb(p.body) * sun_occluders::visible_sunlight_by_best_model(context, p, LARGE_DISC_PX)).to_array())
     } else {
         p.irradiance.luminance()

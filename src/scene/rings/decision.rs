@@ -81,12 +81,14 @@ fn decide_and_draw(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, visible
     // An emissive body's rings are not drawn.
     let Some(features) = decisions.chosen.ring_features(view.body, inputs.pixel_view()) else { return Vec::new() };
     let sunlight = lights::sunlight(view.sun * view.sun_distance_km);
+    // The shadow of another body's rings. At this point nothing else dims sunlight in this way; the shadows of other bodies on the rings are uniforms.
+    let irradiance = sunlight.irradiance * decisions.sunlight_factor;
     // The rings' table has their albedo, so the uniform `albedo` holds a factor on their light. It fades them out together with the disc, and applies the
     // reddening by the atmosphere around the camera. A pixel view of the albedo itself does not have this factor.
     let light_factor = if inputs.pixel_view().shows_radiance() { globe::tint(inputs) * inputs.drawn_fraction() } else { DVec3::ONE };
     let shared = DrawUniforms {
         albedo: camera::narrow(light_factor),
-        lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
+        lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(irradiance) }],
         ring: view.uniforms(visible, inputs.sun(), inputs.pixel_view()),
         eclipse,
         ..DrawUniforms::default()

@@ -10,6 +10,7 @@ pub(crate) mod radial_sums;
 pub(crate) mod ring_light;
 pub mod ring_shine;
 pub mod ring_table;
+pub(crate) mod rings_before_sun;
 pub(crate) mod shadow_at_points;
 mod single_scatter;
 pub(crate) mod view;

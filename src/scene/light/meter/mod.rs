@@ -298,7 +298,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             // A point: all of the body's light, spread over a sprite, which the meter treats as uniform with the radiance of its peak. The sprite then covers
             // 1 / `point_peak()` pixels.
             let pixel_sr = camera.pixel_tangent().powi(2);
-            let peak_radiance = transmittance * p.shown_irradiance.max_element() * PI / pixel_sr * point_peak();
+            let peak_radiance = transmittance * p.shown_irradiance.max_element() * self.part_past_rings(p) * PI / pixel_sr * point_peak();
             let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_area_px();
             mean.add(point_weight * sprite_share, peak_radiance, foreground_radiance);
             if point_weight >= 1.0 {
@@ -318,8 +318,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
             sun: to_body_frame(p.body_to_sun_km),
-            // Sunlight is the same in all channels.
-            sun_irradiance: lights::sunlight(p.body_to_sun_km).irradiance.x,
+            sun_irradiance: self.sun_irradiance_on(p),
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
             sky_exposure_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.ground_exposure_radiance),
         };

@@ -11,7 +11,6 @@ use crate::catalog::{Atmosphere, Species};
 use crate::scene::atmosphere::extinction::{density, extinction};
 use crate::scene::atmosphere::{air, rim};
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
-use crate::scene::light::lights;
 use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -164,7 +163,7 @@ impl MeteredFrame<'_, '_> {
                 [self.part_position_weight(from_camera_km, outline_weight, disc_weight), sunlit]
             })
         };
-        let irradiance = lights::sunlight(p.body_to_sun_km).irradiance.x;
+        let irradiance = self.sun_irradiance_on(p);
         rim.sum(height_px, places, |area, radiance| add(weight * area, radiance * irradiance));
     }
 }

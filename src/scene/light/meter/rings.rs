@@ -1,12 +1,13 @@
 //! Meters the light of rings: the light that they scatter towards the camera, and ring-shine on the night side of the globe.
 //!
-//! In: a placed body with rings. Out: the weighted logarithmic mean of the rings' radiance, sampled by a grid of rays over them; and the table of ring-shine,
-//! with the ground's radiance per unit of it.
+//! In: a placed body with rings. Out: the weighted logarithmic mean of the rings' radiance, sampled by a grid of rays over them; the table of ring-shine, with
+//! the ground's radiance per unit of it; and, for any body, the sunlight that other bodies' rings leave.
 
 use super::geometry::{frame_position_weight, ray_and_limb};
 use super::{LogMean, MeteredFrame};
 use crate::catalog::{Photometry, Ring};
 use crate::scene::draw::tables::RingShine;
+use crate::scene::eclipse::sun_occluders;
 use crate::scene::light::{lights, photometry};
 use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
@@ -28,6 +29,16 @@ const SHADOW_EDGE_RADII: f64 = 0.02;
 const FADE_IN_SIZES_PX: (f64, f64) = (4.0, 8.0);
 
 impl MeteredFrame<'_, '_> {
+    /// Fraction of the sunlight on a body that the rings of other bodies leave, as images show it; its green channel.
+    pub(super) fn part_past_rings(&self, p: &PlacedBody<'_>) -> f64 {
+        sun_occluders::shown_sunlight_past_rings(self.meter.context, p).y
+    }
+
+    /// Irradiance of a plane on a body that faces the Sun, past the rings of other bodies. Sunlight counts as the same in all channels.
+    pub(super) fn sun_irradiance_on(&self, p: &PlacedBody<'_>) -> f64 {
+        lights::sunlight(p.body_to_sun_km).irradiance.x * self.part_past_rings(p)
+    }
+
     /// The table of ring-shine on the globe relative to the Sun's irradiance, and the ground's radiance where this ratio is 1, times a weight; `None` where
     /// ring-shine does not count. The weight falls to 0 towards small phase angles ([`SHINE_FADE_IN_RAD`]): on the day side ring-shine is a hundredth of the
     /// light. `diameter_px`: of the globe.
@@ -44,8 +55,7 @@ impl MeteredFrame<'_, '_> {
         let (_, shine) = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true));
         let shine = shine?;
         let albedo_scale = photometry::albedo_normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
-        // Sunlight is the same in all channels.
-        Some((shine, weight * albedo_scale * lights::sunlight(p.body_to_sun_km).irradiance.x))
+        Some((shine, weight * albedo_scale * self.sun_irradiance_on(p)))
     }
 
     /// The geometry of a body's rings. The meter calls only methods whose results do not depend on `irradiance` and `threshold`, whose values here are
@@ -88,7 +98,7 @@ impl MeteredFrame<'_, '_> {
             return mean;
         }
         let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_distance_km;
-        let irradiance = lights::sunlight(p.body_to_sun_km).irradiance.x;
+        let irradiance = self.sun_irradiance_on(p);
         // Angle between diagonally adjacent rays, as a tangent.
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RING_RAYS);
         // Fraction of the frame's area for which a ray stands, times the weight.

@@ -14,7 +14,6 @@ use crate::message::reason;
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::camera::Placement;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE};
-use crate::scene::light::lights;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -110,8 +109,8 @@ impl<'a> MeteredFrame<'_, 'a> {
     fn sum_over_lights_of_sky(&self, sunlight_fraction: f64, by_light: impl Fn(&SurroundingAir<'_>, DVec3, f64) -> f64) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
         let Some(p) = self.body_with_air() else { return 0.0 };
-        // Sunlight is the same in all channels; of planet-shine the green channel counts.
-        let by_sunlight = by_light(air, p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
+        // Of planet-shine the green channel counts.
+        let by_sunlight = by_light(air, p.body_to_sun_km, self.sun_irradiance_on(p) * sunlight_fraction);
         let by_planet_shine = self.planet_shine_on(p).first().map_or(0.0, |l| by_light(air, l.direction, l.irradiance.y));
         by_sunlight + by_planet_shine
     }

@@ -78,6 +78,7 @@ effect-visible = sichtbar
 effect-sunlight = Sonnenlicht
 effect-lights = Lichter
 effect-eclipse-on-rings = Finsternis auf den Ringen
+effect-eclipse-by-rings = Finsternis durch Ringe
 effect-air-samples = Stützstellen der Luft
 effect-air-over-ground = Luft über dem Boden
 effect-planet-shine-in-air = Planetenschein in der Luft

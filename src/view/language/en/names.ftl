@@ -78,6 +78,7 @@ effect-visible = visible
 effect-sunlight = sunlight
 effect-lights = lights
 effect-eclipse-on-rings = eclipse-on-rings
+effect-eclipse-by-rings = eclipse-by-rings
 effect-air-samples = air-samples
 effect-air-over-ground = air-over-ground
 effect-planet-shine-in-air = planet-shine-in-air
