@@ -5,13 +5,16 @@
 use crate::view::events::open_events;
 use crate::view::information::{texts, window_about};
 use crate::view::input::{type_text, window_without_images};
-use crate::view::interface::settle;
+use crate::view::interface::{session, settle};
 use crate::view::search::{MARS, search};
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
+use orrery::time::Instant;
 use orrery::view::app::civil_time::ShownTimeZone;
 use orrery::view::app::settings::Home;
+use orrery::view::app::what_to_see_now::NowItem;
+use orrery::view::panels::Tab;
 use std::process::Command;
 
 /// The zone of New York with its present rules, as POSIX writes it, so that no database of zones is needed.
@@ -67,6 +70,29 @@ fn child_in_new_york() {
     settle(&mut window);
     let dated: Vec<String> = texts(&window).into_iter().filter(|text| text.starts_with("2024-04-0")).collect();
     assert!(dated.len() >= 3 && dated.iter().all(|text| text.starts_with("2024-04-08 ") && text.contains(" UTC-04:00")), "{dated:?}");
+    // Days without a time of day: the transit of Venus was at its greatest on 6 June at 01:30 UTC, the eclipse of the Moon on 21 January at 04:44 UTC.
+    let mut window = window_without_images(MARS);
+    for (zone, label, day) in [
+        (ShownTimeZone::Local, "Days in the time zone of this computer", "2012-06-05"),
+        (ShownTimeZone::Utc, "Days in UTC", "2012-06-06"),
+    ] {
+        window.state_mut().settings.time_zone = zone;
+        window.state_mut().tab = Some(Tab::Moments);
+        window.run_steps(3);
+        window.get_by_label(label);
+        let days: Vec<String> = texts(&window).into_iter().filter(|text| text.starts_with("2012-06-0")).collect();
+        assert!(days.len() == 1 && days[0].starts_with(day), "{zone:?}: {days:?}");
+    }
+    let mut window = window_without_images(MARS);
+    window.state_mut().settings.time_zone = ShownTimeZone::Local;
+    type_text(&mut window, "/");
+    type_text(&mut window, "transit of venus");
+    window.run_steps(2);
+    window.get_by_label_contains("moment, 2012-06-05");
+    let next_eclipse = NowItem::Eclipse.view(session(), Instant::from_tdb_seconds_past_j2000(0.0), &window.state().viewer.view);
+    let next_eclipse = next_eclipse.expect("an eclipse");
+    let about = [ShownTimeZone::Local, ShownTimeZone::Utc].map(|zone| next_eclipse.about(zone));
+    assert!(about[0].ends_with("2000-01-20") && about[1].ends_with("2000-01-21"), "{about:?}");
     println!("all times are in local time");
 }
 

@@ -1,6 +1,6 @@
 //! Formats dates as is usual in the window's language.
 //!
-//! In: instants, the displayed time zone, ISO 8601 text, calendar dates. Out: text. Always: a time of day is in the given zone, or names UTC; the messages
+//! In: instants, the displayed time zone, ISO 8601 text, calendar dates. Out: text. Always: a day and a time of day are in the given zone, or name UTC; the messages
 //! `date-*` determine order and punctuation, `month-*` the names of months. An instant that ISO 8601 cannot express is written as a Julian date, in every
 //! language alike. Not here: parsing of typed dates (`view::app::date_text`).
 
@@ -79,10 +79,13 @@ pub(crate) fn month_day_second_text(t: Instant, zone: ShownTimeZone) -> String {
     }
 }
 
-/// The day of an instant, UTC.
-pub(crate) fn day_text(t: Instant) -> String {
-    let iso = t.to_utc_iso();
-    iso.split_once('T').map_or(iso.clone(), |(date, _)| iso_date_text(date))
+/// The day of an instant in a zone, which is the day that the date field shows for it: for lists, whose zone is named beside them or in a tooltip.
+pub(crate) fn day_text(t: Instant, zone: ShownTimeZone) -> String {
+    let t = t.plus_seconds(0.5);
+    match date_and_clock(t, zone, 0) {
+        Some((date, _)) => iso_date_text(&date),
+        None => t.to_utc_iso(),
+    }
 }
 
 /// An ISO 8601 date in the language's usual form.

@@ -31,6 +31,8 @@ moments-hint =
     { $time }
     Quelle: { $source }
 outside-ephemeris = { $name }: außerhalb des Bereichs der Ephemeride
+moments-days-utc = Tage in UTC
+moments-days-local = Tage in der Zeitzone dieses Rechners
 moments-line = { $day } · { $about }
 tours = Touren
 tours-file-hint = Tourdatei (JSON); `orrery render --help` beschreibt ihre Felder

@@ -31,6 +31,8 @@ moments-hint =
     { $time }
     Source: { $source }
 outside-ephemeris = { $name }: outside the range of the ephemeris
+moments-days-utc = Days in UTC
+moments-days-local = Days in the time zone of this computer
 moments-line = { $day } · { $about }
 tours = Tours
 tours-file-hint = Tour file (JSON); `orrery render --help` describes its fields
