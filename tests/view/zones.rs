@@ -72,10 +72,9 @@ fn child_in_new_york() {
     assert!(dated.len() >= 3 && dated.iter().all(|text| text.starts_with("2024-04-08 ") && text.contains(" UTC-04:00")), "{dated:?}");
     // Days without a time of day: the transit of Venus was at its greatest on 6 June at 01:30 UTC, the eclipse of the Moon on 21 January at 04:44 UTC.
     let mut window = window_without_images(MARS);
-    for (zone, label, day) in [
-        (ShownTimeZone::Local, "Days in the time zone of this computer", "2012-06-05"),
-        (ShownTimeZone::Utc, "Days in UTC", "2012-06-06"),
-    ] {
+    for (zone, label, day) in
+        [(ShownTimeZone::Local, "Days in the time zone of this computer", "2012-06-05"), (ShownTimeZone::Utc, "Days in UTC", "2012-06-06")]
+    {
         window.state_mut().settings.time_zone = zone;
         window.state_mut().tab = Some(Tab::Moments);
         window.run_steps(3);
