@@ -2,6 +2,7 @@
 //!
 //! The zone is that of the computer, which a process reads from its environment. So the test runs itself again in a process with the zone of New York.
 
+use crate::view::cut_texts::elided_texts;
 use crate::view::events::open_events;
 use crate::view::information::{texts, window_about};
 use crate::view::input::{type_text, window_without_images};
@@ -14,6 +15,7 @@ use orrery::time::Instant;
 use orrery::view::app::civil_time::ShownTimeZone;
 use orrery::view::app::settings::Home;
 use orrery::view::app::what_to_see_now::NowItem;
+use orrery::view::language::Language;
 use orrery::view::panels::Tab;
 use std::process::Command;
 
@@ -43,6 +45,12 @@ fn child_in_new_york() {
     // What the timeline tells a screen reader.
     let timeline = window.get_by_role_and_label(Role::Slider, "Timeline").accesskit_node().value();
     assert_eq!(timeline.as_deref(), Some("2024-04-08 14:17 UTC-04:00"));
+    // The line above the list has room for the zone in German, too.
+    window.state_mut().language = Language::German;
+    window.run_steps(3);
+    window.get_by_label_contains("Ereignisse nach 31.12.2023, 19:00 UTC-05:00");
+    let elided = elided_texts(&window);
+    assert!(!elided.iter().any(|text| text.contains("UTC-05:00")), "{elided:?}");
     // A typed date is in local time, and the suggestion says so, unless the text names UTC.
     for (typed, suggested) in [
         ("8 April 2024 14:17", "2024-04-08 14:17 UTC-04:00"),

@@ -25,6 +25,15 @@ pub(crate) fn minute_text(t: Instant, zone: ShownTimeZone) -> String {
     labelled(t, zone, "hh:mm".len())
 }
 
+/// As [`minute_text`], with the date in digits: for lines that have little room.
+pub(crate) fn short_minute_text(t: Instant, zone: ShownTimeZone) -> String {
+    let t = t.plus_seconds(30.0);
+    match date_and_clock(t, zone, "hh:mm".len()) {
+        Some((date, clock)) => text!("date-minute", date = date_in_digits(&date), clock = clock, zone = zone.label(t)),
+        None => t.to_utc_iso(),
+    }
+}
+
 /// As [`minute_text`], without the label: for lists beside which the zone is named.
 pub(crate) fn minute_text_without_zone(t: Instant, zone: ShownTimeZone) -> String {
     let t = t.plus_seconds(30.0);
