@@ -272,7 +272,7 @@ impl Interface {
         let panels_before = what_to_see_now::open_panels(self);
         shortcuts::handle_keys(self, ui.ctx(), &mut actions);
         share::update(self, ui.ctx(), worker);
-        dropped::update(self, ui.ctx(), worker);
+        dropped::update(self, ui.ctx(), worker, &mut actions);
         events::update(self, worker);
         if self.image_only {
             time_bar::update_hidden(self, worker, &mut actions);
