@@ -47,6 +47,15 @@ fn letters_digits_and_page_down_act_while_a_button_has_the_focus() {
     assert!(window.get_by_role_and_label(Role::TextInput, "Search").is_focused());
 }
 
+/// With Caps Lock all letters once did nothing.
+#[test]
+fn letters_act_with_caps_lock() {
+    let mut window = window_without_images(SATURN);
+    let is_shown = window.state().body_browser_shown;
+    type_text(&mut window, "B");
+    assert_ne!(window.state().body_browser_shown, is_shown);
+}
+
 #[test]
 fn space_enter_and_arrow_keys_belong_to_the_focused_button() {
     for (key, text) in [(Key::Space, Some(" ")), (Key::Enter, None)] {

@@ -4,6 +4,7 @@
 
 use super::search::MAX_ECHO_CHARS;
 use super::share::dialog::{self, FileField};
+use super::share::is_entered;
 use super::theme::MIN_LIST_HEIGHT;
 use super::{Interface, tour, what_to_see_now};
 use crate::catalog::moments::{KINDS, Moment};
@@ -118,9 +119,10 @@ fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker
     }
     ui.horizontal(|ui| {
         let field = egui::TextEdit::singleline(&mut interface.tour.file_name).hint_text("tour.json").desired_width(140.0);
-        ui.add(field).on_hover_text(text!("tours-file-hint")).accessible_name(text!("tours-file"));
+        let response = ui.add(field).on_hover_text(text!("tours-file-hint")).accessible_name(text!("tours-file"));
+        let enter_pressed = is_entered(&response, &interface.tour.file_name);
         dialog::button(interface, ui, FileField::Tour);
-        if ui.button(text!("tours-open")).on_hover_text(text!("tours-open-hint")).clicked() {
+        if ui.button(text!("tours-open")).on_hover_text(text!("tours-open-hint")).clicked() || enter_pressed {
             tour::open(interface, worker.session(), actions);
         }
     });

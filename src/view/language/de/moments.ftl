@@ -57,5 +57,6 @@ tour-next = Weiter
 tour-next-hint = Weiter zur nächsten Station
 tour-record = Tour aufzeichnen
 tour-record-hint = Die ganze Tour als Animation speichern, mit Datei, Größe und Bildrate aus Teilen
+tour-progress = Fortschritt der Tour
 tour-end = Tour beenden
 tour-end-hint = Die Tour schließen und die Ansicht behalten (Esc)

@@ -57,5 +57,6 @@ tour-next = Next
 tour-next-hint = On to the next stop
 tour-record = Record tour
 tour-record-hint = Save the whole tour as an animation, with the file, size and rate of the Share panel
+tour-progress = Progress of the tour
 tour-end = End tour
 tour-end-hint = Close the tour and keep the view (Escape)

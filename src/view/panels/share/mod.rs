@@ -195,7 +195,7 @@ pub(super) fn named(file_name: &str) -> Result<&str, String> {
 }
 
 /// Whether the user has just pressed Enter in a field with this text; false if the text is blank.
-fn is_entered(field: &egui::Response, text: &str) -> bool {
+pub(super) fn is_entered(field: &egui::Response, text: &str) -> bool {
     field.lost_focus() && field.ctx.input(|i| i.key_pressed(egui::Key::Enter)) && !text.trim().is_empty()
 }
 
