@@ -160,6 +160,36 @@ fn a_text_can_be_typed_although_the_module_has_an_error() {
     }
 }
 
+/// The filter was below the values, and vanished with them when the body moved away from the pixel.
+#[test]
+fn the_filter_of_the_probe_stays_when_the_pixel_has_no_values() {
+    let mut interface = interface(NaifId(499), "2017-05-17T00:00:00Z");
+    // Mars fills the image.
+    interface.viewer.view.fov_deg = 2.0;
+    let mut window = harness(interface);
+    window.state_mut().tab = Some(Tab::Shader);
+    settle(&mut window);
+    window.get_all_by_role_and_label(Role::Button, "Probe").next().expect("the page").click_accesskit();
+    settle(&mut window);
+    window.get_by_label("Centre of the image").click_accesskit();
+    settle(&mut window);
+    for side in ["Pixels from the left", "Pixels from the top"] {
+        window.get_by_label(side).set_value_accesskit(1.0);
+        settle(&mut window);
+    }
+    let has_values = |window: &Window| window.query_all_by_label_contains("f64 difference").next().is_some();
+    assert!(has_values(&window), "Mars is not at the pixel");
+    window.get_by_role_and_label(Role::TextInput, "Filter").focus();
+    window.run_steps(2);
+    type_text(&mut window, "co");
+    window.state_mut().viewer.view.fov_deg = 60.0;
+    settle(&mut window);
+    assert!(!has_values(&window), "Mars is still at the pixel");
+    type_text(&mut window, "l");
+    let field = window.get_by_role_and_label(Role::TextInput, "Filter");
+    assert_eq!(field.accesskit_node().value().as_deref(), Some("col"));
+}
+
 #[test]
 fn hidden_lines_are_not_found() {
     let mut window = window_with_source(NaifId(699), "2017-05-17T00:00:00Z");

@@ -1,7 +1,7 @@
 //! File dialogs of the desktop, where available.
 //!
-//! In: the text field for a file name. Out: the chosen file's path in that field, with an extension if it is new. Always: the field also accepts a typed name; without dialogs there is
-//! no button beside it. The window provides the function that opens dialogs; tests provide their own.
+//! In: the text field for a file name. Out: the chosen file's path in that field, with an extension if it is new. Always: the field also accepts a typed
+//! name; without dialogs there is no button beside it. The window provides the function that opens dialogs; tests provide their own.
 
 use crate::view::language::text;
 use crate::view::panels::Interface;
