@@ -1,4 +1,4 @@
-//! Texts are shown whole: the names over a comparison, and the number beside a slider in the narrow list of bodies.
+//! Texts are shown whole: the names over a comparison, the number beside a slider in the narrow list of bodies, and the span of the timeline.
 
 use crate::view::input::{SATURN, TIME, Window, window_without_images};
 use crate::view::interface::{harness, interface, settle};
@@ -6,6 +6,7 @@ use egui::Rect;
 use egui::accesskit::Role;
 use egui::epaint::Shape;
 use egui_kittest::kittest::Queryable;
+use orrery::view::language::Language;
 use orrery::view::panels::Tab;
 
 /// The rectangle of each painted text that contains `part`, and the one to which it is clipped.
@@ -20,6 +21,44 @@ fn painted(window: &Window, part: &str) -> Vec<[Rect; 2]> {
     let mut found = Vec::new();
     window.output().shapes.iter().for_each(|clipped| walk(&clipped.shape, clipped.clip_rect, part, &mut found));
     found
+}
+
+/// The texts that are shown with an ellipsis because they have no room.
+pub(super) fn elided_texts(window: &Window) -> Vec<String> {
+    fn walk(shape: &Shape, found: &mut Vec<String>) {
+        match shape {
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| walk(shape, found)),
+            Shape::Text(text) if text.galley.elided => found.push(text.galley.text().to_owned()),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    window.output().shapes.iter().for_each(|clipped| walk(&clipped.shape, &mut found));
+    found
+}
+
+/// In German the unit was cut.
+#[test]
+fn the_span_of_the_timeline_is_shown_with_its_unit() {
+    for (language, timeline, units) in [
+        (Language::English, "Timeline", ["hours", "days", "months", "years"]),
+        (Language::German, "Zeitleiste", ["Stunden", "Tage", "Monate", "Jahre"]),
+    ] {
+        let mut window = window_without_images(SATURN);
+        window.state_mut().language = language;
+        window.state_mut().settings.panels.timeline_shown = true;
+        let mut left_edges = Vec::new();
+        for (span_days, number, unit) in [(1.5, 36, units[0]), (80.0, 80, units[1]), (600.0, 20, units[2]), (400.0 * 365.25, 400, units[3])]
+        {
+            window.state_mut().settings.panels.timeline_span_s = span_days * 86_400.0;
+            window.run_steps(3);
+            let span = format!("{number} {unit}");
+            assert_eq!(painted(&window, &span).len(), 1, "{span}");
+            assert!(!elided_texts(&window).contains(&span), "{span}");
+            left_edges.push(window.get_by_role_and_label(Role::Slider, timeline).rect().left());
+        }
+        assert!(left_edges.iter().all(|left| *left == left_edges[0]), "the timeline moves: {left_edges:?}");
+    }
 }
 
 /// The field was so wide that the panel cut the sign of degrees.

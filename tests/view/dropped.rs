@@ -1,10 +1,12 @@
-//! Data files dropped on the window: each becomes a layer, and errors are reported.
+//! Files dropped on the window: data become layers, views are shown, tours are played, and errors are reported.
 
 use super::interface::{harness_of, interface, settle};
 use orrery::catalog::NaifId;
 use orrery::session::{Session, Sources};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+const SATURN: NaifId = NaifId(699);
 
 #[derive(Debug)]
 struct FileOnDisk(PathBuf);
@@ -60,4 +62,35 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     let lines: Vec<&str> = harness.state().reply_text().lines().collect();
     assert!(lines.len() == 3 && lines[0].contains("wrong.csv:3"), "{lines:?}");
     assert_eq!(lines[1..], ["own.csv: 1 point and 0 lines in the sky", "third.csv: 1 point and 0 lines on Earth"]);
+}
+
+/// A view was read as GeoJSON, and the reply was about the fields of that.
+#[test]
+fn a_dropped_view_is_shown_and_a_dropped_tour_is_played() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sources = Sources { cache: Some(folder.path().join("cache")), ..Sources::default() };
+    let session: &'static Session = Box::leak(Box::new(Session::open(&sources, |line| panic!("{line}")).expect("a session")));
+    let mut harness = harness_of(session, interface(NaifId::EARTH, "2024-03-20T03:00:00Z"));
+    settle(&mut harness);
+    let mut drop_file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("written");
+        harness.input_mut().dropped_files.push(Arc::new(FileOnDisk(path)));
+        harness.run_steps(1);
+        harness.input_mut().dropped_files.clear();
+        settle(&mut harness);
+        let is_tour_open = harness.query_by_label_contains("Two planets: 1 of 1").is_some();
+        (harness.state().viewer.view_after_flight().target, harness.state().reply_text().to_owned(), is_tour_open)
+    };
+    let saved_view = interface(SATURN, "2017-05-17T00:00:00Z").viewer.view.to_json();
+    assert_eq!(drop_file("view.json", &saved_view), (SATURN, String::new(), false));
+    let (target, reply, _) = drop_file("wrong.json", r#"{"target": "Mars", "fov_deg": 500}"#);
+    assert!(target == SATURN && reply.contains("wrong.json: ") && reply.contains("fov_deg"), "{target:?}: {reply}");
+    // The same ending, but data.
+    let (target, reply, _) = drop_file("own.json", r#"{"type": "Point", "coordinates": [10, 20]}"#);
+    assert_eq!((target, reply.as_str()), (SATURN, "own.json: 1 point and 0 lines on Saturn"));
+    let view = "orrery://view?target=Mars&time=2013-08-19T20:00:00Z&eye.distance_radii=3";
+    let tour = format!(r#"{{"title": "Two planets", "stops": [{{"view": "{view}", "text": "Mars.", "hold_s": 600}}]}}"#);
+    let (target, _, is_tour_open) = drop_file("tour.JSON", &tour);
+    assert!(target == NaifId(499) && is_tour_open, "{target:?}");
 }

@@ -198,6 +198,27 @@ impl RenderWorker for FailingWorker {
     }
 }
 
+/// The reason stayed in the previous language until another view was chosen.
+#[test]
+fn the_reason_is_in_the_new_language_after_a_change() {
+    let fails = Arc::<AtomicBool>::default();
+    let worker = FailingWorker { inner: InlineWorker::new(session()), fails: Arc::clone(&fails) };
+    let mut harness = Harness::builder()
+        .with_size([700.0, 400.0])
+        .with_max_steps(40)
+        .renderer(CpuTestRenderer(Painter::default()))
+        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface(NaifId::MOON, "2024-01-25T00:00:00Z"));
+    settle(&mut harness);
+    fails.store(true, Ordering::Relaxed);
+    harness.state_mut().viewer.view.fov_deg *= 0.5;
+    settle(&mut harness);
+    let english = harness.state().message_line().to_owned();
+    harness.state_mut().language = Language::German;
+    settle(&mut harness);
+    let german = harness.state().message_line();
+    assert!(english.contains("map.jpg") && german.contains("map.jpg") && english != german, "{english}, then {german}");
+}
+
 #[test]
 fn the_exposure_adapts_although_an_image_fails() {
     let fails = Arc::<AtomicBool>::default();

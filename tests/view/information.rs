@@ -217,3 +217,12 @@ fn an_unknown_city_is_reported_and_not_kept() {
     assert_eq!(city(&window), "Moscow");
     assert!(window.query_by_label_contains("Nothing is called").is_none() && window.state().settings.home != sydney);
 }
+
+/// The rows were missing without a word: the Moon is in the ephemeris at this time, but not for the rest of the day.
+#[test]
+fn a_day_that_is_partly_outside_the_ephemeris_is_reported_in_place_of_the_rise() {
+    let window = window_about(NaifId::MOON, NaifId::EARTH, "3001-01-08T06:00:00Z", Home::default());
+    assert!(value_of(&window, "altitude").is_some_and(|altitude| altitude.contains('°')), "{:?}", texts(&window));
+    let why = value_of(&window, "rise").expect("a row");
+    assert!(why.contains("to 3001-01-08T17:58"), "{why}");
+}

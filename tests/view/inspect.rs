@@ -452,6 +452,27 @@ fn the_summary_of_a_changed_key_waits_for_the_comparison_of_its_lines() {
     assert!(is_compared, "the lines were not compared");
 }
 
+/// The error stayed below a text that had been changed since.
+#[test]
+fn the_error_in_a_typed_key_ends_when_the_text_changes() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Key");
+    let type_key = |harness: &mut Harness<'_, Interface>, text: &str| {
+        harness.get_by_role_and_label(Role::TextInput, "Another key").focus();
+        harness.run_steps(1);
+        harness.event(Event::Text(text.into()));
+        harness.run_steps(2);
+        names_containing(harness, "nonsense").len()
+    };
+    // The text of the field is one of the names.
+    assert_eq!(type_key(&mut harness, "nonsense"), 1);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(2);
+    assert_eq!(names_containing(&harness, "nonsense").len(), 2, "no error is shown");
+    assert_eq!(type_key(&mut harness, "x"), 1);
+}
+
 /// After a key was pinned, nothing said where keys are compared, and a pin with another key looked like an empty one.
 #[test]
 fn pinned_keys_are_marked_and_the_comparison_is_one_click_away() {

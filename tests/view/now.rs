@@ -11,6 +11,7 @@ use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
+use orrery::view::app::civil_time::ShownTimeZone;
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::app::viewer::{Action, Viewer};
 use orrery::view::app::what_to_see_now::{NowItem, NowView};
@@ -109,10 +110,10 @@ fn shadows_beside_moment(name: &str) -> NowView {
 #[test]
 fn a_moment_of_the_same_kind_does_not_replace_the_triple_shadow() {
     let shown = shadows_beside_moment("One shadow");
-    assert_eq!((shown.view.target, shown.about.as_str()), (NaifId(599), "Triple shadow on Jupiter, 2015-01-24"));
+    assert_eq!((shown.view.target, shown.about(ShownTimeZone::Utc).as_str()), (NaifId(599), "Triple shadow on Jupiter, 2015-01-24"));
     // A moment of the same name replaces it here as in the list of moments.
     let shown = shadows_beside_moment("Triple shadow on Jupiter");
-    assert_eq!((shown.view.target, shown.about.as_str()), (NaifId::MOON, "Triple shadow on Jupiter, 2010-01-24"));
+    assert_eq!((shown.view.target, shown.about(ShownTimeZone::Utc).as_str()), (NaifId::MOON, "Triple shadow on Jupiter, 2010-01-24"));
 }
 
 /// The user changes the present view after the thumbnails were drawn.

@@ -194,6 +194,32 @@ fn files_are_chosen_in_a_dialog_where_there_is_one() {
     assert!(window.state().reply_text().contains("No file was chosen"), "{}", window.state().reply_text());
 }
 
+/// A view to open was chosen in a dialog for saving, which asks whether to replace the file, and a name without an extension could not be saved.
+#[test]
+fn dialogs_choose_existing_files_to_open_and_complete_new_names() {
+    use orrery::view::panels::FileRequest;
+    use orrery::view::worker::render_worker::Pending;
+    fn choose(question: FileRequest) -> Pending<Option<PathBuf>> {
+        let (pending, answer) = Pending::with_sender();
+        answer(Some(PathBuf::from(if question.is_for_opening { "chosen/existing" } else { "chosen/new" })));
+        pending
+    }
+    let mut window = sharing(Path::new("p.png"));
+    window.state_mut().file_dialog = Some(choose);
+    window.run_steps(2);
+    for (button, path) in [
+        ("Choose: view file", "chosen/new.json"),
+        ("Choose: view file to open", "chosen/existing"),
+        ("Choose: image file", "chosen/new.png"),
+        ("Choose: animation file", "chosen/new.gif"),
+    ] {
+        window.get_by_label(button).click();
+        window.run_steps(3);
+        let values: Vec<String> = window.query_all_by_role(Role::TextInput).filter_map(|n| n.accesskit_node().value()).collect();
+        assert!(values.iter().any(|value| value == path), "{button}: {values:?}");
+    }
+}
+
 /// A saved image carries the same provenance as one of `render`, so that a sequence can resume with it.
 #[test]
 fn saved_images_have_their_provenance() {
@@ -299,6 +325,26 @@ fn enter_opens_a_link_and_adds_a_bookmark() {
     enter(&mut window, "Name of the bookmark", "three shadows");
     let names: Vec<&str> = window.state().settings.bookmarks.iter().map(|bookmark| bookmark.name.as_str()).collect();
     assert_eq!(names, ["three shadows"]);
+}
+
+/// A press of the wrong button once lost a bookmark.
+#[test]
+fn a_removed_bookmark_can_be_brought_back_to_its_place() {
+    let mut window = window_without_images(SATURN);
+    window.state_mut().tab = Some(Tab::Share);
+    window.run_steps(3);
+    let names = |window: &Window| window.state().settings.bookmarks.iter().map(|bookmark| bookmark.name.clone()).collect::<Vec<_>>();
+    for name in ["first", "second", "third"] {
+        enter(&mut window, "Name of the bookmark", name);
+    }
+    assert!(window.query_by_label_contains("Bring back").is_none());
+    window.get_by_label("Remove the bookmark second").click_accesskit();
+    window.run_steps(3);
+    assert_eq!(names(&window), ["first", "third"]);
+    window.get_by_label("Bring back second").click_accesskit();
+    window.run_steps(3);
+    assert_eq!(names(&window), ["first", "second", "third"]);
+    assert!(window.query_by_label_contains("Bring back").is_none());
 }
 
 /// At another time the frames would not show the event.

@@ -5,6 +5,7 @@ use crate::view::input::{SATURN, Window, advance, type_text, window_without_imag
 use egui::accesskit::Role;
 use egui::{Event, Key};
 use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::view::language::Language;
 use orrery::view::panels::Tab;
 
 fn focus(window: &mut Window, role: Role, name: &str) {
@@ -44,6 +45,15 @@ fn letters_digits_and_page_down_act_while_a_button_has_the_focus() {
     assert!(window.get_by_role_and_label(Role::Button, "Bodies").is_focused(), "the focus has moved");
     type_text(&mut window, "/");
     assert!(window.get_by_role_and_label(Role::TextInput, "Search").is_focused());
+}
+
+/// With Caps Lock all letters once did nothing.
+#[test]
+fn letters_act_with_caps_lock() {
+    let mut window = window_without_images(SATURN);
+    let is_shown = window.state().body_browser_shown;
+    type_text(&mut window, "B");
+    assert_ne!(window.state().body_browser_shown, is_shown);
 }
 
 #[test]
@@ -138,6 +148,28 @@ fn u_hides_all_controls_and_escape_or_u_brings_them_back() {
     type_text(&mut window, "u");
     window.run_steps(2);
     assert_eq!((shown_controls(&window), window.state().reply_text()), (ALL_SHOWN, ""));
+}
+
+/// The message was once recognised by its text, and dropped at a change of the language: then nothing said how the controls come back.
+#[test]
+fn the_message_about_hidden_controls_is_in_the_new_language_and_ends_with_them() {
+    let mut window = window_without_images(SATURN);
+    type_text(&mut window, "u");
+    let english = window.state().reply_text().to_owned();
+    window.state_mut().language = Language::German;
+    window.run_steps(2);
+    let german = window.state().reply_text().to_owned();
+    assert!(german != english && german.contains("Esc"), "{english}, then {german}");
+    type_text(&mut window, "u");
+    assert_eq!((window.state().image_only, window.state().reply_text()), (false, ""));
+    // Another reply stays although the controls come back.
+    type_text(&mut window, "u");
+    window.event(Event::Copy);
+    window.run_steps(2);
+    let copied = window.state().reply_text().to_owned();
+    assert!(!copied.is_empty() && copied != german, "{copied}");
+    type_text(&mut window, "u");
+    assert_eq!((window.state().image_only, window.state().reply_text()), (false, copied.as_str()));
 }
 
 /// A key that shows a control brings back all of them, and never closes what was hidden with them.

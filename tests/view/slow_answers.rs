@@ -185,6 +185,35 @@ fn a_key_can_be_typed_while_the_keys_of_all_views_are_computed() {
     assert_eq!(field.accesskit_node().value().as_deref(), Some("lambert"));
 }
 
+/// The field was once not shown while the module of the new image was loading, and the rest of the name acted as shortcuts.
+#[test]
+fn values_can_be_filtered_while_the_module_changes() {
+    let may_answer = Arc::new(AtomicBool::new(true));
+    let mut interface = interface(SATURN, TIME);
+    interface.tab = Some(Tab::Shader);
+    let mut window = window_with_slow_answers(interface, &may_answer);
+    settle(&mut window);
+    window.get_all_by_role_and_label(Role::Button, "Values").next().expect("the page").click_accesskit();
+    settle(&mut window);
+    let is_loading = |window: &Window| window.query_by_label_contains("uniforms, ").is_none();
+    assert!(!is_loading(&window));
+    window.get_by_role_and_label(Role::TextInput, "Filter").focus();
+    window.run_steps(2);
+    type_text(&mut window, "su");
+    let place = window.get_by_role_and_label(Role::TextInput, "Filter").rect();
+    may_answer.store(false, Ordering::Relaxed);
+    window.state_mut().viewer.view.effects = EffectOverrides::parse("-ring-shadow").expect("an effect");
+    window.run_steps(4);
+    assert!(is_loading(&window), "the module does not change");
+    type_text(&mut window, "n");
+    assert_eq!(window.get_by_role_and_label(Role::TextInput, "Filter").rect(), place, "the field moves");
+    may_answer.store(true, Ordering::Relaxed);
+    settle(&mut window);
+    assert!(!is_loading(&window), "the module does not arrive");
+    let field = window.get_by_role_and_label(Role::TextInput, "Filter");
+    assert_eq!(field.accesskit_node().value().as_deref(), Some("sun"));
+}
+
 /// The search field was once not shown until the source of the new image's module had been generated.
 #[test]
 fn a_text_can_be_sought_while_the_module_changes() {

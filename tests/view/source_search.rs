@@ -1,12 +1,15 @@
-//! The search in the source of a shader: the current match is in view, also sideways, in a line that has a frame; lines that the list hides are not found.
+//! The search in the source of a shader: the current match is in view, also sideways, in a line that has a frame; lines that the list hides are not found; the
+//! field stays if the module has an error, as do the fields of other pages.
 
 use crate::view::input::{Window, type_text};
-use crate::view::interface::{harness, interface, settle};
+use crate::view::interface::{harness, harness_of, interface, settle};
 use egui::accesskit::Role;
 use egui::epaint::{ClippedShape, Shape};
 use egui::{Key, Modifiers, Rect};
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
+use orrery::session::{Session, Sources};
+use orrery::shader::fragments::{FRAGMENTS, Fragments};
 use orrery::view::panels::Tab;
 
 /// egui rounds places to pixels.
@@ -126,6 +129,65 @@ fn a_match_that_is_hidden_is_followed_by_the_next_one_or_the_first() {
     assert_ne!(framed_line(&window, "=").expect("no line has a frame").0, last_of_all);
     press(&mut window, "Next");
     assert_eq!(match_numbers(&window), [1, shown]);
+}
+
+/// An error in a fragment, which may be saved while a text is typed, once replaced the whole page, and the rest of the text acted as shortcuts.
+#[test]
+fn a_text_can_be_typed_although_the_module_has_an_error() {
+    let cache = tempfile::tempdir().expect("a folder");
+    let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
+    let session: &'static Session = Box::leak(Box::new(Session::open(&sources, |line| panic!("{line}")).expect("a session")));
+    let mut window = harness_of(session, interface(NaifId(699), "2017-05-17T00:00:00Z"));
+    window.state_mut().tab = Some(Tab::Shader);
+    settle(&mut window);
+    let (path, text) = FRAGMENTS.iter().find(|(path, _)| *path == "lib/draw.wesl").expect("a fragment");
+    for (page, field) in [("Source", "Find"), ("Values", "Filter"), ("Key", "Another key")] {
+        session.set_fragments(Fragments::default());
+        settle(&mut window);
+        window.get_all_by_role_and_label(Role::Button, page).next().expect("the page").click_accesskit();
+        settle(&mut window);
+        window.get_by_role_and_label(Role::TextInput, field).focus();
+        window.run_steps(2);
+        type_text(&mut window, "su");
+        let shows_error = |window: &Window| window.query_all_by_label_contains("fn broken( {").next().is_some();
+        assert!(!shows_error(&window), "{page}");
+        session.set_fragments(Fragments::with_files([((*path).to_owned(), format!("{text}\nfn broken( {{\n"))]));
+        settle(&mut window);
+        assert!(shows_error(&window), "{page}: no error is shown");
+        type_text(&mut window, "n");
+        let value = window.get_by_role_and_label(Role::TextInput, field).accesskit_node().value();
+        assert_eq!(value.as_deref(), Some("sun"), "{page}");
+    }
+}
+
+/// The filter was below the values, and vanished with them when the body moved away from the pixel.
+#[test]
+fn the_filter_of_the_probe_stays_when_the_pixel_has_no_values() {
+    let mut interface = interface(NaifId(499), "2017-05-17T00:00:00Z");
+    // Mars fills the image.
+    interface.viewer.view.fov_deg = 2.0;
+    let mut window = harness(interface);
+    window.state_mut().tab = Some(Tab::Shader);
+    settle(&mut window);
+    window.get_all_by_role_and_label(Role::Button, "Probe").next().expect("the page").click_accesskit();
+    settle(&mut window);
+    window.get_by_label("Centre of the image").click_accesskit();
+    settle(&mut window);
+    for side in ["Pixels from the left", "Pixels from the top"] {
+        window.get_by_label(side).set_value_accesskit(1.0);
+        settle(&mut window);
+    }
+    let has_values = |window: &Window| window.query_all_by_label_contains("f64 difference").next().is_some();
+    assert!(has_values(&window), "Mars is not at the pixel");
+    window.get_by_role_and_label(Role::TextInput, "Filter").focus();
+    window.run_steps(2);
+    type_text(&mut window, "co");
+    window.state_mut().viewer.view.fov_deg = 60.0;
+    settle(&mut window);
+    assert!(!has_values(&window), "Mars is still at the pixel");
+    type_text(&mut window, "l");
+    let field = window.get_by_role_and_label(Role::TextInput, "Filter");
+    assert_eq!(field.accesskit_node().value().as_deref(), Some("col"));
 }
 
 #[test]

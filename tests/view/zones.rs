@@ -2,16 +2,21 @@
 //!
 //! The zone is that of the computer, which a process reads from its environment. So the test runs itself again in a process with the zone of New York.
 
+use crate::view::cut_texts::elided_texts;
 use crate::view::events::open_events;
 use crate::view::information::{texts, window_about};
 use crate::view::input::{type_text, window_without_images};
-use crate::view::interface::settle;
+use crate::view::interface::{session, settle};
 use crate::view::search::{MARS, search};
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
+use orrery::time::Instant;
 use orrery::view::app::civil_time::ShownTimeZone;
 use orrery::view::app::settings::Home;
+use orrery::view::app::what_to_see_now::NowItem;
+use orrery::view::language::Language;
+use orrery::view::panels::Tab;
 use std::process::Command;
 
 /// The zone of New York with its present rules, as POSIX writes it, so that no database of zones is needed.
@@ -40,6 +45,12 @@ fn child_in_new_york() {
     // What the timeline tells a screen reader.
     let timeline = window.get_by_role_and_label(Role::Slider, "Timeline").accesskit_node().value();
     assert_eq!(timeline.as_deref(), Some("2024-04-08 14:17 UTC-04:00"));
+    // The line above the list has room for the zone in German, too.
+    window.state_mut().language = Language::German;
+    window.run_steps(3);
+    window.get_by_label_contains("Ereignisse nach 31.12.2023, 19:00 UTC-05:00");
+    let elided = elided_texts(&window);
+    assert!(!elided.iter().any(|text| text.contains("UTC-05:00")), "{elided:?}");
     // A typed date is in local time, and the suggestion says so, unless the text names UTC.
     for (typed, suggested) in [
         ("8 April 2024 14:17", "2024-04-08 14:17 UTC-04:00"),
@@ -67,6 +78,28 @@ fn child_in_new_york() {
     settle(&mut window);
     let dated: Vec<String> = texts(&window).into_iter().filter(|text| text.starts_with("2024-04-0")).collect();
     assert!(dated.len() >= 3 && dated.iter().all(|text| text.starts_with("2024-04-08 ") && text.contains(" UTC-04:00")), "{dated:?}");
+    // Days without a time of day: the transit of Venus was at its greatest on 6 June at 01:30 UTC, the eclipse of the Moon on 21 January at 04:44 UTC.
+    let mut window = window_without_images(MARS);
+    for (zone, label, day) in
+        [(ShownTimeZone::Local, "Days in the time zone of this computer", "2012-06-05"), (ShownTimeZone::Utc, "Days in UTC", "2012-06-06")]
+    {
+        window.state_mut().settings.time_zone = zone;
+        window.state_mut().tab = Some(Tab::Moments);
+        window.run_steps(3);
+        window.get_by_label(label);
+        let days: Vec<String> = texts(&window).into_iter().filter(|text| text.starts_with("2012-06-0")).collect();
+        assert!(days.len() == 1 && days[0].starts_with(day), "{zone:?}: {days:?}");
+    }
+    let mut window = window_without_images(MARS);
+    window.state_mut().settings.time_zone = ShownTimeZone::Local;
+    type_text(&mut window, "/");
+    type_text(&mut window, "transit of venus");
+    window.run_steps(2);
+    window.get_by_label_contains("moment, 2012-06-05");
+    let next_eclipse = NowItem::Eclipse.view(session(), Instant::from_tdb_seconds_past_j2000(0.0), &window.state().viewer.view);
+    let next_eclipse = next_eclipse.expect("an eclipse");
+    let about = [ShownTimeZone::Local, ShownTimeZone::Utc].map(|zone| next_eclipse.about(zone));
+    assert!(about[0].ends_with("2000-01-20") && about[1].ends_with("2000-01-21"), "{about:?}");
     println!("all times are in local time");
 }
 

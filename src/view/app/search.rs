@@ -114,7 +114,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTi
     );
     found.extend(stars(text, catalog));
     found.extend(presets_and_now_items(text));
-    found.extend(moments(text, catalog.moments()));
+    found.extend(moments(text, catalog.moments(), zone));
     found.extend(cities::with_prefix(text, max_count).into_iter().map(|city| {
         suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), SearchTarget::City(city))
     }));
@@ -202,13 +202,14 @@ fn presets_and_now_items(text: &str) -> impl Iterator<Item = Suggestion> {
     presets.into_iter().chain(now_items).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)
 }
 
-/// Moments whose name, in the catalog or translated, contains the text.
-fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
+/// Moments whose name, in the catalog or translated, contains the text; each with its day in `zone`.
+fn moments<'a>(text: &'a str, moments: &'a [Moment], zone: ShownTimeZone) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
     let matches = move |name: &str| lower.chars().count() >= MIN_LETTERS && name.to_lowercase().contains(&lower);
     let found = moments.iter().filter(move |m| matches(&m.name) || matches(&catalog_text("moment", &m.name)));
-    found.map(|m| {
-        suggestion(catalog_text("moment", &m.name), text!("search-moment", day = day_text(m.time)), SearchTarget::Moment(m.name.clone()))
+    found.map(move |m| {
+        let about = text!("search-moment", day = day_text(m.time, zone));
+        suggestion(catalog_text("moment", &m.name), about, SearchTarget::Moment(m.name.clone()))
     })
 }
 

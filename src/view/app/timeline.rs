@@ -16,6 +16,8 @@ const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Range of the span of time that a timeline shows: a quarter of a day to four centuries.
 pub(crate) const SPAN_RANGE_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
+/// For each unit of [`span_text`] the span with the longest text, seconds.
+pub(crate) const SPANS_WITH_LONGEST_TEXTS_S: [f64; 4] = [60.0 * HOUR_S, 80.0 * SECONDS_PER_DAY, 20.0 / 12.0 * YEAR_S, 400.0 * YEAR_S];
 /// Span of a timeline until the user changes it.
 pub(crate) const DEFAULT_SPAN_S: f64 = 2.0 * YEAR_S;
 /// Minimum distance between ticks, points, so that their labels do not touch.

@@ -4,6 +4,7 @@
 //! omitted if the ephemeris does not cover its time or the catalog lacks its moment.
 
 use super::body_positions::{BodyPositions, SessionPositions};
+use super::civil_time::ShownTimeZone;
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use super::moment_view::view_of_moment;
 use super::orbit_camera::OrbitCamera;
@@ -49,13 +50,34 @@ pub enum NowItem {
 #[derive(Clone, Debug)]
 pub struct NowView {
     pub title: String,
-    /// A short text about what the view shows.
-    pub about: String,
+    subject: Subject,
     pub view: ViewState,
     /// Whether the view shows the time at which it is opened.
     pub opens_at_current_time: bool,
     /// The event that the view shows, for the Events panel.
     pub event: Option<Arc<SkyEvent>>,
+}
+
+/// What a view shows. A day is kept as an instant, because the displayed time zone may change while the view is offered.
+#[derive(Clone, Debug)]
+enum Subject {
+    /// A text without a date.
+    Undated(String),
+    /// The name of an event or moment, and its time.
+    Dated(String, Instant),
+    /// The shader that draws the moment at this time.
+    ShaderAt(Instant),
+}
+
+impl NowView {
+    /// A short text about what the view shows, with the day in the displayed time zone.
+    pub fn about(&self, zone: ShownTimeZone) -> String {
+        match &self.subject {
+            Subject::Undated(about) => about.clone(),
+            Subject::Dated(what, time) => text!("now-dated", what = what, day = day_text(*time, zone)),
+            Subject::ShaderAt(time) => text!("now-shader-about", day = day_text(*time, zone)),
+        }
+    }
 }
 
 impl NowItem {
@@ -77,11 +99,11 @@ impl NowItem {
         let (catalog, positions) = (session.catalog(), SessionPositions(session));
         let title = self.name().to_owned();
         let at_fixed_time =
-            |about: String, view| Some(NowView { title: title.clone(), about, view, opens_at_current_time: false, event: None });
+            |subject: Subject, view| Some(NowView { title: title.clone(), subject, view, opens_at_current_time: false, event: None });
         // A view of the time at which it is opened. Whether time is then paused is left open: the caller decides.
         let at_current_time = |about: String, view: ViewState| {
             let view = ViewState { tdb_s: now.tdb_seconds_past_j2000(), paused: None, ..view };
-            Some(NowView { title: title.clone(), about, view, opens_at_current_time: true, event: None })
+            Some(NowView { title: title.clone(), subject: Subject::Undated(about), view, opens_at_current_time: true, event: None })
         };
         // Found by name, because the user's catalog may have moments of the same kind.
         let moment_named = |name: &str| catalog.moments().iter().find(|m| m.name == name);
@@ -98,8 +120,8 @@ impl NowItem {
                 let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, is_backward);
                 let event = search.find_first(catalog, session.ephemeris()).ok()??;
                 let view = event.view(catalog, &positions, base_view);
-                let about = text!("now-dated", what = event.title(catalog), day = day_text(event.greatest()));
-                Some(NowView { title: title.clone(), about, view, opens_at_current_time: false, event: Some(Arc::new(event)) })
+                let subject = Subject::Dated(event.title(catalog), event.greatest());
+                Some(NowView { title: title.clone(), subject, view, opens_at_current_time: false, event: Some(Arc::new(event)) })
             }
             Self::Saturn => {
                 let sunward = positions.geometric_vector_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
@@ -110,18 +132,14 @@ impl NowItem {
             }
             Self::Shadows => {
                 let moment = moment_named(SHADOWS_MOMENT)?;
-                at_fixed_time(text!("now-dated", what = catalog_text("moment", &moment.name), day = day_of(moment)), of_moment(moment)?)
+                at_fixed_time(Subject::Dated(catalog_text("moment", &moment.name).into_owned(), moment.time), of_moment(moment)?)
             }
             Self::Shader => {
                 let moment = moment_named(SHADER_MOMENT)?;
-                at_fixed_time(text!("now-shader-about", day = day_of(moment)), of_moment(moment)?)
+                at_fixed_time(Subject::ShaderAt(moment.time), of_moment(moment)?)
             }
         }
     }
-}
-
-fn day_of(moment: &Moment) -> String {
-    day_text(moment.time)
 }
 
 /// Illuminated fraction of a body's disc as seen from the Earth.

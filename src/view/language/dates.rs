@@ -1,7 +1,7 @@
 //! Formats dates as is usual in the window's language.
 //!
-//! In: instants, the displayed time zone, ISO 8601 text, calendar dates. Out: text. Always: a time of day is in the given zone, or names UTC; the messages
-//! `date-*` determine order and punctuation, `month-*` the names of months. An instant that ISO 8601 cannot express is written as a Julian date, in every
+//! In: instants, the displayed time zone, ISO 8601 text, calendar dates. Out: text. Always: a day and a time of day are in the given zone, or name UTC; the
+//! messages `date-*` determine order and punctuation, `month-*` the names of months. An instant that ISO 8601 cannot express is written as a Julian date, in every
 //! language alike. Not here: parsing of typed dates (`view::app::date_text`).
 
 use super::numbers::localised;
@@ -23,6 +23,15 @@ pub(crate) fn instant_text(t: Instant) -> String {
 pub(crate) fn minute_text(t: Instant, zone: ShownTimeZone) -> String {
     let t = t.plus_seconds(30.0);
     labelled(t, zone, "hh:mm".len())
+}
+
+/// As [`minute_text`], with the date in digits: for lines that have little room.
+pub(crate) fn short_minute_text(t: Instant, zone: ShownTimeZone) -> String {
+    let t = t.plus_seconds(30.0);
+    match date_and_clock(t, zone, "hh:mm".len()) {
+        Some((date, clock)) => text!("date-minute", date = date_in_digits(&date), clock = clock, zone = zone.label(t)),
+        None => t.to_utc_iso(),
+    }
 }
 
 /// As [`minute_text`], without the label: for lists beside which the zone is named.
@@ -79,10 +88,13 @@ pub(crate) fn month_day_second_text(t: Instant, zone: ShownTimeZone) -> String {
     }
 }
 
-/// The day of an instant, UTC.
-pub(crate) fn day_text(t: Instant) -> String {
-    let iso = t.to_utc_iso();
-    iso.split_once('T').map_or(iso.clone(), |(date, _)| iso_date_text(date))
+/// The day of an instant in a zone, which is the day that the date field shows for it: for lists, whose zone is named beside them or in a tooltip.
+pub(crate) fn day_text(t: Instant, zone: ShownTimeZone) -> String {
+    let t = t.plus_seconds(0.5);
+    match date_and_clock(t, zone, 0) {
+        Some((date, _)) => iso_date_text(&date),
+        None => t.to_utc_iso(),
+    }
 }
 
 /// An ISO 8601 date in the language's usual form.

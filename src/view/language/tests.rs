@@ -297,7 +297,7 @@ fn numbers_and_dates_are_written_as_in_the_language() {
             decimal(1.25, 2),
             signed(0.5, 1),
             dates::instant_text(time),
-            dates::day_text(early),
+            dates::day_text(early, ShownTimeZone::Utc),
             dates::long_date(day),
             dates::day_and_month(day),
             dates::minute_text(time, ShownTimeZone::Utc),

@@ -260,10 +260,11 @@ fn row(
             list.response.widget_info(info);
             list.response.on_hover_text(text!("effects-method-hint", effect = effect_name(effect)));
         }
-        if chosen_by_hand.is_some()
-            && ui.small_button("×").on_hover_text(text!("effects-reset-one", effect = effect_name(effect))).clicked()
-        {
-            overrides.clear_override(effect);
+        if chosen_by_hand.is_some() {
+            let name = text!("effects-reset-one", effect = effect_name(effect));
+            if ui.small_button("×").accessible_name(&name).on_hover_text(name).clicked() {
+                overrides.clear_override(effect);
+            }
         }
         if let Some(Ok(cost)) = cost {
             let cost_label = egui::RichText::new(cost_text(cost)).weak();

@@ -21,7 +21,7 @@ use crate::view::app::settings::Home;
 use crate::view::app::view_state::{CameraPose, ViewState};
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
-use crate::view::language::dates::minute_text;
+use crate::view::language::dates::short_minute_text;
 use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Months, NaiveDateTime};
@@ -353,7 +353,7 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui, zone: ShownTimeZone) {
 fn status_text(panel: &EventsPanel, zone: ShownTimeZone) -> (String, &'static str) {
     let searched_text = panel.searched.map_or(String::new(), |SearchStart { start, is_backward }| {
         let side = if is_backward { text!("events-before-date") } else { text!("events-after-date") };
-        format!("{side} {}", minute_text(start, zone))
+        format!("{side} {}", short_minute_text(start, zone))
     });
     match panel.rows.len() {
         0 if panel.kinds.contains(&true) => (text!("events-none", searched = searched_text), text!("events-none-hint")),

@@ -286,23 +286,30 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
             Some(Err(why)) => fact::row(ui, text!("fact-altitude"), why.clone()),
             None => {}
         }
-        if let Some(Ok(times)) = &report.rise_set {
-            // A day may have a rise and no set, or the reverse: the Moon rises some 50 minutes later each day. "-" stands for the one that is missing.
-            let absent: &str = match (times.rise.or(times.set), times.is_up_at_start) {
-                (Some(_), _) => "-",
-                (None, true) => text!("fact-up-all-day"),
-                (None, false) => text!("fact-down-all-day"),
-            };
-            let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), |time| second_text(time, zone));
-            fact::row(ui, text!("fact-rise"), time_or_absent(times.rise));
-            let transit_text = |(time, altitude_deg): (Instant, f64)| {
-                text!("fact-transit-value", time = second_text(time, zone), deg = decimal(altitude_deg, 1))
-            };
-            fact::row(ui, text!("fact-transit"), times.transit.map_or("-".into(), transit_text));
-            fact::row(ui, text!("fact-set"), time_or_absent(times.set));
+        match &report.rise_set {
+            Some(Ok(times)) => rise_and_set(ui, times, zone),
+            // If the altitude is known, only a part of the day is outside the ephemeris; otherwise the reason is shown above.
+            Some(Err(why)) if matches!(report.altitude_azimuth_deg, Some(Ok(_))) => fact::row(ui, text!("fact-rise"), why.clone()),
+            Some(Err(_)) | None => {}
         }
     });
     solar_eclipse(ui, report, zone);
+}
+
+/// Shows the rows of the times at which the body rises, culminates and sets on the displayed day.
+fn rise_and_set(ui: &mut egui::Ui, times: &RiseSetTimes, zone: ShownTimeZone) {
+    // A day may have a rise and no set, or the reverse: the Moon rises some 50 minutes later each day. "-" stands for the one that is missing.
+    let absent: &str = match (times.rise.or(times.set), times.is_up_at_start) {
+        (Some(_), _) => "-",
+        (None, true) => text!("fact-up-all-day"),
+        (None, false) => text!("fact-down-all-day"),
+    };
+    let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), |time| second_text(time, zone));
+    fact::row(ui, text!("fact-rise"), time_or_absent(times.rise));
+    let transit_text =
+        |(time, altitude_deg): (Instant, f64)| text!("fact-transit-value", time = second_text(time, zone), deg = decimal(altitude_deg, 1));
+    fact::row(ui, text!("fact-transit"), times.transit.map_or("-".into(), transit_text));
+    fact::row(ui, text!("fact-set"), time_or_absent(times.set));
 }
 
 fn place_of(city: &City) -> Home {

@@ -20,6 +20,7 @@ mod information;
 mod input_order;
 mod layers;
 mod moments;
+mod notice;
 mod number_field;
 mod performance;
 mod render_loop;
@@ -55,9 +56,7 @@ use crate::view::worker::render_worker::RenderWorker;
 use parking_lot::Mutex;
 use std::sync::Arc;
 
-/// How long the notice (the last messages of the session) is shown, seconds.
-const NOTICE_DURATION_S: f64 = 8.0;
-/// Largest number of lines of the notice, and of the reply about dropped files. Standard error has all messages of the session.
+/// Largest number of lines of the notice (the last messages of the session), and of the reply about dropped files.
 const MAX_MESSAGE_LINES: usize = 5;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const REPLY_DURATION_S: f64 = 20.0;
@@ -89,6 +88,19 @@ macro_rules! tabs {
 }
 
 tabs!(Moments, Events, Effects, Shader, Compare, Information, Performance, Share);
+
+/// What a reply is about, which decides what ends it before its time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum ReplyKind {
+    #[default]
+    Other,
+    /// It says why a view is not shown; see [`Interface::refuse_view()`].
+    RefusedView,
+    /// It says why a typed number does not count; empty if the number counts.
+    TypedNumber,
+    /// It says how the hidden controls come back.
+    HiddenControls,
+}
 
 /// State of the interface: the viewer and the panels.
 pub struct Interface {
@@ -134,16 +146,12 @@ pub struct Interface {
     reply: String,
     /// When the reply disappears, in egui's time (`InputState::time`); `None` from [`Self::show_reply()`] until the next frame, which sets it.
     reply_until_s: Option<f64>,
-    /// Whether the reply says why a view is not shown; see [`Self::refuse_view()`].
-    is_reply_refusal: bool,
-    /// Whether the reply is that to a typed number: it says why the number does not count, or is empty.
-    is_reply_to_number: bool,
+    reply_kind: ReplyKind,
     /// Why there is no image of the current view.
     failure_reason: Option<String>,
     /// New messages of the session, for example that the renderer has changed, or that a map cannot be read.
     pub session_messages: Arc<Mutex<Vec<String>>>,
-    /// The last session messages that are not about drivers, one a line; and when they disappear, in egui's time (`InputState::time`).
-    notice: Option<(String, f64)>,
+    notice: notice::Notice,
     body_browser: body_browser::BodyBrowser,
     search: search::SearchField,
     time_bar: time_bar::TimeBar,
@@ -194,14 +202,13 @@ impl Interface {
             focused_before_menu: None,
             reply: String::new(),
             reply_until_s: None,
-            is_reply_refusal: false,
-            is_reply_to_number: false,
+            reply_kind: ReplyKind::default(),
             failure_reason: None,
             session_messages: Arc::default(),
             language: settings.language.unwrap_or_default(),
             last_language: settings.language.unwrap_or_default(),
             settings,
-            notice: None,
+            notice: notice::Notice::default(),
             body_browser: body_browser::BodyBrowser::default(),
             search: search::SearchField::default(),
             time_bar: time_bar::TimeBar::default(),
@@ -239,17 +246,14 @@ impl Interface {
         let (about_drivers, other_messages): (Vec<_>, Vec<_>) =
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
         self.performance.messages.extend(about_drivers);
-        if !other_messages.is_empty() {
-            let omitted_count = other_messages.len().saturating_sub(MAX_MESSAGE_LINES);
-            let lines: Vec<String> = other_messages.into_iter().skip(omitted_count).map(|line| text!("notice", detail = line)).collect();
-            self.notice = Some((lines.join("\n"), now_s + NOTICE_DURATION_S));
-        }
-        self.notice.take_if(|(_, until_s)| *until_s <= now_s);
+        self.notice.add(other_messages, now_s);
         // Escape takes back what was typed or chosen, so that the reason why it was refused is about nothing any more.
-        let is_withdrawn = (self.is_reply_refusal || self.is_reply_to_number) && number_field::is_escape_pressed(ui);
+        let is_about_input = matches!(self.reply_kind, ReplyKind::RefusedView | ReplyKind::TypedNumber);
+        let is_withdrawn = is_about_input && number_field::is_escape_pressed(ui);
         if *self.reply_until_s.get_or_insert(now_s + REPLY_DURATION_S) <= now_s || is_withdrawn {
             self.reply.clear();
         }
+        self.notice.update(!self.reply.is_empty(), now_s);
         self.receive(ui.ctx(), worker);
         self.style(ui.ctx());
         let theme_preference = match self.settings.dark {
@@ -268,7 +272,7 @@ impl Interface {
         let panels_before = what_to_see_now::open_panels(self);
         shortcuts::handle_keys(self, ui.ctx(), &mut actions);
         share::update(self, ui.ctx(), worker);
-        dropped::update(self, ui.ctx(), worker);
+        dropped::update(self, ui.ctx(), worker, &mut actions);
         events::update(self, worker);
         if self.image_only {
             time_bar::update_hidden(self, worker, &mut actions);
@@ -279,7 +283,7 @@ impl Interface {
         }
         if let Some(reply) = number_field::take_reply(ui.ctx()) {
             self.show_reply(reply);
-            self.is_reply_to_number = true;
+            self.reply_kind = ReplyKind::TypedNumber;
         }
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui, worker, &mut actions));
         if self.help_shown && !self.image_only {
@@ -302,7 +306,7 @@ impl Interface {
         if actions.iter().any(chooses_view) {
             self.time_bar.forget_search();
             // A reply of this frame, whose time is not set yet, may say why the view that these actions choose is shown in place of another one.
-            if self.is_reply_refusal && self.reply_until_s.is_some() {
+            if self.reply_kind == ReplyKind::RefusedView && self.reply_until_s.is_some() {
                 self.reply.clear();
             }
         }
@@ -336,7 +340,7 @@ impl Interface {
     pub fn show_reply(&mut self, text: impl Into<String>) {
         self.reply = text.into();
         self.reply_until_s = None;
-        (self.is_reply_refusal, self.is_reply_to_number) = (false, false);
+        self.reply_kind = ReplyKind::Other;
     }
 
     /// Hides all bars, panels and hints, or shows them again. For some seconds a message says how they come back.
@@ -349,13 +353,14 @@ impl Interface {
         // A control that is not shown has no focus.
         ctx.memory_mut(|m| m.focused().into_iter().for_each(|control| m.surrender_focus(control)));
         self.show_reply(text!("image-only"));
+        self.reply_kind = ReplyKind::HiddenControls;
         self.reply_until_s = Some(ctx.input(|i| i.time) + IMAGE_ONLY_MESSAGE_S);
     }
 
     /// Shows the bars, panels and hints again; returns whether they were hidden.
     pub(crate) fn show_controls(&mut self) -> bool {
         let were_hidden = std::mem::take(&mut self.image_only);
-        if were_hidden && self.reply == text!("image-only") {
+        if were_hidden && self.reply_kind == ReplyKind::HiddenControls {
             self.reply.clear();
         }
         were_hidden
@@ -365,7 +370,7 @@ impl Interface {
     /// one.
     pub(crate) fn refuse_view(&mut self, why: impl Into<String>) {
         self.show_reply(why);
-        self.is_reply_refusal = true;
+        self.reply_kind = ReplyKind::RefusedView;
     }
 
     /// The reply to the user's last action; empty if there is none, or once it has disappeared.
@@ -379,7 +384,12 @@ impl Interface {
         if std::mem::replace(&mut self.last_language, self.language) != self.language {
             self.timeline.rewrite_texts(worker.session().catalog());
             self.now_thumbnails = what_to_see_now::NowThumbnails::default();
-            (self.reply, self.notice) = (String::new(), None);
+            // Of the replies only this one can be written again without what it is about.
+            let says_how_controls_return = self.reply_kind == ReplyKind::HiddenControls && !self.reply.is_empty();
+            self.reply = if says_how_controls_return { text!("image-only").to_owned() } else { String::new() };
+            self.notice.rewrite_text();
+            // Why there is no image is written anew when the image is requested again.
+            self.viewport.requested.take_if(|_| self.failure_reason.is_some());
             self.search.forget_failure();
             self.information.forget_report();
             self.shader.forget_failures();
@@ -398,7 +408,7 @@ impl Interface {
     pub fn message_line(&self) -> &str {
         match (&self.failure_reason, self.reply.as_str()) {
             (Some(why), _) => why,
-            (None, "") => self.notice.as_ref().map_or("", |(line, _)| line),
+            (None, "") => self.notice.text(),
             (None, reply) => reply,
         }
     }

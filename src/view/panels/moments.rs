@@ -2,18 +2,22 @@
 //!
 //! In: the catalog, clicks. Out: actions that show a view; a started tour.
 
+use super::search::MAX_ECHO_CHARS;
 use super::share::dialog::{self, FileField};
+use super::share::is_entered;
 use super::theme::MIN_LIST_HEIGHT;
 use super::{Interface, tour, what_to_see_now};
 use crate::catalog::moments::{KINDS, Moment};
 use crate::view::app::body_positions::SessionPositions;
+use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::presets::Preset;
 use crate::view::app::viewer::Action;
-use crate::view::language::dates::{day_text, instant_text};
+use crate::view::language::dates::{day_text, second_text};
 use crate::view::language::{catalog_entry_text, catalog_text, text, translated_name};
 use crate::view::worker::render_worker::RenderWorker;
+use crate::wording::echo_within;
 use egui::ScrollArea;
 
 /// State of the Moments panel.
@@ -27,18 +31,30 @@ pub(crate) struct MomentsPanel {
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.add(egui::TextEdit::singleline(&mut interface.moments.filter).hint_text(text!("moments-filter")))
         .on_hover_text(text!("moments-filter-hint"));
-    let filter = interface.moments.filter.to_lowercase();
+    let filter = interface.moments.filter.trim().to_lowercase();
     // The filter applies to the translated name and to the name in the catalog.
     let matches_filter = |moment: &Moment| {
         [catalog_text("moment", &moment.name), (&moment.name).into()].iter().any(|name| name.to_lowercase().contains(&filter))
     };
     let catalog = worker.session().catalog();
+    let zone = interface.settings.time_zone;
+    let has_matches = catalog.moments().iter().any(matches_filter);
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
         if filter.is_empty() {
             ui.strong(text!("now"));
             ui.horizontal_wrapped(|ui| what_to_see_now::thumbnail_row(interface, ui, worker, actions));
             presets(interface, ui, worker, actions);
             tours(interface, ui, worker, actions);
+        }
+        if has_matches {
+            // The days below have no label of their own. A tooltip has the time, with the offset of local time at that date.
+            ui.add_space(6.0);
+            ui.weak(match zone {
+                ShownTimeZone::Utc => text!("moments-days-utc"),
+                ShownTimeZone::Local => text!("moments-days-local"),
+            });
+        } else if !filter.is_empty() {
+            ui.weak(text!("search-nothing", typed = echo_within(interface.moments.filter.trim(), MAX_ECHO_CHARS)));
         }
         for kind in KINDS {
             let moments_of_kind: Vec<_> = catalog.moments().iter().filter(|m| m.kind == kind && matches_filter(m)).collect();
@@ -49,14 +65,14 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             ui.strong(translated_name("moment-kind", kind));
             for moment in moments_of_kind {
                 let about = catalog_entry_text("moment", &moment.name, "about", &moment.about);
-                let hover = text!("moments-hint", about = about, time = instant_text(moment.time), source = moment.source);
+                let hover = text!("moments-hint", about = about, time = second_text(moment.time, zone), source = moment.source);
                 if ui.button(catalog_text("moment", &moment.name)).on_hover_text(hover).clicked() {
                     match view_of_moment(moment, catalog, &SessionPositions(worker.session()), &interface.viewer.base_view()) {
                         Some(view) => actions.push(Action::Show(Box::new(view))),
                         None => interface.refuse_view(text!("outside-ephemeris", name = catalog_text("moment", &moment.name))),
                     }
                 }
-                ui.weak(text!("moments-line", day = day_text(moment.time), about = about));
+                ui.weak(text!("moments-line", day = day_text(moment.time, zone), about = about));
             }
         }
     });
@@ -103,9 +119,10 @@ fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker
     }
     ui.horizontal(|ui| {
         let field = egui::TextEdit::singleline(&mut interface.tour.file_name).hint_text("tour.json").desired_width(140.0);
-        ui.add(field).on_hover_text(text!("tours-file-hint")).accessible_name(text!("tours-file"));
+        let response = ui.add(field).on_hover_text(text!("tours-file-hint")).accessible_name(text!("tours-file"));
+        let enter_pressed = is_entered(&response, &interface.tour.file_name);
         dialog::button(interface, ui, FileField::Tour);
-        if ui.button(text!("tours-open")).on_hover_text(text!("tours-open-hint")).clicked() {
+        if ui.button(text!("tours-open")).on_hover_text(text!("tours-open-hint")).clicked() || enter_pressed {
             tour::open(interface, worker.session(), actions);
         }
     });

@@ -294,7 +294,7 @@ impl Interface {
             // The worker of the tests has drawn the first image already; the next frame takes it.
             (awaits_first_image && !is_animating).then_some(0.0),
             (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
-            self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
+            self.notice.remaining_s(now_s),
             // A new reply has its time from the next frame on.
             (!self.reply.is_empty()).then(|| self.reply_until_s.map_or(0.0, |until_s| until_s - now_s)),
         ];

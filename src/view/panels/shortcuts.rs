@@ -96,7 +96,8 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
         if has_ctrl { Vec::new() } else { texts.collect() }
     });
     for text in typed_texts {
-        match text.as_str() {
+        // Caps Lock makes no difference: no shortcut needs a capital letter.
+        match text.to_lowercase().as_str() {
             "u" => interface.toggle_image_only(ctx),
             // Keys that show a control show all of them if they are hidden.
             "/" => {

@@ -1,14 +1,14 @@
 //! Colours, text sizes and spacing of the panels, for each theme.
 //!
-//! In: a theme (dark or light). Out: egui styles and fonts, and the pointer action that takes the focus from a text field. Always: the contrast ratio of text
-//! to its background is at least 4.5 (WCAG 2.2, level AA); `tests/view/contrast` measures the ratio on the painted output. Not here: the colours of names in
+//! In: a theme (dark or light). Out: egui styles and fonts, and the pointer action that takes the focus from a text field; widths of texts. Always: the
+//! contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA); `tests/view/contrast` measures the ratio on the painted output. Not here: the colours of names in
 //! images (`scene::labels`) and of source code (`shader::module_text`).
 
 use super::icons;
 use crate::scene::labels::SELECTED_COLOUR;
 use crate::view::language::numbers::field_text;
 use egui::style::NumberFormatter;
-use egui::{Color32, Context, FontFamily, FontId, Style, SurrenderFocusOn, TextStyle, Theme, Visuals, vec2};
+use egui::{Color32, Context, FontFamily, FontId, Style, SurrenderFocusOn, TextStyle, Theme, Ui, Visuals, vec2};
 
 /// Text size of captions, points.
 pub(crate) const SMALL_TEXT_POINTS: f32 = 11.0;
@@ -46,6 +46,11 @@ pub(crate) fn menu_style(style: &mut Style) {
     let ring = style.visuals.widgets.active.bg_stroke;
     egui::containers::menu::menu_style(style);
     style.visuals.widgets.active.bg_stroke = ring;
+}
+
+/// Width of a text in the font of labels and fields, points.
+pub(crate) fn text_width(ui: &Ui, text: String) -> f32 {
+    ui.painter().layout_no_wrap(text, TextStyle::Body.resolve(ui.style()), Color32::PLACEHOLDER).size().x
 }
 
 fn style(theme: Theme) -> Style {

@@ -23,7 +23,7 @@ use crate::wording::echo_within;
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::accesskit::Action as ReaderAction;
 use egui::containers::menu::{MenuButton, MenuConfig};
-use egui::{Button, Color32, ComboBox, Event, Grid, Key, PopupCloseBehavior, Sense, Slider, TextEdit, TextStyle, Vec2};
+use egui::{Button, ComboBox, Event, Grid, Key, PopupCloseBehavior, Sense, Slider, TextEdit, Vec2};
 use std::sync::Arc;
 
 /// The first event that a search finds, pending. An error is formatted later, because the language may change before it arrives.
@@ -178,12 +178,7 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
 /// Width of the date field for a displayed date, points. The field has room for the same date with the widest digits, so that its width stays constant
 /// while time runs.
 fn date_field_width(ui: &egui::Ui, displayed_text: &str) -> f32 {
-    text_width(ui, displayed_text.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN
-}
-
-/// Width of a text in the font of labels and fields, points.
-fn text_width(ui: &egui::Ui, text: String) -> f32 {
-    ui.painter().layout_no_wrap(text, TextStyle::Body.resolve(ui.style()), Color32::PLACEHOLDER).size().x
+    theme::text_width(ui, displayed_text.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN
 }
 
 /// Date and time of day in digits, in the form that the date field shows.
@@ -313,7 +308,7 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     }
     let paused_text = |rate| text!("time-paused-at", speed = rate_text(rate));
     // The label is as wide as the longest text, so that the controls next to it do not move.
-    let width = RATES_WITH_LONGEST_TEXTS.into_iter().map(|rate| text_width(ui, paused_text(rate))).fold(0.0, f32::max);
+    let width = RATES_WITH_LONGEST_TEXTS.into_iter().map(|rate| theme::text_width(ui, paused_text(rate))).fold(0.0, f32::max);
     let text = if is_paused { paused_text(time_rate.resumed_rate()) } else { time_rate.label() };
     // One point is added, because positions are rounded to pixels.
     let size = [width.ceil() + 1.0, ui.spacing().interact_size.y];

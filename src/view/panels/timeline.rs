@@ -8,13 +8,13 @@
 
 use super::icons::{self, Icon};
 use super::viewport::POINTS_PER_NOTCH;
-use super::{Interface, events};
+use super::{Interface, events, theme};
 use crate::catalog::Catalog;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::view::app::known_events::{KnownEvent, KnownEvents};
-use crate::view::app::timeline::{TimeAxis, span_text, usable_span_s, zoomed_span_s};
+use crate::view::app::timeline::{SPANS_WITH_LONGEST_TEXTS_S, TimeAxis, span_text, usable_span_s, zoomed_span_s};
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::minute_text;
 use crate::view::language::text;
@@ -133,7 +133,9 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     if icons::icon_button(ui, Icon::Plus, text!("timeline-shorter")).on_hover_text(text!("timeline-shorter-hint")).clicked() {
         notches = BUTTON_NOTCHES;
     }
-    let size = [64.0, ui.spacing().interact_size.y];
+    // The label is as wide as the longest text, so that the timeline stays in place. One point is added, because positions are rounded to pixels.
+    let label_width = SPANS_WITH_LONGEST_TEXTS_S.into_iter().map(|span_s| theme::text_width(ui, span_text(span_s))).fold(0.0, f32::max);
+    let size = [label_width.ceil() + 1.0, ui.spacing().interact_size.y];
     ui.add_sized(size, egui::Label::new(span_text(span_s)).truncate());
     let width = ui.available_width().max(60.0);
     let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click_and_drag());

@@ -193,7 +193,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 end_clicked = button(ui, is_enabled, text!("tour-end"), text!("tour-end-hint"));
                 let width = ui.available_size_before_wrap().x.max(40.0);
                 let bar = ProgressBar::new(progress.clamp(0.0, 1.0) as f32).desired_width(width).desired_height(6.0);
-                ui.add(bar.fill(Color32::from_gray(140)));
+                ui.add(bar.fill(Color32::from_gray(140))).accessible_name(text!("tour-progress"));
             });
         });
     });

@@ -11,6 +11,7 @@ use super::{Interface, Tab, events};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::draw::PixelView;
 use crate::scene::request::Quality;
+use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
@@ -170,6 +171,7 @@ pub(crate) fn show_over_viewport(interface: &mut Interface, ui: &Ui, worker: &dy
 pub(crate) fn thumbnail_row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
     update(interface, ui.ctx(), worker);
     let NowThumbnails { states, awaited, .. } = &interface.now_thumbnails;
+    let zone = interface.settings.time_zone;
     let (mut clicked, mut arrived) = (None, None);
     for (item, state) in NowItem::ALL.into_iter().zip(states) {
         let thumbnail = match state {
@@ -182,7 +184,7 @@ pub(crate) fn thumbnail_row(interface: &mut Interface, ui: &mut Ui, worker: &dyn
         };
         let known_view = || thumbnail.map(|thumbnail| thumbnail.now_view.clone());
         let is_awaited = *awaited == Some(item);
-        if thumbnail_button(ui, item, thumbnail, is_awaited) {
+        if thumbnail_button(ui, item, thumbnail, zone, is_awaited) {
             clicked = Some((item, known_view()));
         } else if is_awaited && thumbnail.is_some() {
             arrived = Some((item, known_view()));
@@ -246,13 +248,13 @@ fn button_size(ui: &Ui) -> Vec2 {
 
 /// Shows the button of an item: its image, or a spinner until `thumbnail` has arrived, above its title and description. `is_awaited`: whether it was clicked
 /// already. Returns whether the button was clicked.
-fn thumbnail_button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>, is_awaited: bool) -> bool {
+fn thumbnail_button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>, zone: ShownTimeZone, is_awaited: bool) -> bool {
     let line_height = ui.text_style_height(&TextStyle::Small);
     let (rect, response) = ui.allocate_exact_size(button_size(ui), Sense::click());
     let title = thumbnail.map_or(item.name(), |t| t.now_view.title.as_str());
-    let about = thumbnail.map_or("", |t| t.now_view.about.as_str());
+    let about = thumbnail.map_or_else(String::new, |t| t.now_view.about(zone));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, format!("{title}: {about}")));
-    let response = response.on_hover_text(if about.is_empty() { title } else { about });
+    let response = response.on_hover_text(if about.is_empty() { title } else { about.as_str() });
     let image = Rect::from_min_size(rect.min, THUMBNAIL_SIZE.into());
     let painter = ui.painter();
     painter.rect_filled(image, 4.0, Color32::BLACK);
@@ -275,6 +277,6 @@ fn thumbnail_button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>, i
     };
     let max_title_lines = 1;
     lines(image.bottom() + 3.0, title, max_title_lines, visuals.strong_text_color());
-    lines(image.bottom() + 3.0 + line_height, about, MAX_DESCRIPTION_LINES, visuals.text_color());
+    lines(image.bottom() + 3.0 + line_height, about.as_str(), MAX_DESCRIPTION_LINES, visuals.text_color());
     response.clicked()
 }

@@ -31,6 +31,8 @@ moments-hint =
     { $time }
     Quelle: { $source }
 outside-ephemeris = { $name }: außerhalb des Bereichs der Ephemeride
+moments-days-utc = Tage in UTC
+moments-days-local = Tage in der Zeitzone dieses Rechners
 moments-line = { $day } · { $about }
 tours = Touren
 tours-file-hint = Tourdatei (JSON); `orrery render --help` beschreibt ihre Felder
@@ -55,5 +57,6 @@ tour-next = Weiter
 tour-next-hint = Weiter zur nächsten Station
 tour-record = Tour aufzeichnen
 tour-record-hint = Die ganze Tour als Animation speichern, mit Datei, Größe und Bildrate aus Teilen
+tour-progress = Fortschritt der Tour
 tour-end = Tour beenden
 tour-end-hint = Die Tour schließen und die Ansicht behalten (Esc)

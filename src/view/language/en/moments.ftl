@@ -31,6 +31,8 @@ moments-hint =
     { $time }
     Source: { $source }
 outside-ephemeris = { $name }: outside the range of the ephemeris
+moments-days-utc = Days in UTC
+moments-days-local = Days in the time zone of this computer
 moments-line = { $day } · { $about }
 tours = Tours
 tours-file-hint = Tour file (JSON); `orrery render --help` describes its fields
@@ -55,5 +57,6 @@ tour-next = Next
 tour-next-hint = On to the next stop
 tour-record = Record tour
 tour-record-hint = Save the whole tour as an animation, with the file, size and rate of the Share panel
+tour-progress = Progress of the tour
 tour-end = End tour
 tour-end-hint = Close the tour and keep the view (Escape)

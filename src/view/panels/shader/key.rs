@@ -5,7 +5,8 @@
 //! with the reason beside it, although the key omits it.
 
 use super::descriptions::{is_switch, meaning, value_text};
-use super::{Inspected, ShaderPanel};
+use super::queries::ModuleFailure;
+use super::{Inspected, ShaderPanel, show_failure};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, Dimension, ShaderKey, reductions};
 use crate::view::error_texts::error_text;
@@ -21,7 +22,7 @@ const CONTROLS_WIDTH: f32 = 285.0;
 pub(crate) struct KeyPage {
     /// The text in the key field.
     typed: String,
-    /// The error in the last key that was entered; empty if there is none.
+    /// The error in the last key that was entered, until the text changes; empty if there is none.
     error: String,
 }
 
@@ -32,16 +33,22 @@ impl KeyPage {
     }
 }
 
-/// Shows the page, and stores the features that the user changes.
-pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+/// Shows the page, and stores the features that the user changes. `failure`: why there is no module of the displayed key.
+pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, failure: Option<&ModuleFailure>) {
     let (Some(drawn_key), Some(key)) = (inspected.drawn_key, inspected.key()) else {
         ui.label(text!("key-none"));
+        if let Some(failure) = failure {
+            show_failure(ui, failure);
+        }
         return;
     };
     let drawn_features = inspected.draw.map_or(*drawn_key.features(), |draw| draw.features);
     let mut edited = panel.edited.unwrap_or(drawn_features);
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
-        super::key_comparison::summary(panel, ui, inspected);
+        if let Some(failure) = failure {
+            show_failure(ui, failure);
+        }
+        super::key_comparison::summary(panel, ui, inspected, failure.is_some());
         key_field(panel, ui, &mut edited);
         dimensions(ui, &mut edited, drawn_key.features(), key.features());
         ui.separator();
@@ -61,6 +68,9 @@ fn key_field(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatur
         let field = TextEdit::singleline(&mut page.typed).hint_text("lambert.albedo.sun1.ellipsoid").desired_width(f32::INFINITY);
         // Its own id, because the lines above come and go with answers to queries. By egui's number of the control it would then lose the focus.
         let response = ui.add(field.id_salt("another key")).labelled_by(label.id).on_hover_text(text!("key-another-hint"));
+        if response.changed() {
+            page.error.clear();
+        }
         if response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter)) {
             match page.typed.trim().parse::<ShaderKey>() {
                 Ok(key) => {

@@ -49,8 +49,9 @@ fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([Sha
     })
 }
 
-/// Shows whether any view can need the displayed key, the pinned keys, and a summary of the difference in one line.
-pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
+/// Shows whether any view can need the displayed key, the pinned keys, and a summary of the difference in one line. `has_failure`: whether the page shows
+/// already why there is no module of the displayed key.
+pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, has_failure: bool) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable_keys(inspected.worker)) {
         let reachable_count = reachable.len();
@@ -76,6 +77,8 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     let ids = keys.map(ModuleId::Keyed);
     let [first, second] = match both_modules(&mut panel.queries, inspected.worker, &ids) {
         Some(Ok(modules)) => modules,
+        // One failure is enough: most often the same mistake makes all modules invalid.
+        Some(Err(_)) if has_failure => return,
         Some(Err(failure)) => return super::show_failure(ui, &failure),
         None => {
             accessible::spinner(ui, text!("change-loading"));

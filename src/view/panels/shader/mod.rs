@@ -2,7 +2,8 @@
 //! and sample images (of a fixed body, see `session::sample_body`) drawn with other keys.
 //!
 //! In: the last image, the selected body. Out: egui shapes. Always: a key changed by hand affects only this panel, not the image on screen;
-//! slow queries run on the query worker (a background thread); everything shown belongs to the module named at the top.
+//! slow queries run on the query worker (a background thread); everything shown belongs to the module named at the top; the text fields of a page stay while
+//! a module is loading, and if there is none: otherwise what is typed next would act as shortcuts.
 
 mod cost;
 mod descriptions;
@@ -206,17 +207,15 @@ impl ShaderPanel {
             }
         });
         ui.separator();
-        if let Some(Err(failure)) = self.queries.module(worker, &inspected.id) {
-            show_failure(ui, &failure);
-            return;
-        }
-        match self.page {
-            Page::Key => key::show(self, ui, &inspected),
-            Page::Source => source::show(self, ui, &inspected),
-            Page::Values => values::show(self, ui, &inspected),
-            Page::Cost => cost::show(self, ui, &inspected),
-            Page::Probe => probe::show(self, ui, &inspected, interface),
-            Page::Gallery => gallery::show(self, ui, &inspected),
+        let failure = self.queries.module(worker, &inspected.id).and_then(Result::err);
+        match (self.page, failure.as_deref()) {
+            (Page::Key, failure) => key::show(self, ui, &inspected, failure),
+            (Page::Source, failure) => source::show(self, ui, &inspected, failure),
+            (Page::Values, failure) => values::show(self, ui, &inspected, failure),
+            (Page::Probe, failure) => probe::show(self, ui, &inspected, failure, interface),
+            (Page::Cost | Page::Gallery, Some(failure)) => show_failure(ui, failure),
+            (Page::Cost, None) => cost::show(self, ui, &inspected),
+            (Page::Gallery, None) => gallery::show(self, ui, &inspected),
         }
     }
 
@@ -299,7 +298,8 @@ impl ShaderPanel {
 fn show_failure(ui: &mut egui::Ui, failure: &queries::ModuleFailure) {
     ui.colored_label(ui.visuals().error_fg_color, &failure.why);
     ui.weak(text!("shader-broken"));
-    ScrollArea::both().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
+    let area = ScrollArea::both().id_salt(("failure", &failure.why)).auto_shrink([false, true]).min_scrolled_height(MIN_LIST_HEIGHT);
+    area.show(ui, |ui| {
         ui.add(egui::Label::new(RichText::new(&failure.diagnosis).monospace()).extend());
     });
 }

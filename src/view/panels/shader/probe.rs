@@ -3,8 +3,9 @@
 //! In: the displayed view, the picked pixel. Out: egui shapes; a pixel picked on this page. Always: both precisions are
 //! computed for the same view and pixel; nothing is computed before the user picks a pixel.
 
+use super::queries::ModuleFailure;
 use super::values::brief_number;
-use super::{Inspected, ShaderPanel};
+use super::{Inspected, ShaderPanel, show_failure};
 use crate::probe::pixel::{PixelDraw, PixelReport, inspect_pixel};
 use crate::probe::{ProbeError, Prober};
 use crate::render::plan::SamplingQuality;
@@ -50,7 +51,14 @@ fn inspect_in_both_precisions(session: &Session, request: &ViewRequest, pixel: [
     Ok([report_f32, report_f64])
 }
 
-pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {
+/// Shows the page. `failure`: why there is no module of the displayed key.
+pub(crate) fn show(
+    panel: &mut ShaderPanel,
+    ui: &mut egui::Ui,
+    inspected: &Inspected<'_>,
+    failure: Option<&ModuleFailure>,
+    interface: &Interface,
+) {
     let page = &mut panel.probe;
     if let Some(answer) = page.pending.as_ref().and_then(Pending::take) {
         page.pending = None;
@@ -82,13 +90,25 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
             accessible::spinner(ui, text!("probe-another"));
         }
     });
+    // The field is above all that depends on the answer, which a running clock renews: the pixel may be beside the body then.
+    let has_values = page.answer.as_ref().and_then(|answer| answer.as_ref().ok()).is_some_and(|[report, _]| !report.draws.is_empty());
+    let copies = ui
+        .horizontal(|ui| {
+            let label = ui.label(text!("probe-filter"));
+            let field = TextEdit::singleline(&mut page.filter).id_salt("filter of the probe").desired_width(160.0);
+            ui.add(field).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
+            let copy = egui::Button::new(text!("shader-copy")).small();
+            ui.add_enabled(has_values, copy).on_hover_text(text!("probe-copy-hint")).clicked()
+        })
+        .inner;
     let Some(answer) = &page.answer else {
         accessible::spinner(ui, text!("probe-coming"));
         return;
     };
-    let [report_f32, report_f64] = match answer {
-        Ok(both) => both,
-        Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, error_text(why))),
+    let [report_f32, report_f64] = match (answer, failure) {
+        (Ok(both), _) => both,
+        (Err(_), Some(failure)) => return show_failure(ui, failure),
+        (Err(why), None) => return drop(ui.colored_label(ui.visuals().warn_fg_color, error_text(why))),
     };
     let radiance = report_f32.radiance.map(brief_number).join(", ");
     ui.label(text!("probe-radiance", level = radiance, stops = signed(report_f32.exposure_stops, 2)));
@@ -113,16 +133,11 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     }
     // At an edge, a draw may cover the pixel in only one of the precisions.
     let draw_f64 = report_f64.draws.iter().find(|d| d.body == draw_f32.body && d.part == draw_f32.part);
-    ui.horizontal(|ui| {
-        let label = ui.label(text!("probe-filter"));
-        // Its own id, because the lines above depend on the report, which a running clock renews.
-        let field = TextEdit::singleline(&mut page.filter).id_salt("filter of the probe").desired_width(160.0);
-        ui.add(field).labelled_by(label.id).on_hover_text(text!("probe-filter-hint"));
-        if ui.small_button(text!("shader-copy")).on_hover_text(text!("probe-copy-hint")).clicked() {
-            ui.ctx().copy_text(rows(draw_f32, draw_f64).iter().map(|r| format!("{}\n", r.text())).collect());
-        }
-    });
-    table(ui, &rows(draw_f32, draw_f64), &page.filter);
+    let rows = rows(draw_f32, draw_f64);
+    if copies {
+        ui.ctx().copy_text(rows.iter().map(|row| format!("{}\n", row.text())).collect());
+    }
+    table(ui, &rows, &page.filter);
 }
 
 impl ProbePage {
@@ -206,7 +221,8 @@ fn row_height(ui: &egui::Ui) -> f32 {
 
 /// Shows the rows whose name contains the filter text, below headings that scroll sideways with their columns, but not down with the rows.
 fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
-    let matching: Vec<&Row> = rows.iter().filter(|r| r.name.contains(filter.trim())).collect();
+    let filter = filter.trim().to_lowercase();
+    let matching: Vec<&Row> = rows.iter().filter(|r| r.name.to_lowercase().contains(&filter)).collect();
     let headings = columns(&text!("probe-count", count = matching.len()), "f32", "f64", text!("probe-difference"));
     let height = row_height(ui);
     let (place, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());

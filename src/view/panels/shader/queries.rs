@@ -45,7 +45,7 @@ pub(crate) struct LoadedModule {
 
 /// Why there is no valid module.
 pub(crate) struct ModuleFailure {
-    /// The error in one line.
+    /// The error in one line, in the window's language.
     pub why: String,
     /// The error as several lines: its source line, and a caret below the place of the error. Empty if no source line is known.
     pub diagnosis: String,
@@ -58,8 +58,8 @@ pub(crate) type ModuleResult = Result<Arc<LoadedModule>, Arc<ModuleFailure>>;
 fn load_module(session: &Session, id: &ModuleId) -> ModuleResult {
     let library = session.library();
     let failure = |why: String, diagnosis: String| Arc::new(ModuleFailure { why, diagnosis });
-    let module = library.get(id).map_err(|e| failure(e.to_string(), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
-    let tapes = tape_costs(&module).map_err(|e| failure(e.to_string(), String::new()))?;
+    let module = library.get(id).map_err(|e| failure(error_text(&e), diagnosis(&library.fragments(), id).unwrap_or_default()))?;
+    let tapes = tape_costs(&module).map_err(|e| failure(error_text(&e), String::new()))?;
     let library_entry = library.entry_path(id).and_then(|path| {
         let bytes = path.metadata().ok()?.len();
         Some((path, bytes))
@@ -146,7 +146,7 @@ impl ShaderQueries {
         self.modules.get(worker, id, move |session| load_module(session, &asked_id)).cloned()
     }
 
-    /// The module; `None` until it has arrived. `None` also if it is invalid, but then the panel shows the failure instead of a page.
+    /// The module; `None` until it has arrived, and if it is invalid.
     pub(crate) fn loaded_module(&mut self, worker: &dyn RenderWorker, id: &ModuleId) -> Option<Arc<LoadedModule>> {
         self.module(worker, id)?.ok()
     }

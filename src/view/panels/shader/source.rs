@@ -2,10 +2,12 @@
 //!
 //! In: the text of the displayed module in the chosen language. Out: egui shapes. Always: only visible lines are laid out, so that a text of a hundred
 //! thousand lines scrolls as fast as a short text; the list of lines is a single Tab stop, and arrow keys move between its lines; the search finds only lines
-//! that the list shows, and the current match is in view, in a frame; until the text of another module has arrived, the last one stays.
+//! that the list shows, and the current match is in view, in a frame; until the text of another module has arrived, the last one stays; the search field stays
+//! also if there is no text.
 
 use super::module_text::{ModuleLine, ModuleText, feature_colour, find_all, layout_job};
-use super::{Inspected, ShaderPanel};
+use super::queries::ModuleFailure;
+use super::{Inspected, ShaderPanel, show_failure};
 use crate::shader::translate::Language;
 use crate::view::language::text;
 use crate::view::panels::accessible;
@@ -89,10 +91,11 @@ fn language_name(language: Language) -> (&'static str, &'static str) {
     }
 }
 
-pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'_>) {
+/// Shows the page. `failure`: why there is no module.
+pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'_>, failure: Option<&ModuleFailure>) {
     let page = &mut panel.source;
     let language = page.language.unwrap_or(Language::Wgsl);
-    let text = panel.queries.text(inspected.worker, &inspected.id, language);
+    let answer = panel.queries.text(inspected.worker, &inspected.id, language);
     ui.horizontal_wrapped(|ui| {
         for choice in Language::ALL {
             let (name, tooltip) = language_name(choice);
@@ -100,20 +103,31 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'
                 page.language = Some(choice);
             }
         }
-        if text.is_none() {
+        if answer.is_none() {
             accessible::spinner(ui, text!("source-coming"));
         }
     });
-    // The last text stays until the new one has arrived: without the search field, a text that is typed into it would become shortcuts.
+    // The last text stays until the new one has arrived.
     let last_text = page.last_text.take().filter(|last| last.language == language);
-    let text = match (text, last_text) {
-        (Some(Ok(text)), _) | (None, Some(text)) => text,
-        (Some(Err(why)), _) => return drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
-        (None, None) => return,
+    let (text, why) = match answer {
+        Some(Ok(text)) => (Some(text), None),
+        Some(Err(why)) => (None, Some(why)),
+        None => (last_text, None),
     };
-    page.last_text = Some(Arc::clone(&text));
-    page.show_requested(&text);
-    page.search(ui, &text);
+    page.last_text = text.filter(|_| failure.is_none());
+    let text = page.last_text.clone();
+    if let Some(text) = &text {
+        page.show_requested(text);
+    }
+    page.search(ui, text.as_ref());
+    let Some(text) = text else {
+        match (failure, why) {
+            (Some(failure), _) => show_failure(ui, failure),
+            (None, Some(why)) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
+            (None, None) => {}
+        }
+        return;
+    };
     if !text.features.is_empty() {
         page.legend(ui, &text);
     }
@@ -185,18 +199,21 @@ impl SourcePage {
         self.found = Some(FoundLines { text: Arc::clone(text), needle: self.needle.clone(), only_feature, lines });
     }
 
-    /// Shows the search field and the number of the current match. Scrolls to the current match when another match becomes current.
-    fn search(&mut self, ui: &mut Ui, text: &Arc<ModuleText>) {
+    /// Shows the search field and the number of the current match, without a text only the field. Scrolls to the current match when another match becomes
+    /// current.
+    fn search(&mut self, ui: &mut Ui, text: Option<&Arc<ModuleText>>) {
         // 1 to go to the next match, -1 to go to the previous one.
         let mut step = 0;
         ui.horizontal(|ui| {
             let label = ui.label(text!("source-find"));
-            let response = ui.add(TextEdit::singleline(&mut self.needle).desired_width(150.0)).labelled_by(label.id);
+            let field = TextEdit::singleline(&mut self.needle).id_salt("search in the source").desired_width(150.0);
+            let response = ui.add(field).labelled_by(label.id);
             let response = response.on_hover_text(text!("source-find-hint"));
             if response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
                 step = 1;
                 response.request_focus();
             }
+            let Some(text) = text else { return };
             if !text.features.is_empty() {
                 let mut shows_names = !self.hides_names;
                 ui.checkbox(&mut shows_names, text!("source-features")).on_hover_text(text!("source-features-hint"));

@@ -3,7 +3,8 @@
 //! In: the displayed module, and its draw in the last image. Out: egui shapes. Always: the values are those of the last image; if the user has
 //! edited the draw's key, its values are shown in the layout of the edited key's module.
 
-use super::{Inspected, ShaderPanel};
+use super::queries::ModuleFailure;
+use super::{Inspected, ShaderPanel, show_failure};
 use crate::render::plan::{self, RING_PROFILE, role_of, uniform_bytes};
 use crate::shader::reflect::UniformField;
 use crate::shader::{Layout, ModuleId};
@@ -25,9 +26,23 @@ pub(crate) struct ValuesPage {
     draw_index: usize,
 }
 
-pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
-    let Some(module) = panel.queries.loaded_module(inspected.worker, &inspected.id) else {
-        accessible::spinner(ui, text!("module-loading"));
+/// Shows the page. `failure`: why there is no module.
+pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, failure: Option<&ModuleFailure>) {
+    let module = panel.queries.loaded_module(inspected.worker, &inspected.id);
+    // The field comes first, so that it stays where it is while a module loads.
+    ui.horizontal_wrapped(|ui| {
+        let label = ui.label(text!("probe-filter"));
+        let field = TextEdit::singleline(&mut panel.values.filter).id_salt("filter of the values").desired_width(120.0);
+        ui.add(field).labelled_by(label.id).on_hover_text(text!("values-filter-hint"));
+        if let Some(layout) = module.as_ref().map(|loaded| &loaded.module.layout) {
+            ui.strong(text!("values-count", count = layout.fields.len(), bytes = layout.uniform_size));
+        }
+    });
+    let Some(module) = module else {
+        match failure {
+            Some(failure) => show_failure(ui, failure),
+            None => drop(accessible::spinner(ui, text!("module-loading"))),
+        }
         return;
     };
     let layout = &module.module.layout;
@@ -36,13 +51,6 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         (None, ModuleId::Simple(name)) => simple_module_bytes(panel, ui, inspected, name).map(Ok),
         (None, _) => None,
     };
-    ui.horizontal(|ui| {
-        ui.strong(text!("values-count", count = layout.fields.len(), bytes = layout.uniform_size));
-        let label = ui.label(text!("probe-filter"));
-        ui.add(TextEdit::singleline(&mut panel.values.filter).desired_width(120.0))
-            .labelled_by(label.id)
-            .on_hover_text(text!("values-filter-hint"));
-    });
     match &bytes {
         None => drop(ui.weak(text!("values-unused"))),
         Some(Err(error)) => drop(ui.colored_label(ui.visuals().warn_fg_color, text!("values-none", e = error_text(error)))),

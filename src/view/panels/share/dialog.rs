@@ -1,7 +1,7 @@
 //! File dialogs of the desktop, where available.
 //!
-//! In: the text field for a file name. Out: the chosen file's path in that field. Always: the field also accepts a typed name; without dialogs there is
-//! no button beside it. The window provides the function that opens dialogs; tests provide their own.
+//! In: the text field for a file name. Out: the chosen file's path in that field, with an extension if it is new. Always: the field also accepts a typed
+//! name; without dialogs there is no button beside it. The window provides the function that opens dialogs; tests provide their own.
 
 use crate::view::language::text;
 use crate::view::panels::Interface;
@@ -29,7 +29,10 @@ pub type FileDialog = fn(FileRequest) -> Pending<Option<PathBuf>>;
 /// A text field for a file name, which a dialog can fill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileField {
+    /// The name of the view file to save.
     View,
+    /// The same field, for a view file that exists: a dialog for saving would ask whether to replace it.
+    ViewToOpen,
     Image,
     Animation,
     Tour,
@@ -49,6 +52,7 @@ impl FileField {
     fn button_name(self) -> &'static str {
         match self {
             Self::View => text!("dialog-choose-view"),
+            Self::ViewToOpen => text!("dialog-choose-view-to-open"),
             Self::Image => text!("dialog-choose-image"),
             Self::Animation => text!("dialog-choose-animation"),
             Self::Tour => text!("dialog-choose-tour"),
@@ -59,18 +63,28 @@ impl FileField {
     fn request(self, name: &str) -> FileRequest {
         let (title, extensions, is_for_opening): (_, &'static [&'static str], _) = match self {
             Self::View => (text!("share-view-file"), &["json"], false),
+            Self::ViewToOpen => (text!("share-view-file"), &["json"], true),
             Self::Image => (text!("dialog-image"), &["png", "exr"], false),
             Self::Animation => (text!("dialog-animation"), &["gif", "apng"], false),
             Self::Tour => (text!("tours-file"), &["json"], true),
         };
         FileRequest { title, extensions, name: name.to_owned(), is_for_opening }
     }
+
+    /// The path that was chosen for this field. Not every desktop adds the extension to a new name, without which the file could not be saved.
+    fn with_extension(self, path: PathBuf) -> PathBuf {
+        let FileRequest { extensions, is_for_opening, .. } = self.request("");
+        match extensions.first() {
+            Some(extension) if !is_for_opening && path.extension().is_none() => path.with_extension(extension),
+            _ => path,
+        }
+    }
 }
 
 /// The text of a field.
 fn field_text(interface: &mut Interface, field: FileField) -> &mut String {
     match field {
-        FileField::View => &mut interface.share.view_file_name,
+        FileField::View | FileField::ViewToOpen => &mut interface.share.view_file_name,
         FileField::Image => &mut interface.share.image_file_name,
         FileField::Animation => &mut interface.share.animation.file_name,
         FileField::Tour => &mut interface.tour.file_name,
@@ -98,7 +112,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context) {
         Some(answer) => {
             interface.share.dialog = None;
             match answer {
-                Some(path) => *field_text(interface, field) = path.display().to_string(),
+                Some(path) => *field_text(interface, field) = field.with_extension(path).display().to_string(),
                 None => interface.show_reply(text!("dialog-none")),
             }
         }

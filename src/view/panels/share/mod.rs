@@ -35,6 +35,8 @@ pub(crate) struct SharePanel {
     view_file_name: String,
     /// The name for a new bookmark.
     bookmark_name: String,
+    /// The bookmark that was removed last, and its place in the list.
+    removed_bookmark: Option<(usize, Bookmark)>,
     /// The name of the image file. For the files of a sequence, it may contain a placeholder for the frame number.
     image_file_name: String,
     image_options: ImageOptions,
@@ -82,6 +84,7 @@ impl Default for SharePanel {
             typed_link: String::new(),
             view_file_name: "view.json".into(),
             bookmark_name: String::new(),
+            removed_bookmark: None,
             image_file_name: "orrery.png".into(),
             image_options: ImageOptions { size_px: [1920, 1080], has_labels: false },
             frame_count: 60,
@@ -175,6 +178,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             }
             interface.show_reply(written.map_or_else(|why| why, |path| saved_message(&path)));
         }
+        dialog::button(interface, ui, FileField::ViewToOpen);
         if ui.button(text!("share-open-view")).on_hover_text(text!("share-open-view-hint")).clicked() {
             let text = read_text(&path, MAX_BYTES).map_err(|e| error_text(&e));
             let read = text.and_then(|text| view_from_text(&text, session, interface.viewer.now()).map_err(|e| error_text(&e)));
@@ -191,7 +195,7 @@ pub(super) fn named(file_name: &str) -> Result<&str, String> {
 }
 
 /// Whether the user has just pressed Enter in a field with this text; false if the text is blank.
-fn is_entered(field: &egui::Response, text: &str) -> bool {
+pub(super) fn is_entered(field: &egui::Response, text: &str) -> bool {
     field.lost_focus() && field.ctx.input(|i| i.key_pressed(egui::Key::Enter)) && !text.trim().is_empty()
 }
 
@@ -309,8 +313,9 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
         });
     }
     if let Some(i) = removed_index {
-        interface.settings.bookmarks.remove(i);
+        interface.share.removed_bookmark = Some((i, interface.settings.bookmarks.remove(i)));
     }
+    restore_button(interface, ui);
     ui.collapsing(text!("recent-views"), |ui| {
         for recent in &interface.settings.recent {
             if ui.button(&recent.name).on_hover_text(text!("bookmarks-show-hint")).clicked() {
@@ -318,6 +323,17 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
             }
         }
     });
+}
+
+/// Shows a button that brings back the bookmark that was removed last.
+fn restore_button(interface: &mut Interface, ui: &mut egui::Ui) {
+    let Some((_, removed)) = &interface.share.removed_bookmark else { return };
+    let name = text!("bookmarks-restore", name = removed.name);
+    let is_clicked = ui.horizontal_wrapped(|ui| ui.button(name).on_hover_text(text!("bookmarks-restore-hint")).clicked()).inner;
+    if is_clicked && let Some((index, bookmark)) = interface.share.removed_bookmark.take() {
+        let bookmarks = &mut interface.settings.bookmarks;
+        bookmarks.insert(index.min(bookmarks.len()), bookmark);
+    }
 }
 
 /// Shows the settings of the window's appearance.
