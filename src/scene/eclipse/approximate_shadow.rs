@@ -197,7 +197,7 @@ mod tests {
                 semi_axes,
                 // The approximation does not read these two.
                 max_blocked_fraction: 0.0,
-                has_umbra: false,
+                bent_light: refraction::BentLight::None,
             }
         }
 
