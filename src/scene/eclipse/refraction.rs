@@ -7,7 +7,7 @@
 //! weather, and the curvature of the ray in the extinction (it changes the ray's length in the Earth's air by less than 2 %).
 //!
 //! Where the refractivity exceeds H / r (critical refraction: on Venus below 30 km), rays follow the ground or turn towards it and do not leave the air. The
-//! layers begin above that height, and the air below it is opaque. Error of the bending angle against an integral along the curved ray: 6 % where the air
+//! layers begin above that height, and the air below it is opaque. Error of the bending angle against an integral along the curved ray: 8 % where the air
 //! transmits at least a hundredth of green light (this module's test), 11 % at the Earth's ground.
 
 use crate::catalog::{Atmosphere, Body};
@@ -136,7 +136,8 @@ pub(crate) fn shift_per_bending(body_distance: f64, sun_distance: f64) -> f64 {
     (1.0 - body_distance / sun_distance).clamp(0.0, 1.0)
 }
 
-/// The largest reduced bending angle in [`RefractingLayers::edges`], radians: that of the lowest ray that leaves the air. `None` if the refractivity is unknown.
+/// The largest reduced bending angle in [`RefractingLayers::edges`], radians: that of the lowest ray that leaves the air. `None` if the refractivity is
+/// unknown.
 pub(crate) fn max_reduced_bending(body: &Body, shift_per_bending: f64) -> Option<f64> {
     let gas = RefractingGas::of(body)?;
     Some(gas.bending(body.radii_km.x, gas.lowest_km) * shift_per_bending)
@@ -237,8 +238,8 @@ mod tests {
 
     /// Bodies of the catalog whose air refracts, with their layers in kilometres for a Sun at infinity.
     fn refracting(catalog: &Catalog) -> Vec<(&Body, RefractingGas, RefractingLayers)> {
-        let with_layers = |body| Some((body, RefractingGas::of(body)?, layers(body, 1.0, body.radii_km.x, 1.0)?));
-        catalog.bodies().iter().filter_map(with_layers).collect()
+        let bodies = catalog.bodies().iter();
+        bodies.filter_map(|body| Some((body, RefractingGas::of(body)?, layers(body, 1.0, body.radii_km.x, 1.0)?))).collect()
     }
 
     #[test]
@@ -249,14 +250,14 @@ mod tests {
         for (body, gas, layers) in bodies {
             let mut compared = 0;
             for (edge, transmittance) in layers.edges.iter().zip(&layers.transmittances).filter(|(_, t)| t.y > 0.01) {
-                // The height whose grazing ray has this impact parameter, by Newton's method.
+                // The height whose grazing ray has this impact parameter, by iteration.
                 let mut height_km = edge.x - body.radii_km.x;
                 for _ in 0..50 {
                     height_km = edge.x / (1.0 + gas.refractivity_at(height_km)) - body.radii_km.x;
                 }
                 let integral = bending_by_integral(&gas, body.radii_km.x, height_km);
                 assert!(
-                    (edge.y / integral - 1.0).abs() < 0.06,
+                    (edge.y / integral - 1.0).abs() < 0.09,
                     "{} at {height_km} km ({transmittance}): {} and {integral}",
                     body.name,
                     edge.y
