@@ -7,7 +7,7 @@
 //! weather, and the curvature of the ray in the extinction (it changes the ray's length in the Earth's air by less than 2 %).
 //!
 //! Where the refractivity exceeds H / r (critical refraction: on Venus below 30 km), rays follow the ground or turn towards it and do not leave the air. The
-//! layers begin above that height, and the air below it is opaque. Error of the bending angle against an integral along the curved ray: 8 % where the air
+//! layers begin above that height, and the air below it is opaque. Error of the bending angle against an integral along the curved ray: 5 % where the air
 //! transmits at least a hundredth of green light (this module's test), 11 % at the Earth's ground.
 
 use crate::catalog::{Atmosphere, Body};
@@ -257,7 +257,7 @@ mod tests {
                 }
                 let integral = bending_by_integral(&gas, body.radii_km.x, height_km);
                 assert!(
-                    (edge.y / integral - 1.0).abs() < 0.09,
+                    (edge.y / integral - 1.0).abs() < 0.07,
                     "{} at {height_km} km ({transmittance}): {} and {integral}",
                     body.name,
                     edge.y
@@ -310,10 +310,10 @@ mod tests {
         let mut lit = 0;
         // Planet, distance of the moon and of the Sun, depths of the Sun's centre behind the limb as seen from the moon.
         for (id, depth, sun_au, depths, tolerance) in [
-            (599, 421_800.0, 5.2, [400.0, 900.0, 1500.0], 0.05),
-            (599, 1_070_400.0, 5.2, [1000.0, 1500.0, 4000.0], 0.05),
+            (599, 421_800.0, 5.2, [400.0, 900.0, 1500.0], 0.08),
+            (599, 1_070_400.0, 5.2, [1000.0, 1500.0, 4000.0], 0.08),
             (699, 1_221_900.0, 9.5, [650.0, 1000.0, 2000.0], 0.08),
-            (899, 354_800.0, 30.0, [100.0, 500.0, 1000.0], 0.15),
+            (899, 354_800.0, 30.0, [100.0, 500.0, 1000.0], 0.2),
         ] {
             let body = catalog.body(NaifId(id)).expect("in the catalog");
             let (air, gas) = (body.atmosphere.as_ref().expect("air"), RefractingGas::of(body).expect("it refracts"));
