@@ -308,6 +308,8 @@ pub struct Atmosphere {
     pub top_km: f64,
     /// Refractivity (refractive index minus 1) in green light at height 0, on the ellipsoid; `None`: refraction is left out.
     pub refractivity: Option<f64>,
+    /// Haze that only dims refracted light: the height at which the optical depth of a grazing ray in it is 1, and its scale height; `None`: no such haze.
+    pub limb_haze_km: Option<[f64; 2]>,
     /// Luminance of its airglow in the zenith, seen from the ground; `None`: left out.
     pub airglow_cd_m2: Option<f64>,
     /// Light that haze or dust adds to that of the ground, in rows of ascending phase angle. Each row: the phase angle in degrees, then the mean radiance of

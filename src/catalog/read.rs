@@ -82,11 +82,20 @@ fn is_forward_light(rows: &[[f64; 4]]) -> bool {
     rows.len() <= 100 && rows.iter().all(is_row) && rows.windows(2).all(|pair| pair[0][0] < pair[1][0])
 }
 
+/// What [`is_limb_haze`] accepts, for messages.
+const ALLOWED_LIMB_HAZE: &str = "two numbers of kilometres: a height from 0 to 10000, and a scale height from 0.1 to 10000";
+
+/// Whether this may be an atmosphere's `limb_haze_km`.
+fn is_limb_haze([height_km, scale_height_km]: &[f64; 2]) -> bool {
+    (0.0..=1e4).contains(height_km) && (0.1..=1e4).contains(scale_height_km)
+}
+
 /// Reads an `[[atmosphere]]`: the body's name and the atmosphere; `None` without a valid `body` and `top_km`, or with too many species, which is reported.
 fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let top_km = required_number(&mut table, "top_km", "kilometres above 0", |x| x > 0.0);
     let refractivity = table.optional("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
+    let limb_haze_km = table.optional("limb_haze_km", ALLOWED_LIMB_HAZE, is_limb_haze).map(|l| l.value);
     let airglow_cd_m2 =
         table.optional("airglow_cd_m2", "candelas a square metre from 0 to 1", |x: &f64| (0.0..=1.0).contains(x)).map(|l| l.value);
     let forward_light = table.optional("forward_light", ALLOWED_FORWARD_LIGHT, |rows: &Vec<[f64; 4]>| is_forward_light(rows));
@@ -101,7 +110,7 @@ fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> 
     table.finish();
     let species = species.into_iter().map(|l| l.value).collect();
     let forward_light = forward_light.map_or_else(Vec::new, |l| l.value);
-    Some((body_name?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, forward_light, species }))
+    Some((body_name?, Atmosphere { top_km: top_km?, refractivity, limb_haze_km, airglow_cd_m2, forward_light, species }))
 }
 
 /// Reports a second gas, aerosol or absorption layer: a draw has one of each, and would leave out a second one.

@@ -311,7 +311,14 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> Result<catalog::Atmosphere, St
         }),
     };
     let species = atmosphere.species.iter().map(species).collect::<Result<_, String>>()?;
-    Ok(catalog::Atmosphere { top_km: atmosphere.top_km, refractivity: None, airglow_cd_m2: None, forward_light: Vec::new(), species })
+    Ok(catalog::Atmosphere {
+        top_km: atmosphere.top_km,
+        refractivity: None,
+        limb_haze_km: None,
+        airglow_cd_m2: None,
+        forward_light: Vec::new(),
+        species,
+    })
 }
 
 /// The bytes of the module's uniform struct `Draw`. `camera_height`: above the ground, in planet radii; `misses_ground`: the ray ends at the top of the

@@ -37,7 +37,7 @@ fn table_name_with(code_digest: &[u8; 32], body: &Body) -> String {
     let mut inputs = vec![body.radii_km.x];
     inputs.extend(body.mean_reflectance());
     // A pattern without `..`, so that the compiler demands a decision about each new field.
-    if let Some(Atmosphere { top_km, species, refractivity: _, airglow_cd_m2: _, forward_light: _ }) = &body.atmosphere {
+    if let Some(Atmosphere { top_km, species, refractivity: _, limb_haze_km: _, airglow_cd_m2: _, forward_light: _ }) = &body.atmosphere {
         inputs.push(*top_km);
         inputs.extend(species.iter().flat_map(Species::optical_numbers));
     }

@@ -1,6 +1,7 @@
 //! Light scattered, absorbed and refracted by air and clouds.
 
 mod air_pass;
+mod aureole;
 mod clouds;
 mod clouds_with_ground;
 mod corona_in_air;

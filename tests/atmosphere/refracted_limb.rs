@@ -360,10 +360,11 @@ fn the_decision_on_the_refracted_limb_states_its_reason() {
     assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, ""), true, "× white (threshold");
     assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-refracted-limb"), false, "set by you");
     assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 64, 3.0, "-atmosphere"), false, "switched off");
-    // No layer shows the Sun: from the Sun's side, from behind Mars, whose thin air bends light little, and from 45 degrees off the axis.
+    // No layer shows the Sun: from the Sun's side, from behind Mars, whose thin air bends light little, from behind Jupiter, and from 45 degrees off the axis.
     assert_decision(&view_from_behind(NaifId::EARTH, -60.0, 0.1, 64, 3.0, ""), false, "no layer");
     assert_decision(&view_from_behind(NaifId(499), 40.0, 0.1, 64, 3.0, ""), false, "no layer");
+    assert_decision(&view_from_behind(NaifId(599), 60.0, 0.1, 64, 3.0, ""), false, "no layer");
     assert_decision(&view_from_behind(NaifId::EARTH, 6.0, 6.0, 64, 25.0, ""), false, "no layer");
     assert_decision(&view_from_behind(NaifId::EARTH, 60.0, 0.1, 4, 3.0, ""), false, "px across");
-    assert_eq!(decision_of(&view_from_behind(NaifId(599), 60.0, 0.1, 64, 3.0, "")), None, "the catalog has no refractivity for Jupiter");
+    assert_eq!(decision_of(&view_from_behind(NaifId(999), 60.0, 0.1, 64, 3.0, "")), None, "the catalog has no refractivity for Pluto");
 }

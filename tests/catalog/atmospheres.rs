@@ -31,6 +31,51 @@ fn gases_scatter_with_the_wavelength_dependence_of_rayleigh() {
     assert_eq!(checked, 8);
 }
 
+/// The refractivity at height 0 is that of the gas whose scattering is given there: scattering per refractivity is 32 pi³ / (3 N lambda⁴) times the
+/// refractivity at 0 C and 1 atm and King's factor, with N the number density at 0 C and 1 atm.
+#[test]
+fn refractivities_belong_to_the_gas_that_scatters() {
+    // Of each gas: refractivity in green at 0 C and 1 atm, King's factor.
+    let [air, carbon_dioxide, nitrogen, hydrogen, helium]: [[f64; 2]; 5] =
+        [[2.93e-4, 1.05], [4.49e-4, 1.15], [2.98e-4, 1.034], [1.39e-4, 1.03], [3.49e-5, 1.0]];
+    // Body, mole fractions of its gases, tolerance. The Earth's scattering makes up for its scale height (atmospheres.toml).
+    let gases: [(&str, &[(f64, [f64; 2])], f64); 8] = [
+        ("Earth", &[(1.0, air)], 0.2),
+        ("Mars", &[(1.0, carbon_dioxide)], 0.05),
+        ("Venus", &[(1.0, carbon_dioxide)], 0.05),
+        ("Titan", &[(1.0, nitrogen)], 0.05),
+        ("Jupiter", &[(0.864, hydrogen), (0.136, helium)], 0.05),
+        ("Saturn", &[(0.92, hydrogen), (0.08, helium)], 0.05),
+        ("Uranus", &[(0.85, hydrogen), (0.15, helium)], 0.05),
+        ("Neptune", &[(0.85, hydrogen), (0.15, helium)], 0.05),
+    ];
+    let catalog = Catalog::embedded();
+    let refracting: Vec<_> =
+        catalog.bodies().iter().filter(|b| b.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some())).collect();
+    assert_eq!(refracting.len(), gases.len());
+    for body in refracting {
+        let (_, mixture, tolerance) = gases.iter().find(|(name, ..)| *name == body.name).expect("in the table");
+        let atmosphere = body.atmosphere.as_ref().expect("air");
+        let (refractivity, scattering) = (atmosphere.refractivity.expect("given"), atmosphere.species[0].scattering_per_km[1]);
+        let sum = |of: fn([f64; 2]) -> f64| mixture.iter().map(|(fraction, gas)| fraction * of(*gas)).sum::<f64>();
+        let per_refractivity = sum(|[n, king]| n * n * king) / sum(|[n, _]| n);
+        // Per kilometre, at 548 nm.
+        let expected = 32.0 * std::f64::consts::PI.powi(3) / (3.0 * 2.687e25 * 548e-9_f64.powi(4)) * 1e3 * per_refractivity * refractivity;
+        assert!((scattering / expected - 1.0).abs() < *tolerance, "{}: {scattering} per km, by its refractivity {expected}", body.name);
+    }
+}
+
+#[test]
+fn wrong_haze_at_the_limb_is_refused() {
+    let problems_of = |value: &str| problems(&format!("[[atmosphere]]\nbody = \"Mars\"\ntop_km = 80.0\nlimb_haze_km = {value}\n"));
+    assert_eq!(problems_of("[0.0, 5.0]"), Vec::<String>::new());
+    for wrong in ["[12.0]", "[-1.0, 5.0]", "[12.0, 0.0]", "[nan, 5.0]", "5.0"] {
+        let expected = format!("mine.toml:4: atmosphere.limb_haze_km = {wrong}: expected two numbers of kilometres");
+        let found = problems_of(wrong);
+        assert!(found.len() == 1 && found[0].starts_with(&expected), "{found:?}");
+    }
+}
+
 /// A draw has at most one species of each kind. A second one would count in optical depths and tables, but would not be drawn.
 #[test]
 fn a_second_species_of_a_kind_is_refused() {

@@ -1,5 +1,6 @@
 //! Sunlight that bodies block: reference tables, exact contacts, overlapping discs, totality, faint transits, effects beside an eclipse.
 
+mod air_of_planets;
 mod beside_others;
 mod draft;
 mod faint_transits;

@@ -220,7 +220,8 @@ fn saturns_magnitude_includes_its_rings_over_a_full_orbit() {
     assert!(worst_globe > 4.0 * SATURN_TOLERANCE_MAG, "{worst_globe} mag");
 }
 
-/// Io and Ganymede fade steadily as they enter Jupiter's shadow, are dark inside, and brighten steadily as they leave it.
+/// Io and Ganymede fade steadily as they enter Jupiter's shadow, are dark inside, and brighten steadily as they leave it. Jupiter's air bends light up to 3700
+/// km into the shadow at Io's distance, and 9500 km at Ganymede's, which passes that in a quarter of an hour, or half an hour where its path is oblique.
 #[test]
 fn moons_fade_in_eclipses_and_are_dark_in_the_umbra() {
     let (catalog, ephemeris) = sky();
@@ -250,7 +251,10 @@ fn moons_fade_in_eclipses_and_are_dark_in_the_umbra() {
         assert!(egress.iter().flatten().zip(egress.iter().skip(1).flatten()).all(|(a, b)| b < &(a + 0.01)), "{moon} at egress: {egress:?}");
         assert!(magnitudes[first..=last].iter().all(Option::is_none), "{moon} shines within the umbra");
         let partial_samples = magnitudes.iter().flatten().filter(|m| **m > unshadowed + 0.2).count();
-        assert!((1..=20).contains(&partial_samples), "{moon}: {partial_samples} samples in the penumbra");
+        assert!(
+            (1..=40).contains(&partial_samples),
+            "{moon}: {partial_samples} samples in the penumbra and in light that is bent into the shadow"
+        );
     }
 }
 

@@ -217,7 +217,7 @@ fn sunset(id: NaifId, height_km: f64, tangent_km: f64, tilt_rad: f64, target: Op
     }
 }
 
-/// Bodies whose air refracts, and Venus, whose air does not in this program.
+/// Bodies whose air refracts.
 const SETTING_BEHIND: [NaifId; 4] = [NaifId::EARTH, NaifId(499), NaifId(606), NaifId(299)];
 
 fn top_km(id: NaifId) -> f64 {

@@ -86,16 +86,19 @@ impl<'a> ApproximateShadow<'a> {
             {
                 continue;
             }
-            let (separation, radius) = (offset.length() * to_solar_radii, radius_towards(occluder, offset) * to_solar_radii);
+            // What is behind the air shines through its layers, so the top of the air hides the direct light.
+            let air = layers.map_or(0.0, |layers| layers.top);
+            let limb = radius_towards(occluder, offset);
+            let (separation, radius) = (offset.length() * to_solar_radii, (limb + air) * to_solar_radii);
             // Linear in the separation: 0 at outer contact; at inner contact the largest fraction of the disc's area that the ellipse can hide (semi-axes
             // beyond one solar radius hide no more).
-            let max_obscuration = (occluder.semi_axes * to_solar_radii).min(DVec2::ONE).element_product();
+            let max_obscuration = ((occluder.semi_axes + DVec2::splat(air)) * to_solar_radii).min(DVec2::ONE).element_product();
             let obscuration = ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * max_obscuration;
             fraction = fraction.min(DVec3::splat(1.0 - obscuration));
             if let Some(layers) = layers {
                 // The layers are computed for a round limb whose radius is the major semi-axis. The separation is increased by the difference between this
                 // radius and the one towards the Sun, so that the Sun's centre is as far from the round limb as it is from the elliptical outline.
-                let separation = separation + (occluder.semi_axes.x * to_solar_radii - radius);
+                let separation = separation + (occluder.semi_axes.x - limb) * to_solar_radii;
                 fraction += layers.refracted_fraction(separation, distance_behind, to_solar_radii);
             }
         }
@@ -197,7 +200,7 @@ mod tests {
                 semi_axes,
                 // The approximation does not read these two.
                 max_blocked_fraction: 0.0,
-                has_umbra: false,
+                bent_light: refraction::BentLight::None,
             }
         }
 
@@ -322,6 +325,37 @@ mod tests {
             println!("Phobos, {semi_axes:?}: {error:.3}, with the longest radius {error_if_round:.3}; {counts:?}");
             assert!(error < bound, "{semi_axes:?}: {error}");
         }
+    }
+
+    /// Air that neither bends nor dims light: where the Sun is behind it, the light through its layers and the direct light are not both counted. On Io, whose
+    /// Sun is hardly larger than Jupiter's air is high, half of the Sun's light would be counted twice.
+    #[test]
+    fn sunlight_behind_clear_air_is_counted_once() {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+        let geometry = EclipseGeometry::of(&catalog, &ephemeris, [501, 599], TRUE_SEMI_AXES);
+        let mut clear = geometry.occluder.clone();
+        let air = clear.atmosphere.as_mut().expect("air");
+        (air.refractivity, air.limb_haze_km) = (Some(1e-12), None);
+        for species in &mut air.species {
+            (species.scattering_per_km, species.absorption_per_km) = ([0.0; 3], [0.0; 3]);
+        }
+        let outline = geometry.occluder_at(DVec2::ZERO);
+        let sun_radius = geometry.distance_along / geometry.axis.cot_sun_angular_radius;
+        let mut partial = 0;
+        for (direction, radius) in [(outline.long_axis, outline.semi_axes.x), (outline.long_axis.perp(), outline.semi_axes.y)] {
+            for k in -15..=30 {
+                let offset_across = direction * (radius + 0.1 * f64::from(k) * sun_radius);
+                let occluders = [Occluder { body: &clear, ..geometry.occluder_at(offset_across) }];
+                let [with_air, without] = [EclipseModel::Refracted, EclipseModel::LimbDarkened].map(|model| {
+                    let shadow = ApproximateShadow::of(&occluders, model, &geometry.receiver, geometry.sun).expect("an occluder");
+                    shadow.sunlight_fraction(DVec3::ZERO)
+                });
+                assert!((with_air - without).abs() < 0.12, "{k}: {with_air} with clear air, {without} without");
+                partial += u32::from(without > 0.05 && without < 0.95);
+            }
+        }
+        assert!(partial > 20, "{partial}");
     }
 
     /// The light of a whole moon that a planet's shadow leaves: the errors that scene::light::magnitude states, with a margin. They are 0.1 magnitudes if more

@@ -19,8 +19,8 @@ pub(crate) mod sunlight_past;
 pub mod uniforms;
 pub(crate) mod visible_part;
 
-pub use model::{EclipseModelChoice, choose_eclipse_model};
-pub use occluders::{FoundOccluders, Occluder, Receiver, ReceiverExtent, candidates, limb_darkening, max_occluders, select_occluders};
+pub use model::{EclipseModelChoice, choose_eclipse_model, max_occluders};
+pub use occluders::{FoundOccluders, Occluder, Receiver, ReceiverExtent, candidates, limb_darkening, select_occluders};
 pub use refraction::LAYERS as REFRACTING_LAYERS;
 pub use shadow_region::ReceiverShape;
 pub(crate) use uniforms::uniforms_of_occluders;

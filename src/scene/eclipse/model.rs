@@ -1,21 +1,22 @@
 //! The model by which the shadows of a receiver's occluders are computed.
 //!
 //! In: the occluders, and the model that the user requested, if any. Out: the model and the number of occluders, as the shader key holds them. The occluder
-//! whose air refracts light becomes the first if the model includes refraction.
+//! whose air refracts light becomes the first if the model includes refraction. Also: what models and numbers are possible for a body.
 
+use crate::catalog::{Body, NaifId};
 use crate::scene::draw::features::{Eclipse, EclipseModel, MAX_OCCLUDERS};
 use crate::scene::eclipse::occluders::Occluder;
-use crate::scene::eclipse::refraction;
+use crate::scene::eclipse::refraction::{self, BentLight};
 use crate::scene::request::view_request::{Quality, ViewRequest};
 
 /// The eclipse model that the user requested, or a default that depends on the quality.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EclipseModelChoice {
     Requested(EclipseModel),
-    /// For drafts: the Sun as a uniform disc. If an occluder whose air refracts light has an umbra on the receiver, the model `Refracted`, because no other
-    /// light reaches the umbra.
+    /// For drafts: the Sun as a uniform disc. If light may reach the receiver through the air of an occluder, the model `Refracted`, because no other light
+    /// reaches the umbra.
     Draft,
-    /// The Sun with limb darkening. If an occluder whose air refracts light has an umbra on the receiver, the model `Refracted`.
+    /// The Sun with limb darkening. If light may reach the receiver through the air of an occluder, the model `Refracted`.
     Best,
 }
 
@@ -27,7 +28,9 @@ pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], model_choice: Eclips
     let model = match model_choice {
         _ if count == 0 => EclipseModel::None,
         EclipseModelChoice::Requested(EclipseModel::Refracted) | EclipseModelChoice::Best | EclipseModelChoice::Draft => {
-            match occluders.iter().position(|o| refraction::refracts(o.body) && (o.has_umbra || requested_refracted)) {
+            let bends_light =
+                |o: &Occluder<'_>| o.bent_light == BentLight::Reaches || requested_refracted && o.bent_light == BentLight::Misses;
+            match occluders.iter().position(bends_light) {
                 Some(k) => {
                     occluders[..=k].rotate_right(1);
                     EclipseModel::Refracted
@@ -39,6 +42,16 @@ pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], model_choice: Eclips
         EclipseModelChoice::Requested(model) => model,
     };
     Eclipse { occluders: count, model }
+}
+
+/// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
+/// system and, from Saturn outwards and for asteroids, one planet of another system. Nearer to the Sun, only rare transits would count.
+pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
+    let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && b.system_planet() == receiver.system_planet());
+    // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.
+    let other_planets = usize::from(!(100..600).contains(&receiver.id.0));
+    let count = (others.clone().count() + other_planets).min(usize::from(MAX_OCCLUDERS)) as u8;
+    (if receiver.id == NaifId::SUN { 0 } else { count }, others.any(refraction::refracts))
 }
 
 /// The eclipse model that the user set, or the default of the quality.

@@ -11,7 +11,7 @@ use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::{BEST_SOURCE, Ephemeris};
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::MAX_OCCLUDERS;
-use crate::scene::eclipse::refraction;
+use crate::scene::eclipse::refraction::{self, BentLight};
 use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape, ShadowRegion};
 use crate::scene::thresholds::VISIBLE_CHANGE;
 use crate::time::Instant;
@@ -115,8 +115,8 @@ pub struct Occluder<'a> {
     pub(crate) semi_axes: DVec2,
     /// Largest fraction of sunlight that the body can block at any point of the receiver; 0 until [`select_occluders`] computes it.
     pub(crate) max_blocked_fraction: f64,
-    /// Whether the umbra meets the receiver or, beyond the umbra's apex, the whole antumbra lies on the receiver; false until [`select_occluders`] computes it.
-    pub(crate) has_umbra: bool,
+    /// Whether light that its air bends may reach a point of the receiver; `None` until [`select_occluders`] computes it.
+    pub(crate) bent_light: BentLight,
 }
 
 /// Limb-darkening coefficients u1 and u2 of an emissive body, per channel; 0 for other bodies.
@@ -200,7 +200,7 @@ pub fn select_occluders<'a>(
     let mut nearest_miss: Option<(f64, &'a str)> = None;
     let mut out_of_view = Vec::new();
     for occluder in candidates {
-        let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver.radius_km());
+        let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver);
         if occluder.max_blocked_fraction < min_blocked_fraction {
             continue;
         }
@@ -288,15 +288,22 @@ impl<'a> Occluder<'a> {
         let occluder_from_icrf = ephemeris.body_from_icrf(body.id, passage_time).ok()?;
         let (long_axis, semi_axes) =
             outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / receiver_radius_km);
-        Some(Self { body, offset_across, distance_along, long_axis, semi_axes, max_blocked_fraction: 0.0, has_umbra: false })
+        Some(Self { body, offset_across, distance_along, long_axis, semi_axes, max_blocked_fraction: 0.0, bent_light: BentLight::None })
     }
 
-    /// A copy with `max_blocked_fraction` and `has_umbra` (by the umbra's radius at the receiver's centre) set for points within `max_radius` of that centre.
-    fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, receiver_radius_km: f64) -> Self {
-        let radius = self.body.radii_km.max_element() / receiver_radius_km;
+    /// A copy with `max_blocked_fraction` and `bent_light` set for points within `max_radius` of that centre.
+    fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, receiver: &Receiver<'_>) -> Self {
+        let radius = self.body.radii_km.max_element() / receiver.radius_km();
         let max_blocked_fraction = max_blocked_fraction(radius, axis, sun, (self.distance_along - max_radius).max(radius));
-        let has_umbra = self.offset_across.length() < max_radius + self.semi_axes.x - self.distance_along / axis.cot_sun_angular_radius;
-        Self { max_blocked_fraction, has_umbra, ..self.clone() }
+        let is_in_system = self.body.system_planet() == receiver.body.system_planet();
+        let shift_per_bending = refraction::shift_per_bending(self.distance_along, axis.sun_distance);
+        let max_bending = refraction::max_reduced_bending(self.body, shift_per_bending).filter(|_| is_in_system);
+        let bent_light = max_bending.map_or(BentLight::None, |bending| {
+            // Points nearer to the middle of the shadow than this get no light through the air.
+            let dark_radius = self.semi_axes.y - (self.distance_along + max_radius) * (bending + 1.0 / axis.cot_sun_angular_radius);
+            if self.offset_across.length() + max_radius > dark_radius { BentLight::Reaches } else { BentLight::Misses }
+        });
+        Self { max_blocked_fraction, bent_light, ..self.clone() }
     }
 
     /// Radius of the penumbra at the end of the receiver that is farthest from the occluder, where it is largest.
@@ -393,16 +400,6 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
     (long_axis, DVec2::new((mean + spread).max(0.0).sqrt(), (mean - spread).max(0.0).sqrt()))
 }
 
-/// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
-/// system and, from Saturn outwards and for asteroids, one planet of another system. Nearer to the Sun, only rare transits would count.
-pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
-    let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && b.system_planet() == receiver.system_planet());
-    // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.
-    let other_planets = usize::from(!(100..600).contains(&receiver.id.0));
-    let count = (others.clone().count() + other_planets).min(usize::from(MAX_OCCLUDERS)) as u8;
-    (if receiver.id == NaifId::SUN { 0 } else { count }, others.any(refraction::refracts))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -436,7 +433,7 @@ mod tests {
                 long_axis,
                 semi_axes,
                 max_blocked_fraction: 0.0,
-                has_umbra: false,
+                bent_light: BentLight::None,
             };
             let every_shadow_matters = None;
             select_occluders(&[occluder], sun, &receiver, extent, every_shadow_matters, min_blocked_fraction).occluders.len()
@@ -480,7 +477,7 @@ mod tests {
                     long_axis: DVec2::X,
                     semi_axes,
                     max_blocked_fraction: 1.0,
-                    has_umbra: true,
+                    bent_light: BentLight::None,
                 };
                 let is_visible = |ratios: DVec3| occluder.shadow_is_visible(&axis, extent, ratios);
                 let cos_emission = normal.dot((camera - point).normalize());

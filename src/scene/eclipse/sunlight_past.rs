@@ -29,6 +29,13 @@ impl Outline {
         self.centre.length() < 1.0 + self.semi_axes.x
     }
 
+    /// Distance from the centre to the outline in the direction of the Sun's centre.
+    fn radius_towards_sun(&self) -> f64 {
+        let along_axes = DVec2::new(self.centre.dot(self.axis), self.centre.dot(self.axis.perp()));
+        let length = along_axes.length();
+        if length > 0.0 { length / (along_axes / self.semi_axes).length() } else { self.semi_axes.x }
+    }
+
     /// The ends of the outline's chord at the height y; `None` if it has none.
     fn chord(&self, y: f64) -> Option<[f64; 2]> {
         // With (x, h) from the centre, the components along the axes are u = x axis.x + h axis.y and v = h axis.x - x axis.y. On the outline
@@ -104,7 +111,10 @@ impl<'u> SunlightPast<'u> {
         let hiding: Vec<&Outline> = all.iter().map(|(_, outline)| outline).filter(|o| o.may_hide_sun()).collect();
         let mut light = if hiding.is_empty() { DVec3::ONE } else { self.direct_fraction(&hiding) };
         if let (Some(layers), Some((_, first))) = (&self.layers, all.iter().find(|(index, _)| *index == 0)) {
-            light += layers.refracted_fraction(first.centre.length(), first.depth, first.scale);
+            // The layers are those of a round limb. It is moved along the line to the Sun's centre until its top is where the outline is.
+            let top = layers.edges.last().map_or(0.0, |edge| edge.z) * first.scale;
+            let separation = (first.centre.length() + top - first.radius_towards_sun()).max(0.0);
+            light += layers.refracted_fraction(separation, first.depth, first.scale);
         }
         light
     }
@@ -192,6 +202,40 @@ mod tests {
         let half_hidden = edge.fraction(DVec3::Y * (1000.0 / 99.98)).y;
         assert!((half_hidden - 0.5).abs() < 2e-3, "{half_hidden}");
         assert!(SunlightPast::of(&uniforms_of_edge, EclipseModel::Linear).is_none());
+    }
+
+    /// Air that neither bends nor dims light leaves the light that passes the solid body, whose outline is an ellipse like that of a giant planet seen from its
+    /// moons. With layers around the centre, at the mean radius of the ellipse, up to a third of the Sun's light would be added or missing.
+    #[test]
+    fn clear_air_that_bends_nothing_changes_no_light_past_an_ellipse() {
+        const LAYERS: u32 = 32;
+        let (semi_axes, air) = (DVec2::new(1.0, 0.93), 0.005);
+        let mean_radius = (semi_axes.x * semi_axes.y).sqrt();
+        let with_outline = |semi_axes: DVec2| EclipseUniforms {
+            occluder_outlines: vec![Vec4::new(1.0, 0.0, semi_axes.x as f32, semi_axes.y as f32)],
+            ..uniforms(1.0)
+        };
+        let edge = |k: u32| (mean_radius + air * f64::from(k) / f64::from(LAYERS)) as f32;
+        let of_air = EclipseUniforms {
+            air_edges: (0..LAYERS).map(|k| Vec4::new(edge(k), 0.0, edge(k + 1), 0.0)).collect(),
+            air_transmittance: vec![Vec4::ONE; LAYERS as usize],
+            ..with_outline(semi_axes + DVec2::splat(air))
+        };
+        let of_solid = with_outline(semi_axes);
+        let with_air = SunlightPast::of(&of_air, EclipseModel::Refracted).expect("an occluder");
+        let without_air = SunlightPast::of(&of_solid, EclipseModel::LimbDarkened).expect("an occluder");
+        let mut partial = 0;
+        for (angle, offset) in (0..=8).flat_map(|k| (-12..=12).map(move |j| (PI * f64::from(k) / 16.0, f64::from(j)))) {
+            let direction = DVec2::from_angle(angle);
+            let outline = 1.0 / (direction / semi_axes).length();
+            // A solar radius at the occluder's distance is 0.01.
+            let point = (direction * (outline + 0.001 * offset)).extend(0.0);
+            let (light, expected) = (with_air.fraction(point).y, without_air.fraction(point).y);
+            // The layers' share is that of a Sun without limb darkening.
+            assert!((light - expected).abs() < 0.06, "{light}, not {expected} at {angle} rad, {offset}");
+            partial += u32::from(expected > 0.05 && expected < 0.95);
+        }
+        assert!(partial > 50, "{partial}");
     }
 
     /// Every point of a ball has a fraction within the range, which is that of the ball and not wider.

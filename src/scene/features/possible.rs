@@ -9,14 +9,14 @@ use crate::scene::atmosphere::air;
 use crate::scene::draw::features::{
     AirPass, AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, EclipseModel, MapSet, MeshFlags, PixelView, RingShadow,
 };
-use crate::scene::eclipse::occluders;
+use crate::scene::eclipse::model;
 use crate::scene::features::choice::{BodyCapabilities, FeatureSelection};
 use crate::scene::thresholds::MAX_LIGHTS;
 use std::collections::BTreeSet;
 
 /// No occluder, and each possible number of occluders with each model; with refraction only if the air of a possible occluder refracts light.
 fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
-    let (max_occluders, has_refracting_air) = occluders::max_occluders(catalog.bodies(), body);
+    let (max_occluders, has_refracting_air) = model::max_occluders(catalog.bodies(), body);
     let mut all = vec![Eclipse::default()];
     for occluders in 1..=max_occluders {
         let models = [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened];
