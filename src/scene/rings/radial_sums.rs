@@ -4,7 +4,7 @@
 //! In: the intervals of a body's rings and the Sun's light on them. Out: mean light between two radii, of large particles and of dust, without the
 //! factor (phase function / 4). A path's slant is 1 / cosine of its angle to the rings' normal: 1 along the normal, larger for flatter paths. Always: exact in
 //! radius. Between the tabulated slants the light is linear in the slant's logarithm, as in the ring's table (shaders/lib/ring/profile.wesl); the error is
-//! under 3e-4 of the sunlight (test below). A slant's sums are computed when a ray first needs them.
+//! under 3e-4 of the sunlight (test below). A slant's sums are computed when a ray first needs them, outwards as far as rays need them.
 
 use super::ring_table::{RingConditions, RingInterval, SLANTS};
 use crate::scene::constants::RING_SLANTS_PER_OCTAVE;
@@ -12,33 +12,34 @@ use crate::scene::constants::RING_SLANTS_PER_OCTAVE;
 /// Light scattered by large particles (index 0) and by dust (index 1), in the channel with the greatest albedo, without the factor (phase function / 4).
 type ByParticle = [f64; 2];
 
-/// The light along paths of one slant.
+/// The light along paths of one slant, of the innermost intervals.
 struct SlantSums {
+    slant: f64,
     /// Light of each interval.
     light: Vec<ByParticle>,
-    /// Integral of the light over the radius up to each interval's inner edge; the last element is the integral over all intervals.
+    /// Integral of the light over the radius up to each interval's inner edge; the last element is the integral over all these intervals.
     integral: Vec<ByParticle>,
 }
 
 impl SlantSums {
-    fn new(intervals: &[RingInterval], conditions: &RingConditions, slant: f64) -> Self {
-        let light = intervals.iter().map(|interval| {
+    fn new(slant: f64) -> Self {
+        Self { slant, light: Vec::new(), integral: vec![[0.0; 2]] }
+    }
+
+    /// Extends the sums up to and including the interval of an index.
+    fn extend_to(&mut self, intervals: &[RingInterval], conditions: &RingConditions, index: usize) {
+        for interval in intervals.iter().take(index + 1).skip(self.light.len()) {
             let albedo = interval.albedo.iter().copied().fold(0.0, f64::max);
-            let light = if interval.tau > 0.0 { albedo * conditions.light(interval, slant) } else { 0.0 };
-            [light * (1.0 - interval.dust_fraction), light * interval.dust_fraction]
-        });
-        let light: Vec<ByParticle> = light.collect();
-        let mut sum = [0.0; 2];
-        let mut integral = vec![sum];
-        for (interval, light) in intervals.iter().zip(&light) {
-            sum = [0, 1].map(|particle| sum[particle] + (interval.outer - interval.inner) * light[particle]);
-            integral.push(sum);
+            let light = if interval.tau > 0.0 { albedo * conditions.light(interval, self.slant) } else { 0.0 };
+            let light = [light * (1.0 - interval.dust_fraction), light * interval.dust_fraction];
+            let sum = self.integral[self.light.len()];
+            self.integral.push([0, 1].map(|particle| sum[particle] + (interval.outer - interval.inner) * light[particle]));
+            self.light.push(light);
         }
-        Self { light, integral }
     }
 
     /// The integral of the light up to a radius. `index`: index of the interval that contains the radius; 0 for a radius below all intervals, and the number of
-    /// intervals for a radius above all of them.
+    /// intervals for a radius above all of them. The sums must extend to that index.
     fn integral_to(&self, intervals: &[RingInterval], radius: f64, index: usize) -> ByParticle {
         let Some(interval) = intervals.get(index) else { return self.integral[intervals.len()] };
         let within = (radius - interval.inner).max(0.0);
@@ -72,7 +73,8 @@ impl<'a> RadialSums<'a> {
         let ends = [(from, interval_at(from)), (to, interval_at(to))];
         let [lower_mean, upper_mean] = [lower_index, lower_index + 1].map(|slant_index| {
             let slant = (slant_index as f64 / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
-            let sums = self.by_slant[slant_index].get_or_insert_with(|| SlantSums::new(self.intervals, &self.conditions, slant));
+            let sums = self.by_slant[slant_index].get_or_insert_with(|| SlantSums::new(slant));
+            sums.extend_to(self.intervals, &self.conditions, ends[1].1);
             let [inner_integral, outer_integral] = ends.map(|(radius, interval)| sums.integral_to(self.intervals, radius, interval));
             [0, 1].map(|particle| (outer_integral[particle] - inner_integral[particle]) / (to - from))
         });
@@ -140,6 +142,20 @@ mod tests {
             let greatest = greatest_difference(name, same_slant);
             assert!(greatest < 3e-4, "{name}: {greatest}");
         }
+        // Sums that were extended step by step are those that were computed at once.
+        let catalog = Catalog::embedded();
+        let saturn = catalog.body_named("saturn").expect("a body");
+        let intervals = intervals(saturn.rings.iter(), saturn.radii_km.x);
+        let sunlight = sun_disc_parts(0.45, SUN_TANGENT);
+        let ranges = [[1.0, 1.3], [1.2, 1.25], [1.5, 1.9], [0.5, 1.0], [1.9, 2.2], [2.0, 9.0]];
+        let mut step_by_step = RadialSums::new(&intervals, sunlight);
+        let at_once = ranges.map(|range| {
+            let mut sums = RadialSums::new(&intervals, sunlight);
+            sums.mean([1.0, 9.0], 3.0);
+            sums.mean(range, 3.0)
+        });
+        assert_eq!(ranges.map(|range| step_by_step.mean(range, 3.0)), at_once);
+        assert!(at_once[2][0] > 0.0 && at_once[3] == [0.0; 2], "{at_once:?}");
         // Negative control: with slants smaller by a tenth, the light differs by more than ten times the tolerance.
         assert!(greatest_difference("saturn", 0.9) > 3e-3);
     }
