@@ -12,7 +12,6 @@ use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::{Purpose, Threshold};
 use crate::scene::request::effects::Effect;
-use crate::scene::rings::radial_sums::RadialSums;
 use crate::scene::rings::ring_light::SHINE_FADE_IN_RAD;
 use crate::scene::rings::{phase, ring_shine, view};
 use glam::{DVec2, DVec3};
@@ -101,7 +100,8 @@ impl MeteredFrame<'_, '_> {
         let [centre_side, other_side] = ring_shine::sun_disc_parts(sun.z.abs(), sun_tangent);
         let sunlight = if sun.z * origin.z < 0.0 { [other_side, centre_side] } else { [centre_side, other_side] };
         let nearer_bodies = self.nearer_bodies(p, spacing);
-        let mut sums = RadialSums::new(&intervals, sunlight);
+        let cached_sums = self.meter.context.caches.radial_sums.of(&intervals, sunlight);
+        let mut sums = cached_sums.lock();
         for k in 0..RING_RAYS * RING_RAYS {
             let position = (DVec2::new(f64::from(k % RING_RAYS), f64::from(k / RING_RAYS)) + 0.5) / f64::from(RING_RAYS);
             let clip = DVec2::new(rect.left, rect.bottom) + size * position;
@@ -133,7 +133,7 @@ impl MeteredFrame<'_, '_> {
             let visible_fraction = if is_behind_globe { 1.0 - smoothstep(0.5 + limb.inside_rad / spacing) } else { 1.0 };
             let weight = frame_position_weight(clip.abs().max_element());
             let visible_share = share * weight * visible_fraction * Self::ray_visibility(&nearer_bodies, direction, spacing);
-            // Sums are computed only for slants of rays that count: a slant takes tens of microseconds on Saturn.
+            // Sums are computed only for rays that count.
             if sunlit_fraction <= 0.0 || visible_share <= 0.0 {
                 continue;
             }
