@@ -211,14 +211,16 @@ fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tints: Option<&Tin
     let clip = camera.clip(place.direction)?;
     // As `point::flux_of_irradiance`.
     let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightness_ratio * PI / pixel_sr(camera, place.direction);
-    let colour = star_colour(star.b_v) * tints.map_or(DVec3::ONE, |t| t.at(place.direction));
     let radius_px = point_radius_px(flux * point_peak() / white);
     let max_clip = DVec2::ONE + (radius_px + 1.0) / camera.half_size_px();
-    (clip.abs().cmple(max_clip).all()).then(|| StarSprite {
-        centre: narrow(clip.extend(0.0)),
-        radius_px: narrow_scalar(radius_px),
-        stretch: 1.0,
-        flux: narrow(colour * flux),
-        star: None,
+    (clip.abs().cmple(max_clip).all()).then(|| {
+        let colour = star_colour(star.b_v) * tints.map_or(DVec3::ONE, |t| t.at(place.direction));
+        StarSprite {
+            centre: narrow(clip.extend(0.0)),
+            radius_px: narrow_scalar(radius_px),
+            stretch: 1.0,
+            flux: narrow(colour * flux),
+            star: None,
+        }
     })
 }
