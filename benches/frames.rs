@@ -1,11 +1,12 @@
-//! Criterion benchmarks of the stages of a frame: scene, plan and drawing of each standard scene; emitting, building and reading back a
-//! shader; texture sampling.
+//! Criterion benchmarks of the stages of a frame: scene, plan and drawing of each standard scene; scenes in which the light meter takes
+//! much of the time; emitting, building and reading back a shader; texture sampling.
 //!
 //! `cargo bench --bench frames`, or `cargo bench --bench frames -- draw/saturn`. Frames are 512 pixels wide and high, with 4 samples, on
 //! all threads. Times are wall times, so nothing else should run at the same time.
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use orrery::FrameImages;
+use orrery::catalog::NaifId;
 use orrery::image::{TexelFormat, Texture};
 use orrery::render::plan::{self, AddressMode, SamplerState, SamplingQuality};
 use orrery::render::software::exec::{Gradients, TextureUnit};
@@ -14,8 +15,10 @@ use orrery::render::software::sample::texels::Texels;
 use orrery::render::software::sample::{BoundTexture, Textures};
 use orrery::render::software::{SoftwareRenderer, lowering};
 use orrery::scene::Scene;
+use orrery::scene::request::{Position, ViewRequest};
 use orrery::session::{Session, Sources, standard_scenes};
 use orrery::shader::{ModuleId, ShaderLibrary, ShaderModule, emit};
+use orrery::time::Instant;
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Duration;
@@ -45,6 +48,32 @@ fn frames(c: &mut Criterion) {
         c.bench_function(&format!("draw/{}", scene.name), |b| {
             b.iter(|| renderer.render(black_box(&planned), session.library(), FrameImages::Display).expect("a frame"));
         });
+    }
+}
+
+/// Scenes near the ground, as a session builds them: with the maps that the light meter reads.
+fn metered_scenes(c: &mut Criterion) {
+    const SATURN: NaifId = NaifId(699);
+    const MIMAS: NaifId = NaifId(601);
+    let cache = tempfile::tempdir().expect("a folder");
+    let session = session(&cache);
+    let night = "2024-06-21T00:00:00Z";
+    let (madrid, dallas) = ((NaifId::EARTH, [40.0, -4.0]), (NaifId::EARTH, [32.78, -96.8]));
+    let eye_height_km = 0.0017;
+    for (name, target, (body, [latitude_deg, longitude_deg]), height_km, time) in [
+        ("noon-1-km", NaifId::EARTH, madrid, 1.0, "2024-06-21T12:00:00Z"),
+        ("night-1-km", NaifId::EARTH, madrid, 1.0, night),
+        ("night-500-km", NaifId::EARTH, madrid, 500.0, night),
+        ("moonlit-night", NaifId::MOON, madrid, eye_height_km, night),
+        ("totality", NaifId::SUN, dallas, eye_height_km, "2024-04-08T18:42:00Z"),
+        ("under-the-rings", MIMAS, (SATURN, [20.0, 40.0]), eye_height_km, "2017-05-17T00:00:00Z"),
+    ] {
+        let position = Position::Ground { body, latitude_deg, longitude_deg, height_km };
+        let time = Instant::parse(time).expect("a time");
+        let request = ViewRequest { position, fov_deg: Some(60.0), width: SIZE, height: SIZE, ..ViewRequest::of(target, time) };
+        // This first scene loads the maps.
+        session.scene(&request).expect("a scene");
+        c.bench_function(&format!("metered/{name}"), |b| b.iter(|| session.scene(black_box(&request)).expect("a scene")));
     }
 }
 
@@ -99,6 +128,6 @@ fn sampling(c: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(20).warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2));
-    targets = frames, shader, sampling
+    targets = frames, metered_scenes, shader, sampling
 }
 criterion_main!(benches);

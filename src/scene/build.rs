@@ -1,9 +1,9 @@
 //! Builds a finished [`Scene`] from a request.
 //!
-//! In: catalog, ephemeris and a request. The steps, in their order: [`SceneBuilder::new`] places the bodies and meters their light;
-//! [`SceneBuilder::meter_with`] adds their night lights (cities) and bright ground; [`SceneBuilder::requirements`] lists the other files and tables that the
-//! view needs; [`SceneBuilder::build`] decides on every effect and creates the scene from the resources that were loaded. The scene is never modified
-//! afterwards.
+//! In: catalog, ephemeris and a request. The steps, in their order: [`SceneBuilder::new`] places the bodies; [`SceneBuilder::meter_with`] meters their light
+//! with their bright ground; [`SceneBuilder::meter_city_lights`] adds their night lights (cities); [`SceneBuilder::requirements`] lists the other files and
+//! tables that the view needs; [`SceneBuilder::build`] decides on every effect and creates the scene from the resources that were loaded. The scene is never
+//! modified afterwards. Without the two steps of the light meter, the light is metered without bright ground and night lights.
 
 mod annotations;
 mod bodies;
@@ -19,6 +19,7 @@ use crate::ephemeris::Ephemeris;
 use crate::message::reason;
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::atmosphere::decision::needs_table;
+use crate::scene::atmosphere::tint_table::FrameTints;
 use crate::scene::body_report::BodyReport;
 use crate::scene::camera::geometry::ImageGeometry;
 use crate::scene::camera::viewpoint::{self, Viewer};
@@ -28,9 +29,10 @@ use crate::scene::error::SceneError;
 use crate::scene::features;
 use crate::scene::features::inputs::{DecisionInputs, FrameContext};
 use crate::scene::finished::Scene;
+use crate::scene::light::auto_exposure::{self, Metered};
+use crate::scene::light::corona;
 use crate::scene::light::exposure::Exposure;
 use crate::scene::light::lights::Reflector;
-use crate::scene::light::{auto_exposure, corona};
 use crate::scene::placed::{PlacedBody, place};
 use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
@@ -39,8 +41,9 @@ use crate::scene::resources::{Caches, Context, MeshRequirement, Requirements, Re
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{lunar_limb, order};
 use glam::Vec3;
+use std::cell::OnceCell;
 
-/// A view whose bodies are placed and whose light is metered, before anything is decided.
+/// A view whose bodies are placed, and whose light is metered when it is first needed, before anything is decided.
 pub struct SceneBuilder<'a> {
     catalog: &'a Catalog,
     ephemeris: &'a Ephemeris,
@@ -55,8 +58,8 @@ pub struct SceneBuilder<'a> {
     reflectors: Vec<Reflector<'a>>,
     /// The atmosphere that surrounds the camera; if several bodies' atmospheres do, that of the first body in catalog order. `None` if none does.
     air: Option<SurroundingAir<'a>>,
-    /// The latest result of the light meter; without night lights and bright ground until [`Self::meter_with`] has been called.
-    exposure: Exposure,
+    /// The latest result of the light meter; empty until then.
+    metered: OnceCell<Metered>,
 }
 
 impl Scene {
@@ -71,7 +74,7 @@ impl Scene {
 }
 
 impl<'a> SceneBuilder<'a> {
-    /// Places the request's camera and all bodies at `request.time`, and meters the light.
+    /// Places the request's camera and all bodies at `request.time`.
     ///
     /// # Errors
     /// Invalid camera parameters, a camera inside a body, or a target that cannot be placed.
@@ -109,19 +112,24 @@ impl<'a> SceneBuilder<'a> {
             placed.iter().filter(|p| shows_air(p.body)).find_map(|p| SurroundingAir::of(p.body, &p.placement, &caches.sky_brightness));
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, body_to_sun_km: p.body_to_sun_km }).collect();
-        let context = Context { request, ephemeris, resources: &Resources::default(), caches };
-        let exposure = auto_exposure::exposure(context, &viewer.camera, &placed, &reflectors, air.as_ref());
-        Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced_reports, reflectors, air, exposure })
+        Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced_reports, reflectors, air, metered: OnceCell::new() })
     }
 
-    /// The latest result of the light meter.
+    /// The latest result of the light meter. If there is none yet, the light is metered without night lights and bright ground.
     pub(crate) fn exposure(&self) -> &Exposure {
-        &self.exposure
+        let (nothing_loaded, earlier) = (Resources::default(), None);
+        &self.metered.get_or_init(|| self.meter(&nothing_loaded, earlier)).exposure
+    }
+
+    /// See [`auto_exposure::exposure`].
+    fn meter(&self, resources: &Resources, earlier: Option<Metered>) -> Metered {
+        let (context, camera) = (self.context(resources), &self.viewer.camera);
+        auto_exposure::exposure(context, camera, &self.placed, &self.reflectors, self.air.as_ref(), earlier)
     }
 
     /// The bodies on whose night lights (cities) the exposure depends. `known`: as for [`Self::requirements`].
     pub(crate) fn night_lights_to_meter(&self, known: &Resources) -> Vec<NaifId> {
-        auto_exposure::night_lights_to_meter(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
+        auto_exposure::night_lights_to_meter(self.context(known), &self.viewer.camera, &self.placed, self.exposure())
     }
 
     /// The bodies near the camera on whose bright ground the exposure depends. `known`: as for [`Self::requirements`].
@@ -129,10 +137,16 @@ impl<'a> SceneBuilder<'a> {
         auto_exposure::bright_grounds_to_meter(self.context(known), &self.viewer.camera, &self.placed)
     }
 
-    /// Meters the light again, now including the night lights and the bright ground in `resources`.
+    /// Meters the light, including the night lights and the bright ground in `resources`.
     pub(crate) fn meter_with(&mut self, resources: &Resources) {
-        let camera = &self.viewer.camera;
-        self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());
+        let earlier = None;
+        self.metered = OnceCell::from(self.meter(resources, earlier));
+    }
+
+    /// Adds the night lights in `resources` to the result of [`Self::meter_with`], which had the same bright ground and no night lights.
+    pub(crate) fn meter_city_lights(&mut self, resources: &Resources) {
+        let earlier = self.metered.take();
+        self.metered = OnceCell::from(self.meter(resources, earlier));
     }
 
     /// What every part of the scene reads: request, ephemeris, resources and caches.
@@ -146,7 +160,7 @@ impl<'a> SceneBuilder<'a> {
             context: self.context(resources),
             catalog: self.catalog,
             camera: &self.viewer.camera,
-            threshold: Threshold::of(self.request.purpose, self.exposure.white()),
+            threshold: Threshold::of(self.request.purpose, self.exposure().white()),
             reflectors: &self.reflectors,
             air: self.air.as_ref(),
         }
@@ -190,11 +204,12 @@ impl<'a> SceneBuilder<'a> {
         let (request, camera) = (self.request, &self.viewer.camera);
         let frame = self.frame(resources);
         let mut bodies = BodiesInFrame::decide(&self, &frame);
+        let tints = FrameTints::of(frame.air);
         // This also adds decisions to the bodies' reports.
-        let light_around_sun = LightAroundSun::decide(&frame, &self.placed, &mut bodies.reports);
+        let light_around_sun = LightAroundSun::decide(&frame, &self.placed, &tints, &mut bodies.reports);
         let corona_flux = light_around_sun.corona.map_or(Vec3::ZERO, |c| c.point_flux);
-        bodies.apply_visibility(&frame, &self.placed, self.exposure.white(), corona_flux);
-        let sky = Sky::build(&self, &frame, light_around_sun.corona.is_some());
+        bodies.apply_visibility(&frame, &self.placed, self.exposure().white(), corona_flux);
+        let sky = Sky::build(&self, &frame, &tints, light_around_sun.corona.is_some());
         let BodiesInFrame { reports, draws, points, orbits, traces } = bodies;
         let draws = order::far_to_near(&self.placed, draws);
         let annotations = Annotations::build(&self, &frame, &reports, &sky.stars);
@@ -204,7 +219,7 @@ impl<'a> SceneBuilder<'a> {
             time: request.time,
             camera: camera.clone(),
             geometry: ImageGeometry::Perspective,
-            exposure: self.exposure.clone(),
+            exposure: self.exposure().clone(),
             pixel_view: request.pixel_view,
             tone_map: request.tone_map,
             bodies: reports,
@@ -231,6 +246,52 @@ impl<'a> SceneBuilder<'a> {
             labels: annotations.labels,
             line_texts: annotations.line_texts,
             purpose: request.purpose,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::light::exposure::darkest_white;
+    use crate::scene::light::meter::{Meter, MeterReading};
+    use crate::scene::light::night_lights::NightLights;
+    use crate::scene::request::view_request::Position;
+    use crate::time::Instant;
+    use std::sync::Arc;
+
+    /// City lights of an invented map, added to a reading without them, against a reading that has them from the start: among the lamps, and from orbit, where
+    /// the Moon is in the frame.
+    #[test]
+    fn city_lights_are_added_to_a_reading_as_if_metered_from_the_start() {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the built-in kernel");
+        let earth = catalog.body(NaifId::EARTH).expect("the Earth");
+        let texels = (0..32).map(|k| f64::from(k % 3) / 2.0);
+        let night_lights = Arc::new(NightLights::new(earth, 8, 4, texels).expect("complete"));
+        let resources = Resources { night_lights: [(earth.id, night_lights)].into(), ..Resources::default() };
+        for (target, height_km) in [(NaifId::EARTH, 1.0), (NaifId::EARTH, 500.0), (NaifId::MOON, 500.0)] {
+            let position = Position::Ground { body: NaifId::EARTH, latitude_deg: 48.85, longitude_deg: 2.35, height_km };
+            let time = Instant::parse("2026-11-28T22:00:00Z").expect("a time");
+            let request = ViewRequest { position, fov_deg: Some(90.0), width: 64, height: 64, ..ViewRequest::of(target, time) };
+            let caches = Caches::default();
+            let builder = SceneBuilder::new(&catalog, &ephemeris, &request, &caches).expect("a view");
+            let meter = |city_light_weight: f64| Meter {
+                context: builder.context(&resources),
+                camera: &builder.viewer.camera,
+                placed: &builder.placed,
+                reflectors: &builder.reflectors,
+                air: builder.air.as_ref(),
+                city_light_weight,
+            };
+            let numbers = |reading: &MeterReading| -> Vec<[f64; 3]> {
+                reading.subjects.iter().map(|s| [s.radiance, s.target_level, s.weight]).collect()
+            };
+            let [without, from_the_start] = [0.0, 0.7].map(|weight| meter(weight).read(darkest_white()));
+            let numbers_without = numbers(&without);
+            let added = meter(0.7).add_city_lights(without);
+            assert_eq!(numbers(&added), numbers(&from_the_start), "{target:?} from {height_km} km");
+            assert!(numbers(&added) != numbers_without || target == NaifId::MOON, "no city lights in the frame from {height_km} km");
         }
     }
 }

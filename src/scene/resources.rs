@@ -13,6 +13,7 @@ use crate::scene::eclipse::shadow_path::ShadowPaths;
 use crate::scene::light::bright_ground::BrightGround;
 use crate::scene::light::night_lights::NightLights;
 use crate::scene::request::view_request::ViewRequest;
+use crate::scene::rings::radial_sums::RadialSumsCache;
 use crate::scene::rings::ring_shine::RingShineCache;
 use crate::scene::rings::ring_table::RingTables;
 use crate::scene::sky::map::SkyMap;
@@ -80,6 +81,7 @@ impl Resources {
 #[derive(Debug, Default)]
 pub struct Caches {
     pub(crate) ring_tables: RingTables,
+    pub(crate) radial_sums: RadialSumsCache,
     pub(crate) sky_brightness: SkyBrightnessCache,
     pub(crate) ring_shines: RingShineCache,
     pub(crate) shadow_paths: ShadowPaths,

@@ -60,16 +60,14 @@ impl Session {
             let bright_ground = self.timed(Stage::Maps, || self.bright_grounds.get(body.id, || self.read_bright_ground(body)));
             resources_so_far.bright_grounds.extend(bright_ground.map(|bright_ground| (body.id, bright_ground)));
         }
-        if !resources_so_far.bright_grounds.is_empty() {
-            self.timed(Stage::Scene, || builder.meter_with(&resources_so_far));
-        }
+        self.timed(Stage::Scene, || builder.meter_with(&resources_so_far));
         // Whether city lights count depends on the exposure without them.
         for body in builder.night_lights_to_meter(&resources_so_far).into_iter().filter_map(|id| self.catalog.body(id)) {
             let night_lights = self.timed(Stage::Maps, || self.night_lights.get(body.id, || self.read_night_lights(body)));
             resources_so_far.night_lights.extend(night_lights.map(|night_lights| (body.id, night_lights)));
         }
         if !resources_so_far.night_lights.is_empty() {
-            self.timed(Stage::Scene, || builder.meter_with(&resources_so_far));
+            self.timed(Stage::Scene, || builder.meter_city_lights(&resources_so_far));
         }
         Ok((builder, resources_so_far))
     }

@@ -24,6 +24,12 @@ pub(super) fn visible_source_fraction(ground_radius_km: f64, top_km: f64, from_c
     (0.5 + closest_height_km / (SHADOW_EDGE * top_km)).clamp(0.0, 1.0)
 }
 
+/// The angle at the body's centre, from the direction of a distant source, from which on [`visible_source_fraction`] is 0 at every height of the air.
+pub(super) fn dark_from_rad(ground_radius_km: f64, top_km: f64) -> f64 {
+    let highest_dark_sine = (ground_radius_km - 0.5 * SHADOW_EDGE * top_km) / (ground_radius_km + top_km);
+    PI - highest_dark_sine.clamp(0.0, 1.0).asin()
+}
+
 /// A species with what does not depend on the ray.
 pub(super) struct Constituent<'a> {
     pub(super) species: &'a Species,

@@ -19,7 +19,7 @@ pub mod quadrature_nodes;
 pub(crate) mod rim;
 pub(crate) mod sky_brightness;
 mod sky_in_shadow;
-mod sky_in_view;
+pub(crate) mod sky_in_view;
 pub(crate) mod species;
 pub(crate) mod tint_table;
 pub(crate) mod uniform_rows;

@@ -6,7 +6,8 @@
 //! twice: the mean light that arrives at one place of representative height, from the air and the ground in sight of it, as a source that is the same along all
 //! rays; further orders form a geometric series with it, as in `multi_scatter_in_shadow`. In the middle of a wide umbra this light is all that is left. What
 //! decides is the sunlight beyond the umbra: much beyond a narrow penumbra (Jupiter's moons), little in the wide one of the Moon on the Earth.
-//! Always: 1 where no point in sight lies in the shadow; continuous in place, time and direction.
+//! Always: 1 where no point in sight lies in the shadow, and at night, when the body's own shadow covers all that is in sight; continuous in place, time and
+//! direction.
 //! Not modelled: the phase function and the colour of light scattered twice; limb darkening; sunlight refracted into the shadow.
 //! Error: the median luminance of views that leave out the lowest 6 degrees is metered 0.28 to 4 times as bright as it is drawn, in the umbras of Jupiter's
 //! moons, of Titan on Saturn, of Charon on Pluto and of the Moon on the Earth, at heights up to a third of the air's (tests/atmosphere/sky_in_umbra.rs).
@@ -14,7 +15,7 @@
 use crate::catalog::Species;
 use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, ground_albedo};
-use crate::scene::atmosphere::constituent::{Constituent, visible_source_fraction};
+use crate::scene::atmosphere::constituent::{Constituent, dark_from_rad, visible_source_fraction};
 use crate::scene::atmosphere::extinction::{column_above_km, density};
 use crate::scene::atmosphere::phase;
 use crate::scene::numeric::gauss_legendre;
@@ -42,6 +43,10 @@ const PLACE_SCALE_HEIGHTS: f64 = 1.5;
 const MAX_PLACE_HEIGHT: f64 = 0.25;
 /// Upper limit of the fraction of light that is scattered again, so that the geometric series converges.
 const MAX_RESCATTERED: f64 = 0.98;
+/// The fraction of light that is left where no sunlight is in sight.
+const NONE_MISSING: f64 = 1.0;
+/// Margin for rounding where air in sight is taken to be dark, radians.
+const DARK_MARGIN_RAD: f64 = 1e-6;
 
 /// Light, per irradiance of the Sun, as a luminance.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,6 +73,8 @@ impl Light {
 struct ShadedAir<'a, F> {
     sphere: AirSphere<'a>,
     constituents: Vec<Constituent<'a>>,
+    /// Scattering coefficient of each constituent where its density is 1, per km.
+    scattering: Vec<DVec3>,
     /// Position of the camera.
     camera: DVec3,
     /// Directions at the camera: to the zenith, and two horizontal ones.
@@ -108,10 +115,27 @@ impl<F: Fn(DVec3) -> f64> ShadedAir<'_, F> {
         lit * luminance((-depth).exp().to_array())
     }
 
-    /// Scattering per kilometre at a point. `of_constituent`: of each constituent, in order, where its density is 1.
-    fn scattering(&self, point: DVec3, of_constituent: impl Iterator<Item = DVec3>) -> DVec3 {
-        let height_km = self.sphere.height_km(point);
-        self.constituents.iter().zip(of_constituent).map(|(c, scattering)| scattering * density(c.species, height_km)).sum()
+    /// Sums over the constituents at a point. `of_constituents`: for each sum the value of each constituent where its density is 1.
+    fn sums_at<const N: usize>(&self, point: DVec3, of_constituents: [&[DVec3]; N]) -> [DVec3; N] {
+        let (height_km, mut sums) = (self.sphere.height_km(point), [DVec3::ZERO; N]);
+        for (k, c) in self.constituents.iter().enumerate() {
+            let density_here = density(c.species, height_km);
+            for (sum, values) in sums.iter_mut().zip(of_constituents) {
+                *sum += values[k] * density_here;
+            }
+        }
+        sums
+    }
+
+    /// Whether sunlight may reach air or ground in sight of the camera or of a place above it. If not, it is night: all that is in sight is in the body's own
+    /// shadow, and no sunlight is there to be lost. `place_height_km`: height of the place.
+    fn may_be_lit(&self, place_height_km: f64) -> bool {
+        let (ground_km, top_km) = (self.sphere.radius_km, self.sphere.air.top_km);
+        let highest_km = ground_km + place_height_km.max(self.sphere.height_km(self.camera));
+        // At the body's centre, between the place and the farthest point in sight: up to where the ray touches the ground, and on to the top of the air.
+        let sight_rad = (ground_km / highest_km).acos() + (ground_km / (ground_km + top_km)).acos();
+        let zenith_angle_rad = self.up.dot(self.sun).clamp(-1.0, 1.0).acos();
+        zenith_angle_rad - sight_rad < dark_from_rad(ground_km, top_km) + DARK_MARGIN_RAD
     }
 
     fn visible_sun_at(&self, point: DVec3) -> f64 {
@@ -145,7 +169,7 @@ impl<F: Fn(DVec3) -> f64> ShadedAir<'_, F> {
                 for n in 0..AZIMUTHS {
                     let along = self.direction(sine, TAU * (n as f64 + 0.5) / AZIMUTHS as f64);
                     let ground = self.sphere.follow(place, along, STEPS, |point, transmitted_km| {
-                        let scattering = self.scattering(point, self.constituents.iter().map(|c| c.scattering));
+                        let [scattering] = self.sums_at(point, [&self.scattering]);
                         let scattered = weight * luminance((scattering * transmitted_km).to_array());
                         rescattered += scattered;
                         light.add(scattered * self.sun_transmittance(point) / (4.0 * PI), || self.visible_sun_at(point));
@@ -167,14 +191,36 @@ impl<F: Fn(DVec3) -> f64> ShadedAir<'_, F> {
         let into_ray: Vec<DVec3> = self.constituents.iter().map(into_ray_of).collect();
         let mut light = Light::default();
         self.sphere.follow(self.camera, along, STEPS, |point, transmitted_km| {
-            let once = self.scattering(point, into_ray.iter().copied());
+            let [once, again] = self.sums_at(point, [&into_ray, &self.scattering]);
             let once = luminance((once * transmitted_km).to_array()) * self.sun_transmittance(point);
             light.add(once, || self.visible_sun_at(point));
-            let again = luminance((self.scattering(point, self.constituents.iter().map(|c| c.scattering)) * transmitted_km).to_array());
+            let again = luminance((again * transmitted_km).to_array());
             light.without_shadow += again * arriving.without_shadow;
             light.in_shadow += again * arriving.in_shadow;
         });
         light
+    }
+
+    /// The fraction of the light from a part of the sky that is left. `directions`, `arriving`: see [`SurroundingAir::light_left_in_shadow`] and
+    /// [`Self::sky_light`].
+    fn light_left(&self, directions: &[(DVec3, f64)], arriving: Light) -> f64 {
+        let mut sum = Light::default();
+        let mut add = |along: DVec3, weight: f64| {
+            let light = self.sky_light(along, arriving).times(weight);
+            sum.without_shadow += light.without_shadow;
+            sum.in_shadow += light.in_shadow;
+        };
+        if directions.is_empty() {
+            for (sine, weight) in gauss_legendre(SKY_ALTITUDES) {
+                for k in 0..SKY_AZIMUTHS {
+                    add(self.raised(self.direction(sine, TAU * (k as f64 + 0.5) / SKY_AZIMUTHS as f64)), weight);
+                }
+            }
+        } else {
+            directions.iter().for_each(|(direction, weight)| add(self.raised(*direction), *weight));
+        }
+        // Where there is no sunlight at all, none is missing.
+        if sum.without_shadow > 0.0 { sum.in_shadow / sum.without_shadow } else { NONE_MISSING }
     }
 }
 
@@ -185,66 +231,123 @@ impl SurroundingAir<'_> {
         2.0 * (top_km * (2.0 * radius_km + top_km)).sqrt()
     }
 
-    /// The fraction of the sunlight from the sky that is left in the shadow of other bodies. `towards_sun`: vector from the body; `directions`: of the sky,
-    /// ICRF, unit vectors, each with its weight; if there are none, the entire sky. `visible_sun`: the visible part of the Sun at a point whose position is
-    /// relative to the camera, ICRF, km.
-    pub(crate) fn light_left_in_shadow(&self, towards_sun: DVec3, directions: &[(DVec3, f64)], visible_sun: impl Fn(DVec3) -> f64) -> f64 {
+    /// The fractions of the sunlight from parts of the sky that are left in the shadow of other bodies. `towards_sun`: vector from the body; `parts`: the
+    /// directions of each part, ICRF, unit vectors, each with its weight; without directions, the part is the entire sky. `visible_sun`: the visible part of
+    /// the Sun at a point whose position is relative to the camera, ICRF, km.
+    pub(crate) fn light_left_in_shadow<const N: usize>(
+        &self,
+        towards_sun: DVec3,
+        parts: [&[(DVec3, f64)]; N],
+        visible_sun: impl Fn(DVec3) -> f64,
+    ) -> [f64; N] {
+        let shaded = self.shaded(towards_sun, visible_sun);
+        let place_height_km = shaded.place_height_km(self.height_part() * self.air.top_km);
+        if !shaded.may_be_lit(place_height_km) {
+            return [NONE_MISSING; N];
+        }
+        let arriving = shaded.arriving_at(place_height_km);
+        parts.map(|directions| shaded.light_left(directions, arriving))
+    }
+
+    /// This air in a shadow; arguments as in [`Self::light_left_in_shadow`].
+    fn shaded<F: Fn(DVec3) -> f64>(&self, towards_sun: DVec3, visible_sun: F) -> ShadedAir<'_, F> {
         let (air, up, height_km) = (self.air, self.up(), self.height_part() * self.air.top_km);
         let sphere = AirSphere { radius_km: self.body.radii_km.x, air, ground_albedo: ground_albedo(self.body) };
         let east = self.placement.body_from_icrf.row(2).cross(up).try_normalize().unwrap_or_else(|| up.any_orthonormal_vector());
-        let shaded = ShadedAir {
-            constituents: air.species.iter().map(Constituent::of).collect(),
+        let constituents: Vec<Constituent<'_>> = air.species.iter().map(Constituent::of).collect();
+        ShadedAir {
+            scattering: constituents.iter().map(|c| c.scattering).collect(),
+            constituents,
             camera: up * (sphere.radius_km + height_km.max(GROUND_CLEARANCE_KM)),
             sphere,
             up,
             across: [east, up.cross(east)],
             sun: towards_sun.normalize(),
             visible_sun,
-        };
-        let arriving = shaded.arriving_at(shaded.place_height_km(height_km));
-        let mut sum = Light::default();
-        let mut add = |along: DVec3, weight: f64| {
-            let light = shaded.sky_light(along, arriving).times(weight);
-            sum.without_shadow += light.without_shadow;
-            sum.in_shadow += light.in_shadow;
-        };
-        if directions.is_empty() {
-            for (sine, weight) in gauss_legendre(SKY_ALTITUDES) {
-                for k in 0..SKY_AZIMUTHS {
-                    add(shaded.raised(shaded.direction(sine, TAU * (k as f64 + 0.5) / SKY_AZIMUTHS as f64)), weight);
-                }
-            }
-        } else {
-            directions.iter().for_each(|(direction, weight)| add(shaded.raised(*direction), *weight));
         }
-        // Where there is no sunlight at all, none is missing.
-        if sum.without_shadow > 0.0 { sum.in_shadow / sum.without_shadow } else { 1.0 }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalog::{Catalog, NaifId};
+    use crate::catalog::{Body, Catalog, NaifId};
     use crate::scene::atmosphere::sky_brightness::SkyBrightnessCache;
     use crate::scene::camera::Placement;
     use glam::DMat3;
+    use std::cell::Cell;
+
+    /// A camera at eye level, on the x axis of the body.
+    fn on_the_ground(body: &Body) -> Placement {
+        Placement { centre_km: -DVec3::X * (body.radii_km.x + 0.002), body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km }
+    }
 
     /// The light left to the sky on the ground of a body, and to the lowest 20 degrees of it on one side, under a high Sun.
     fn light_left(body: NaifId, visible_sun: impl Fn(DVec3) -> f64) -> [f64; 2] {
         let catalog = Catalog::embedded();
         let body = catalog.body(body).expect("a body");
-        let place =
-            Placement { centre_km: -DVec3::X * (body.radii_km.x + 0.002), body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km };
+        let place = on_the_ground(body);
         let skies = SkyBrightnessCache::default();
         let air = SurroundingAir::of(body, &place, &skies).expect("air");
         let low = [(DVec3::new(0.1, 1.0, 0.0).normalize(), 1.0), (DVec3::new(0.3, 1.0, 0.2).normalize(), 1.0)];
         let entire_sky: [(DVec3, f64); 0] = [];
-        [&entire_sky[..], &low[..]].map(|directions| air.light_left_in_shadow(towards_sun(), directions, &visible_sun))
+        air.light_left_in_shadow(towards_sun(), [&entire_sky[..], &low[..]], visible_sun)
     }
 
     fn towards_sun() -> DVec3 {
         DVec3::new(0.9, 0.3, 0.2) * 1e8
+    }
+
+    /// Parts of the sky that are asked for together have the light that each has alone. The light that arrives at the representative place is computed once
+    /// for all of them.
+    #[test]
+    fn parts_of_the_sky_share_the_light_that_is_scattered_twice() {
+        let catalog = Catalog::embedded();
+        let body = catalog.body(NaifId(399)).expect("a body");
+        let place = on_the_ground(body);
+        let skies = SkyBrightnessCache::default();
+        let air = SurroundingAir::of(body, &place, &skies).expect("air");
+        let evaluations = Cell::new(0_u32);
+        let visible_sun = |point: DVec3| {
+            evaluations.set(evaluations.get() + 1);
+            f64::from(point.y < 1.0)
+        };
+        let low = [(DVec3::new(0.3, 1.0, 0.2).normalize(), 1.0)];
+        let entire_sky: &[(DVec3, f64)] = &[];
+        let [] = air.light_left_in_shadow(towards_sun(), [], visible_sun);
+        let of_place = evaluations.take();
+        let [entire] = air.light_left_in_shadow(towards_sun(), [entire_sky], visible_sun);
+        let of_entire_sky = evaluations.take();
+        let [beside] = air.light_left_in_shadow(towards_sun(), [&low[..]], visible_sun);
+        let of_beside = evaluations.take();
+        let both = air.light_left_in_shadow(towards_sun(), [entire_sky, &low[..]], visible_sun);
+        assert_eq!(both, [entire, beside]);
+        assert!(of_place > 100 && beside < entire, "{of_place} {beside} {entire}");
+        assert_eq!(evaluations.take(), of_entire_sky + of_beside - of_place);
+    }
+
+    /// Where it is taken to be night, no light is in sight, with or without a shadow. On the Earth this is so from some altitude of the Sun on, not by day.
+    #[test]
+    fn at_night_no_light_is_missing() {
+        let catalog = Catalog::embedded();
+        let skies = SkyBrightnessCache::default();
+        for body in catalog.bodies().iter().filter(|b| b.atmosphere.is_some()) {
+            let place = on_the_ground(body);
+            let air = SurroundingAir::of(body, &place, &skies).expect("air");
+            let is_night = |altitude_deg: f64| {
+                let (sin, cos) = altitude_deg.to_radians().sin_cos();
+                let shaded = air.shaded(DVec3::new(sin, 0.8 * cos, 0.6 * cos), |_| 0.0);
+                let place_height_km = shaded.place_height_km(0.002);
+                let arriving = shaded.arriving_at(place_height_km);
+                let is_night = !shaded.may_be_lit(place_height_km);
+                let left = shaded.light_left(&[], arriving);
+                assert!(!is_night || (arriving.without_shadow == 0.0 && left == 1.0), "{} at {altitude_deg} degrees: {left}", body.name);
+                is_night
+            };
+            let nights: Vec<bool> = (0..=30).map(|k| is_night(-3.0 * f64::from(k))).collect();
+            assert!(!nights[0] && nights.is_sorted(), "{}: {nights:?}", body.name);
+            assert!(body.id != NaifId(399) || (!nights[6] && nights[10]), "{nights:?}");
+        }
     }
 
     #[test]

@@ -28,6 +28,30 @@ fn exposure_per_irradiance(altitude_on_earth_deg: f64) -> f64 {
 /// a camera that is half of the air's height above it is in full daylight until sunset, and an exposure for the dark sky above would make it white.
 const DUSK_ALTITUDE_DEG: f64 = -5.0;
 
+/// A light of the sky around the camera, with the brightness that it gives to some directions of this sky. Computed once for each light of a frame.
+pub(crate) struct LightOfSky {
+    /// Vector from the body to the light, ICRF, of any length.
+    pub towards: DVec3,
+    pub irradiance: f64,
+    /// Mean luminance of the directions per irradiance, for a camera on the ground and for this one.
+    luminance_on_ground: f64,
+    luminance: f64,
+}
+
+impl LightOfSky {
+    /// The mean radiance that the air scatters from this light in the directions, without the light of the night sky: the channels weighted as for a luminance,
+    /// but in units of radiance, not cd/m2. `irradiance`: of the light, less than its own in an eclipse.
+    pub(crate) fn scattered_radiance(&self, irradiance: f64) -> f64 {
+        irradiance * self.luminance
+    }
+
+    /// The part of their light on the ground that the directions have at the camera's height, at most 1: a sky that is brighter in high haze is exposed as on
+    /// the ground.
+    fn light_part(&self) -> f64 {
+        (self.luminance / self.luminance_on_ground.max(f64::MIN_POSITIVE)).min(1.0)
+    }
+}
+
 impl SurroundingAir<'_> {
     /// The radiance for which an image of ground under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] times the light's `irradiance` and
     /// [`SurroundingAir::sky_weight`]. That table is for the Earth. For a low light it is read at the altitude at which the Earth's sky is as dark, relative to
@@ -43,54 +67,48 @@ impl SurroundingAir<'_> {
     /// exposure is that of a dusk with this part of the light, where this is less. The part may be small: most light of a dusk comes from air below the camera,
     /// and what is above it is in the shadow of the body except towards the Sun.
     /// Near the top of the air this falls faster than the light, so that it does not matter there ([`Self::sky_weight`]).
-    /// `towards`, `towards_sun`: vectors from the body to the light and to the Sun; `directions`: see [`Self::scattered_radiance`].
-    pub(crate) fn exposure_radiance_of_sky(&self, towards: DVec3, irradiance: f64, towards_sun: DVec3, directions: &[(DVec3, f64)]) -> f64 {
-        let (sky, altitude_deg) = (self.sky_brightness(), self.altitude_deg(towards));
+    /// `irradiance`: see [`LightOfSky::scattered_radiance`]; `towards_sun`: vector from the body to the Sun.
+    pub(crate) fn exposure_radiance_of_sky(&self, light: &LightOfSky, irradiance: f64, towards_sun: DVec3) -> f64 {
+        let (sky, altitude_deg) = (self.sky_brightness(), self.altitude_deg(light.towards));
         let dusk = (self.altitude_deg(towards_sun) / DUSK_ALTITUDE_DEG).clamp(0.0, 1.0);
-        let light_part = self.light_part(towards, directions);
         let [undimmed, dimmed] =
-            [1.0, light_part.powf(dusk)].map(|part| exposure_per_irradiance(sky.altitude_of_dimmed_sky_deg(altitude_deg, part)));
+            [1.0, light.light_part().powf(dusk)].map(|part| exposure_per_irradiance(sky.altitude_of_dimmed_sky_deg(altitude_deg, part)));
         let per_irradiance = exposure_per_irradiance(sky.altitude_on_earth_deg(altitude_deg));
         irradiance * per_irradiance * (dimmed / undimmed).min(self.sky_weight())
     }
 
-    /// The radiance for which an image of the sky is exposed that shows it as bright as on the ground. Arguments: as in [`Self::exposure_radiance_of_sky`].
-    pub(crate) fn exposure_radiance_as_on_ground(&self, towards: DVec3, irradiance: f64, directions: &[(DVec3, f64)]) -> f64 {
-        let altitude_deg = self.sky_brightness().altitude_on_earth_deg(self.altitude_deg(towards));
-        irradiance * exposure_per_irradiance(altitude_deg) * self.light_part(towards, directions)
+    /// The radiance for which an image of the sky is exposed that shows it as bright as on the ground. `irradiance`: see [`LightOfSky::scattered_radiance`].
+    pub(crate) fn exposure_radiance_as_on_ground(&self, light: &LightOfSky, irradiance: f64) -> f64 {
+        let altitude_deg = self.sky_brightness().altitude_on_earth_deg(self.altitude_deg(light.towards));
+        irradiance * exposure_per_irradiance(altitude_deg) * light.light_part()
     }
 
-    /// The part of their light on the ground that the directions have at the camera's height, at most 1: a sky that is brighter in high haze is exposed as on
-    /// the ground.
-    fn light_part(&self, towards: DVec3, directions: &[(DVec3, f64)]) -> f64 {
+    /// A light of this sky. `towards`: vector from the body to the light; `directions`: of the sky, ICRF, unit vectors, each with its weight in the mean; if
+    /// there are none, the mean over the entire sky.
+    pub(crate) fn light_of_sky(&self, towards: DVec3, irradiance: f64, directions: &[(DVec3, f64)]) -> LightOfSky {
         let on_ground = 0.0;
-        let [light_on_ground, light] = [on_ground, self.height_part()].map(|part| self.mean_luminance(part, towards, directions));
-        (light / light_on_ground.max(f64::MIN_POSITIVE)).min(1.0)
+        let [luminance_on_ground, luminance] = self.mean_luminances([on_ground, self.height_part()], towards, directions);
+        LightOfSky { towards, irradiance, luminance_on_ground, luminance }
     }
 
-    /// The mean radiance of the sky that the air scatters from a light, without the light of the night sky: the channels weighted as for a luminance, but in
-    /// units of radiance, not cd/m2. `towards`: vector from the body to the light; `directions`: of the sky, ICRF, unit vectors, each with its weight in the
-    /// mean; if there are none, the mean over the entire sky.
-    pub(crate) fn scattered_radiance(&self, towards: DVec3, irradiance: f64, directions: &[(DVec3, f64)]) -> f64 {
-        irradiance * self.mean_luminance(self.height_part(), towards, directions)
-    }
-
-    /// The same per irradiance, for a camera at another height, a fraction of the air's height.
-    fn mean_luminance(&self, height_part: f64, towards: DVec3, directions: &[(DVec3, f64)]) -> f64 {
+    /// The mean luminances of directions per irradiance of a light, for cameras at two heights, fractions of the air's height.
+    fn mean_luminances(&self, height_parts: [f64; 2], towards: DVec3, directions: &[(DVec3, f64)]) -> [f64; 2] {
         let (sky, altitude_deg) = (self.sky_brightness(), self.altitude_deg(towards));
         if directions.is_empty() {
-            return sky.luminance(altitude_deg, height_part);
+            return height_parts.map(|part| sky.luminance(altitude_deg, part));
         }
-        let (dome, up) = (sky.dome(altitude_deg, height_part), self.up());
+        let (domes, up) = (height_parts.map(|part| sky.dome(altitude_deg, part)), self.up());
         let horizontal = |direction: DVec3| direction - up * direction.dot(up);
         let towards = horizontal(towards.normalize());
-        let (mut sum, mut total_weight) = (0.0, 0.0);
+        let (mut sums, mut total_weight) = ([0.0; 2], 0.0);
         for (direction, weight) in directions {
             let horizontal = horizontal(*direction);
             let azimuth_rad = horizontal.cross(towards).length().atan2(horizontal.dot(towards));
-            sum += weight * dome.luminance(direction.dot(up), azimuth_rad);
+            for (sum, dome) in sums.iter_mut().zip(&domes) {
+                *sum += weight * dome.luminance(direction.dot(up), azimuth_rad);
+            }
             total_weight += weight;
         }
-        sum / total_weight
+        sums.map(|sum| sum / total_weight)
     }
 }

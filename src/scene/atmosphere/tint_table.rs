@@ -1,12 +1,13 @@
 //! The tint of light from beyond the air around the camera, by the altitude of the line of sight.
 //!
-//! In: the air around the camera. Out: [`TintTable`], for light that comes from many directions and is drawn before the air: stars and corona. A tint is the
-//! transmittance per channel, divided by its mean over the channels; the draw of the air dims what is behind it by that mean. The table begins at the horizon,
-//! below which the ground hides everything. Altitudes are those in the unit-sphere frame, in which the horizon is level on flattened bodies, too. Error there:
-//! the table is of one vertical plane, and lengths in other planes differ by the flattening.
+//! In: the air around the camera. Out: [`TintTable`], for light that comes from many directions and is drawn before the air: stars and corona, which share the
+//! table of a frame ([`FrameTints`]). A tint is the transmittance per channel, divided by its mean over the channels; the draw of the air dims what is behind
+//! it by that mean. The table begins at the horizon, below which the ground hides everything. Altitudes are those in the unit-sphere frame, in which the
+//! horizon is level on flattened bodies, too. Error there: the table is of one vertical plane, and lengths in other planes differ by the flattening.
 
 use crate::scene::atmosphere::air::SurroundingAir;
 use glam::{DMat3, DVec3};
+use std::cell::OnceCell;
 
 /// Steps of the table from the horizon to the zenith. They are shortest at the horizon, where the tint changes fastest: on the ground half of them are within
 /// 3.6 degrees. shaders/entry/corona.wesl has the same number.
@@ -56,6 +57,25 @@ impl TintTable {
         let position = fraction.sqrt().sqrt() * TINT_STEPS as f64;
         let lower = (position as usize).min(TINT_STEPS - 1);
         self.tints[lower].lerp(self.tints[lower + 1], position - lower as f64)
+    }
+}
+
+/// The tints of a frame, computed once, when something is drawn that they tint.
+pub(crate) struct FrameTints<'a> {
+    /// The air around the camera; `None` for a camera outside all air.
+    pub air: Option<&'a SurroundingAir<'a>>,
+    table: OnceCell<TintTable>,
+}
+
+impl<'a> FrameTints<'a> {
+    pub(crate) fn of(air: Option<&'a SurroundingAir<'a>>) -> Self {
+        Self { air, table: OnceCell::new() }
+    }
+
+    /// `None` without air.
+    pub(crate) fn table(&self) -> Option<&TintTable> {
+        let air = self.air?;
+        Some(self.table.get_or_init(|| TintTable::of(Some(air))))
     }
 }
 
@@ -118,5 +138,11 @@ mod tests {
             assert!((at(altitude_deg) - 1.0).abs().max_element() < 5e-3, "{altitude_deg}: {}", at(altitude_deg));
         }
         assert!(TintTable::of(None).at(DVec3::Y) == DVec3::ONE);
+        // All that a frame draws shares one table.
+        let of_frame = FrameTints::of(Some(&around));
+        assert!(of_frame.table.get().is_none(), "computed before anything needs it");
+        let [first, second] = [(); 2].map(|()| of_frame.table().expect("air"));
+        assert!(std::ptr::eq(first, second) && first.tints == table.tints);
+        assert!(FrameTints::of(None).table().is_none());
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
+use crate::scene::atmosphere::tint_table::FrameTints;
 use crate::scene::body_report::BodyReport;
 use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
@@ -26,8 +27,8 @@ pub(super) struct LightAroundSun {
 }
 
 impl LightAroundSun {
-    /// Decides on all three effects, and records each decision in the report of its body.
-    pub(super) fn decide(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyReport]) -> Self {
+    /// Decides on all three effects, and records each decision in the report of its body. `tints`: of the air around the camera.
+    pub(super) fn decide(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], tints: &FrameTints<'_>, reports: &mut [BodyReport]) -> Self {
         let (request, camera, threshold) = (frame.context.request, frame.camera, frame.threshold);
         // Limbs and corona are drawn before the air around the camera. The draw of that air multiplies them by its transmittance averaged over the channels,
         // so here they get only the tint: the transmittance divided by that average. A limb is narrow and gets one tint, the corona one for each line of sight.
@@ -41,12 +42,7 @@ impl LightAroundSun {
         Self {
             refracted_limbs: refracted_limb::refracted_limbs(request, camera, placed, threshold, tint, reports),
             glare: decide(sun_request, Effect::Glare, glare::glare(request, camera, placed, threshold, transmittance), reports),
-            corona: decide(
-                sun_request,
-                Effect::Corona,
-                corona::corona(request, camera, placed, threshold, veil.as_ref(), frame.air),
-                reports,
-            ),
+            corona: decide(sun_request, Effect::Corona, corona::corona(request, camera, placed, threshold, veil.as_ref(), tints), reports),
         }
     }
 }

@@ -6,6 +6,7 @@ use super::SceneBuilder;
 use crate::catalog::NaifId;
 use crate::ephemeris::BEST_SOURCE;
 use crate::scene::annotation::orbit_arcs::OrbitArc;
+use crate::scene::atmosphere::tint_table::FrameTints;
 use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;
@@ -32,12 +33,12 @@ pub(super) struct Sky {
 }
 
 impl Sky {
-    /// `has_corona`: whether the corona is drawn, so that the zodiacal light need not continue up to the Sun.
-    pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, has_corona: bool) -> Self {
-        let (request, viewer, white) = (builder.request, &builder.viewer, builder.exposure.white());
+    /// `tints`: of the air around the camera. `has_corona`: whether the corona is drawn, so that the zodiacal light need not continue up to the Sun.
+    pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, tints: &FrameTints<'_>, has_corona: bool) -> Self {
+        let (request, viewer, white) = (builder.request, &builder.viewer, builder.exposure().white());
         let sun = builder.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, BEST_SOURCE);
         let sun_km = sun.ok().map(|s| s.state.pos_km);
-        let (stars, star_decision) = stars::stars(request, builder.catalog, viewer, frame.threshold, white, frame.air);
+        let (stars, star_decision) = stars::stars(request, builder.catalog, viewer, frame.threshold, white, tints);
         let (background, background_decisions) = builder.background(frame, has_corona);
         let (images, image_decisions) = match request.layers.data && request.pixel_view == PixelView::Final {
             true => images::images(&builder.catalog.data_layers(), &viewer.camera, viewer.sky_aberration_velocity_km_s),

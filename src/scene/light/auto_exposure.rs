@@ -40,30 +40,49 @@ const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
 const NAMED_SHARE: f64 = 0.1;
 const NAMED_STOPS: f64 = 0.1;
 
+/// An exposure, and the reading of the light meter from which it follows.
+pub(crate) struct Metered {
+    pub exposure: Exposure,
+    /// The reading without city lights. `None` if the light is not metered, or if the exposure includes city lights.
+    reading: Option<MeterReading>,
+}
+
+impl Metered {
+    fn without_reading(exposure: Exposure) -> Self {
+        Self { exposure, reading: None }
+    }
+}
+
 /// The exposure of an image: metered, or as requested. `reflectors`: the bodies whose light may light others. `air`: the air around the camera, if any.
+/// `earlier`: the exposure of the same frame with the same bright ground, but without city lights: only these are metered in addition.
 pub(crate) fn exposure(
     context: Context<'_>,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     reflectors: &[Reflector<'_>],
     air: Option<&air::SurroundingAir<'_>>,
-) -> Exposure {
+    earlier: Option<Metered>,
+) -> Metered {
     if let ExposureRequest::Stops(stops) = context.request.exposure {
-        return Exposure::of(stops, reason!("set-by-you"));
+        return Metered::without_reading(Exposure::of(stops, reason!("set-by-you")));
     }
-    let metered = metered_exposure(context, camera, placed, reflectors, air);
+    let reading = earlier.and_then(|metered| metered.reading);
+    let Metered { exposure, reading } = metered_exposure(context, camera, placed, reflectors, air, reading);
     // In a transition `stops` approaches `metered_stops`, which stays.
-    Exposure { stops: context.request.exposure.stops_of(metered.stops), ..metered }
+    let stops = context.request.exposure.stops_of(exposure.stops);
+    Metered { exposure: Exposure { stops, ..exposure }, reading }
 }
 
-/// The exposure that the light meter chooses for the final image; for other pixel views the one that does not depend on the image's content.
+/// The exposure that the light meter chooses for the final image; for other pixel views the one that does not depend on the image's content. `reading`: of this
+/// frame, without city lights; `None` if there is none yet.
 fn metered_exposure(
     context: Context<'_>,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     reflectors: &[Reflector<'_>],
     air: Option<&air::SurroundingAir<'_>>,
-) -> Exposure {
+    reading: Option<MeterReading>,
+) -> Metered {
     let (request, resources) = (context.request, context.resources);
     match request.pixel_view {
         PixelView::Final => {}
@@ -72,22 +91,23 @@ fn metered_exposure(
             let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
             // Sunlight is the same in all channels.
             let irradiance = target.map_or(1.0, |p| lights::sunlight(p.body_to_sun_km).irradiance.x);
-            return Exposure::of(-irradiance.log2(), reason!("exposure-plane"));
+            return Metered::without_reading(Exposure::of(-irradiance.log2(), reason!("exposure-plane")));
         }
         PixelView::Cost => {
             let stops = COST_STOPS;
-            return Exposure::of(stops, reason!("exposure-instructions", count = format_args!("{:.0}", (-stops).exp2())));
+            let reason = reason!("exposure-instructions", count = format_args!("{:.0}", (-stops).exp2()));
+            return Metered::without_reading(Exposure::of(stops, reason));
         }
         _ => {
             let stops_of_factor_1 = 0.0;
-            return Exposure::of(stops_of_factor_1, reason!("exposure-number"));
+            return Metered::without_reading(Exposure::of(stops_of_factor_1, reason!("exposure-number")));
         }
     }
     // Only air that is dense enough for a daylight sky is metered.
     let air = air.filter(|a| a.is_bright());
-    let exposure_with =
-        |city_light_weight: f64| from_reading(Meter { context, camera, placed, reflectors, air, city_light_weight }.read(darkest_white()));
-    let without_city_lights = exposure_with(0.0);
+    let meter = |city_light_weight: f64| Meter { context, camera, placed, reflectors, air, city_light_weight };
+    let reading = reading.unwrap_or_else(|| meter(0.0).read(darkest_white()));
+    let without_city_lights = from_reading(&reading);
     // City lights are weighted by the number of stops by which an exposure without them would overexpose them.
     let brightest_city_light = placed
         .iter()
@@ -96,12 +116,15 @@ fn metered_exposure(
         .fold(0.0, f64::max);
     // 1e-30 only keeps the logarithm finite where there are no city lights.
     let city_light_weight = (brightest_city_light / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
-    if city_light_weight > 0.0 { exposure_with(city_light_weight.min(1.0)) } else { without_city_lights }
+    if city_light_weight > 0.0 {
+        return Metered::without_reading(from_reading(&meter(city_light_weight.min(1.0)).add_city_lights(reading)));
+    }
+    Metered { exposure: without_city_lights, reading: Some(reading) }
 }
 
 /// The exposure for a reading of the light meter.
-fn from_reading(reading: MeterReading) -> Exposure {
-    let mut subjects = reading.subjects;
+fn from_reading(reading: &MeterReading) -> Exposure {
+    let mut subjects = reading.subjects.clone();
     let contribution = |m: &MeteredSubject| m.weight.powi(WEIGHT_EXPONENT);
     let total_contribution: f64 = subjects.iter().map(contribution).sum();
     let log_white: f64 = subjects.iter().map(|m| contribution(m) / total_contribution * m.white().ln()).sum();

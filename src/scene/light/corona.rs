@@ -14,8 +14,7 @@
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
 use crate::message::{Reason, reason};
-use crate::scene::atmosphere::air::SurroundingAir;
-use crate::scene::atmosphere::tint_table::{TINT_STEPS, TintTable};
+use crate::scene::atmosphere::tint_table::{FrameTints, TINT_STEPS, TintTable};
 use crate::scene::camera::{Camera, ClipRect, narrow, narrow_scalar};
 use crate::scene::features::inputs;
 use crate::scene::light::glare::{self, VeilingGlare};
@@ -301,14 +300,14 @@ fn visible_fraction_of_disc(nearer: &[&PlacedBody<'_>], towards: DVec3, radii: f
 }
 
 /// The corona of a frame, whether it is visible, and the reason; `None` if it is outside the image or the camera is inside the Sun. `glare`: the glare
-/// that the frame draws. `air`: the air around the camera.
+/// that the frame draws. `frame_tints`: of the air around the camera.
 pub(crate) fn corona(
     request: &ViewRequest,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
     glare: Option<&VeilingGlare>,
-    air: Option<&SurroundingAir<'_>>,
+    frame_tints: &FrameTints<'_>,
 ) -> Option<(Corona, bool, Reason)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
     let towards = sun.placement.centre_km / sun.distance_km;
@@ -363,10 +362,12 @@ pub(crate) fn corona(
     let nearer: Vec<_> = placed.iter().filter(may_hide_inner_part).collect();
     let point_light = inner.point_light(|radii| visible_fraction_of_disc(&nearer, towards, radii, sin_sun_radius));
     // Points are drawn after the air, so its transmittance is applied here.
-    let transmittance = air.map_or(DVec3::ONE, |a| a.transmittance(towards));
+    let transmittance = frame_tints.air.map_or(DVec3::ONE, |a| a.transmittance(towards));
     // The table takes the depth of the air along many rays; by day nothing reads it.
     let is_drawn = request.effects.override_of_body(sun.body, Effect::Corona).unwrap_or(on);
-    let tints = TintTable::of(air.filter(|_| is_drawn));
+    let tints_if_drawn = if is_drawn { frame_tints.table() } else { None };
+    let without_air = TintTable::of(None);
+    let tints = tints_if_drawn.unwrap_or(&without_air);
     let in_air_axes = |v: DVec3| narrow(tints.in_axes(v));
     let camera_axes = [camera.forward, camera.right * camera.tan_half_fov.x, camera.up * camera.tan_half_fov.y];
     let [middle, right, up] = camera_axes.map(|v| narrow(in_sun_axes(v)));

@@ -12,8 +12,7 @@ use crate::catalog::stars::{SkyCell, Star, StarCatalog};
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::star_place::star_from_viewer;
 use crate::message::{Reason, reason};
-use crate::scene::atmosphere::air::SurroundingAir;
-use crate::scene::atmosphere::tint_table::TintTable;
+use crate::scene::atmosphere::tint_table::{FrameTints, TintTable};
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
@@ -100,15 +99,15 @@ fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
 /// magnitude 6 is at level 12.
 const BRIGHT_STARS_LIMIT: f64 = 9.5;
 
-/// The stars of a frame and the decision about them; no decision in pixel views other than the final image. `white`: the radiance displayed as white. `air`:
-/// `None` for a camera outside all air.
+/// The stars of a frame and the decision about them; no decision in pixel views other than the final image. `white`: the radiance displayed as white.
+/// `tints`: of the air around the camera.
 pub(crate) fn stars(
     request: &ViewRequest,
     catalog: &Catalog,
     viewer: &Viewer,
     threshold: Threshold,
     white: f64,
-    air: Option<&SurroundingAir<'_>>,
+    tints: &FrameTints<'_>,
 ) -> (Vec<StarSprite>, Option<Decision>) {
     let decided = |on: bool, reason: Reason| Some(Decision { effect: "stars", on, reason, stated_error: None });
     if request.pixel_view != PixelView::Final {
@@ -150,7 +149,7 @@ pub(crate) fn stars(
         return (Vec::new(), decided(false, limit_note));
     }
     let placer = StarPlacer::of(catalog, viewer, request);
-    let tints = air.map(|air| TintTable::of(Some(air)));
+    let tints = tints.table();
     let all_stars = catalog.stars();
     let culling = CullingFrame {
         camera,
@@ -163,7 +162,7 @@ pub(crate) fn stars(
         // A cell's stars are in order of brightness, the brightest first.
         let bright = cell.stars.clone().map(|k| (k, &all_stars.stars()[k])).take_while(|(_, star)| f64::from(star.v_magnitude) <= faintest);
         let to_sprite = |(k, star): (usize, &Star)| {
-            let sprite = sprite(camera, star, &placer.place(star).boosted(total_boost), tints.as_ref(), white)?;
+            let sprite = sprite(camera, star, &placer.place(star).boosted(total_boost), tints, white)?;
             Some(StarSprite { star: Some(k), ..sprite })
         };
         sprites.extend(bright.filter_map(to_sprite));
@@ -212,14 +211,16 @@ fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tints: Option<&Tin
     let clip = camera.clip(place.direction)?;
     // As `point::flux_of_irradiance`.
     let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightness_ratio * PI / pixel_sr(camera, place.direction);
-    let colour = star_colour(star.b_v) * tints.map_or(DVec3::ONE, |t| t.at(place.direction));
     let radius_px = point_radius_px(flux * point_peak() / white);
     let max_clip = DVec2::ONE + (radius_px + 1.0) / camera.half_size_px();
-    (clip.abs().cmple(max_clip).all()).then(|| StarSprite {
-        centre: narrow(clip.extend(0.0)),
-        radius_px: narrow_scalar(radius_px),
-        stretch: 1.0,
-        flux: narrow(colour * flux),
-        star: None,
+    (clip.abs().cmple(max_clip).all()).then(|| {
+        let colour = star_colour(star.b_v) * tints.map_or(DVec3::ONE, |t| t.at(place.direction));
+        StarSprite {
+            centre: narrow(clip.extend(0.0)),
+            radius_px: narrow_scalar(radius_px),
+            stretch: 1.0,
+            flux: narrow(colour * flux),
+            star: None,
+        }
     })
 }

@@ -1,20 +1,21 @@
 //! The light meter of automatic exposure: it estimates the radiance of everything in the frame.
 //!
-//! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the
-//! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and mean
-//! albedo, including eclipses and light from other bodies. Of a body that reaches beyond the frame, only the ground in the frame counts (`visible_ground`).
-//! Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position, time, field of view and phase
-//! (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges (that of ground the less, the more of the frame it
-//! fills), the ground is summed between exact limits, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image
-//! shows are metered: no glare of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights,
-//! and bright ground near the camera (from afar a sea is as bright as a desert), relief far below the camera, the shadow of rings on a distant planet, the air
-//! beyond a near limb, and the light that another body's air adds in front of bodies behind it.
+//! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`] (`reading`): weight and radiance of each kind of subject
+//! in the frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model
+//! and mean albedo, including eclipses and light from other bodies. Of a body that reaches beyond the frame, only the ground in the frame counts
+//! (`visible_ground`). Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position, time, field of
+//! view and phase (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges (that of ground the less, the more
+//! of the frame it fills), the ground is summed between exact limits, and the light of the sky fades towards the top of the air. Only the glare and the corona
+//! that the image shows are metered: no glare of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other
+//! than city lights, and bright ground near the camera (from afar a sea is as bright as a desert), relief far below the camera, the shadow of rings on a
+//! distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
 //! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
 pub(super) mod geometry;
 mod ground;
 mod log_mean;
 mod outer_corona;
+mod reading;
 mod refracted_limb;
 mod rim;
 mod ring_shadow;
@@ -33,7 +34,6 @@ use crate::scene::eclipse::refracted_limb::LimbLight;
 use crate::scene::eclipse::sun_occluders::evaluate_shadow;
 use crate::scene::features::inputs::diameter_px;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN};
-use crate::scene::light::glare::VeilingGlare;
 use crate::scene::light::lights::{self, IncidentLight, Reflector};
 use crate::scene::light::photometry;
 use crate::scene::light::{city_lights, corona};
@@ -50,9 +50,9 @@ use glam::{DVec2, DVec3, FloatExt};
 pub(crate) use ground::bright_ground_weight;
 use ground::{Albedo, Ground};
 use log_mean::LogMean;
-use sky::SunlightInAir;
+use reading::FrameLight;
+pub(crate) use reading::MeterReading;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use sun_glare::FrameGlare;
 #[doc(hidden)]
 pub use twilight::{corrected_twilight_rows, metered_twilight};
 
@@ -103,12 +103,6 @@ impl MeteredSubject {
     }
 }
 
-/// What the meter found in the frame.
-pub(crate) struct MeterReading {
-    pub subjects: Vec<MeteredSubject>,
-    pub glare: FrameGlare,
-}
-
 /// The inputs of the light meter.
 pub(crate) struct Meter<'m, 'a> {
     pub context: Context<'m>,
@@ -132,105 +126,23 @@ fn far_weight(placed: &PlacedBody<'_>) -> f64 {
 /// Inputs that all parts of a reading share.
 struct MeteredFrame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
-    /// The Sun's glare as it would be without air; `None` if the Sun is not in the frame or the user switched the glare off.
-    glare: Option<VeilingGlare>,
-    /// Transmittance of the air in front of the Sun and its glare.
-    sun_transmittance: f64,
-    /// The rays of the frame that show the sky around the camera: [`Self::rays_above_limb`].
-    sky_rays: Vec<(DVec3, f64)>,
-    sunlight_in_air: SunlightInAir,
-    /// The radiances for which images of the sky around the camera, and of the ground under it, are exposed; 0 without such a sky.
-    sky_exposure_radiance: f64,
-    ground_exposure_radiance: f64,
+    light: FrameLight,
     /// Bodies of more than a pixel, which may hide others along rays. [`Self::visible_fraction`] lets smaller ones hide the Sun, too.
     resolved_bodies: Vec<&'f PlacedBody<'a>>,
-    /// The bodies whose air shows the Sun at the limb.
-    limb_lights: Vec<(&'f PlacedBody<'a>, LimbLight)>,
 }
 
 impl Meter<'_, '_> {
     fn frame_area_px(&self) -> f64 {
         f64::from(self.camera.width) * f64::from(self.camera.height)
     }
-
-    /// Meters everything in the frame. `night_white`: the radiance that an image of the dark sky shows as white.
-    pub(crate) fn read(&self, night_white: f64) -> MeterReading {
-        let glare = VeilingGlare::unless_switched_off(self.context.request, self.camera, self.placed);
-        let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
-        let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
-        let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
-        let limb_lights = sun.map(|sun| self.limb_lights(sun)).unwrap_or_default();
-        let (sky_rays, sunlight_in_air, sky_exposure_radiance, ground_exposure_radiance) = (Vec::new(), SunlightInAir::FULL, 0.0, 0.0);
-        let mut frame = MeteredFrame {
-            meter: self,
-            glare,
-            sun_transmittance,
-            sky_rays,
-            sunlight_in_air,
-            sky_exposure_radiance,
-            ground_exposure_radiance,
-            resolved_bodies,
-            limb_lights,
-        };
-        // These read fields that are set before, and none that is set later.
-        frame.sky_rays = frame.rays_above_limb();
-        frame.sunlight_in_air = frame.sunlight_in_air();
-        frame.sky_exposure_radiance = frame.sky_exposure_radiance();
-        frame.ground_exposure_radiance = frame.ground_exposure_radiance();
-        let mut subjects = Vec::new();
-        let (mut mean_of_target, mut mean_of_others) = (LogMean::default(), LogMean::default());
-        // `dominant`: of the bodies other than the target, the one with the greatest weight, which gives their common subject its name.
-        let (mut target_name, mut dominant, mut max_weight) = ("", None, 0.0);
-        // A share of the frame.
-        let mut share_of_bodies_in_sky = 0.0;
-        for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
-            let (mut mean, share) = frame.body(p);
-            mean.merge(&frame.rings_of(p));
-            // The ground of the body whose air surrounds the camera is below the horizon and covers nothing of the sky.
-            if self.air.is_none_or(|a| a.body.id != p.body.id) {
-                share_of_bodies_in_sky += share;
-            }
-            if Some(p.body.id) == self.context.request.target {
-                mean_of_target = mean.times(TARGET_WEIGHT);
-                target_name = &p.body.name;
-            } else {
-                mean_of_others.merge(&mean);
-                if mean.weight > max_weight {
-                    (max_weight, dominant) = (mean.weight, Some(p.body));
-                }
-            }
-        }
-        subjects.extend(mean_of_target.metered(target_name, self.context.request.target, AUTO_EXPOSED_MEAN));
-        subjects.extend(mean_of_others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN));
-        subjects.extend(frame.sun());
-        subjects.extend(frame.corona());
-        subjects.extend(frame.outer_corona());
-        subjects.extend(frame.refracted_limbs());
-        if let Some(air) = self.air {
-            // The ground around the camera is shown darker in dusk, as the sky is, less so near the top of the air.
-            let sky_weight = air.sky_weight();
-            let around = subjects.iter_mut().filter(|m| m.body == Some(air.body.id));
-            around.for_each(|m| m.target_level *= sky::dusk_factor(m.radiance).powf(sky_weight));
-        }
-        let least_sky_radiance = frame.least_sky_exposure_radiance();
-        subjects.extend(frame.sky(share_of_bodies_in_sky, least_sky_radiance));
-        subjects.push(MeteredSubject {
-            name: reason!("subject-dark-sky").into(),
-            body: None,
-            radiance: least_sky_radiance.max(night_white * AUTO_EXPOSED_MEAN),
-            target_level: AUTO_EXPOSED_MEAN,
-            weight: DARK_SKY_WEIGHT,
-        });
-        MeterReading { subjects, glare: frame.frame_glare() }
-    }
 }
 
 impl<'a> MeteredFrame<'_, 'a> {
     /// Radiance added in front of a body in a direction (ICRF, any length): glare, and the sky unless the body's air surrounds the camera.
     fn foreground_radiance(&self, direction: DVec3, body: NaifId) -> f64 {
-        let glare = self.glare.as_ref().map_or(0.0, |v| self.sun_transmittance * v.radiance(direction.normalize()));
+        let glare = self.light.glare.as_ref().map_or(0.0, |v| self.light.sun_transmittance * v.radiance(direction.normalize()));
         let is_behind_sky = self.meter.air.is_some_and(|a| a.body.id != body);
-        glare + if is_behind_sky { self.sky_exposure_radiance } else { 0.0 }
+        glare + if is_behind_sky { self.light.sky_exposure_radiance } else { 0.0 }
     }
 
     /// Fraction of a body's disc that nearer bodies leave visible.
@@ -320,7 +232,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             sun: to_body_frame(p.body_to_sun_km),
             sun_irradiance: self.sun_irradiance_on(p),
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
-            sky_exposure_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.ground_exposure_radiance),
+            sky_exposure_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.light.ground_exposure_radiance),
         };
         let mut sum = |shadow: Option<&ApproximateShadow<'_>>| {
             let mut ground_share = 0.0;
@@ -415,8 +327,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         nearer.iter().map(|o| 1.0 - smoothstep(0.5 + ray_and_limb(&o.placement, direction).inside_rad / spacing)).product()
     }
 
-    /// Meters the visible part of the Sun's disc, of which the air at a limb may dim a part.
-    fn sun(&self) -> Option<MeteredSubject> {
+    /// Meters the visible part of the Sun's disc, of which the air at a limb may dim a part. `limb_lights`: see [`Meter::limb_lights`].
+    fn sun(&self, limb_lights: &[(&PlacedBody<'_>, LimbLight)]) -> Option<MeteredSubject> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let area = area_px(camera, sun);
         // An open outline counts as entirely in the frame.
@@ -426,11 +338,11 @@ impl<'a> MeteredFrame<'_, 'a> {
         let is_target = self.meter.context.request.target == Some(NaifId::SUN);
         let mut mean = LogMean::default();
         let weighted_share = share * share / (share + sun_half_weight_share(is_target));
-        let radiance = photometry::sun_disc_radiance() * dilution * self.sun_transmittance;
-        let (fraction_behind_air, transmittance) = if share > 0.0 { self.sun_behind_air(sun) } else { (0.0, 1.0) };
+        let radiance = photometry::sun_disc_radiance() * dilution * self.light.sun_transmittance;
+        let (fraction_behind_air, transmittance) = if share > 0.0 { self.sun_behind_air(sun, limb_lights) } else { (0.0, 1.0) };
         for (part, transmittance) in [(1.0 - fraction_behind_air, 1.0), (fraction_behind_air, transmittance)] {
             // The Sun's own glare does not reduce its contrast.
-            mean.add(weighted_share * part, radiance * transmittance, self.sky_exposure_radiance);
+            mean.add(weighted_share * part, radiance * transmittance, self.light.sky_exposure_radiance);
         }
         let weight = if is_target { SUN_WEIGHT } else { 1.0 };
         let metered = mean.metered(&*sun.body.name, Some(NaifId::SUN), AUTO_EXPOSED_SUN)?;
@@ -442,7 +354,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let towards = sun.placement.centre_km / sun.distance_km;
         let sin_radius = sun.body.radii_km.x / sun.distance_km;
-        let corona_weight = corona::meter_weight(self.meter.context.request, camera, self.meter.placed, sun, self.glare.as_ref());
+        let corona_weight = corona::meter_weight(self.meter.context.request, camera, self.meter.placed, sun, self.light.glare.as_ref());
         let ray_weight = outer_corona::ray_weight_of_inner_corona(sin_radius);
         if corona_weight <= 0.0 || ray_weight >= 1.0 || towards.dot(camera.forward) <= 0.0 {
             return None;
@@ -478,7 +390,7 @@ impl<'a> MeteredFrame<'_, 'a> {
                     let inside = inside * frame_position_weight(clip.abs().max_element().min(1.0));
                     mean.add(
                         share * inside * visibility / dilution,
-                        corona::radiance(rho) * dilution * self.sun_transmittance,
+                        corona::radiance(rho) * dilution * self.light.sun_transmittance,
                         self.foreground_radiance(direction, NaifId::SUN),
                     );
                 }

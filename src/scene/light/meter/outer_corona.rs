@@ -71,7 +71,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
         // 0 from `NEAREST_AU` outwards, 1 within half of that distance.
         let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
-        let corona_weight = corona::meter_weight(request, camera, self.meter.placed, sun, self.glare.as_ref());
+        let corona_weight = corona::meter_weight(request, camera, self.meter.placed, sun, self.light.glare.as_ref());
         let outer_weight = if corona_weight > 0.0 { corona_weight * nearness.max(self.hidden_part_of_inner_corona(sun)) } else { 0.0 };
         if outer_weight <= 0.0 {
             return None;

@@ -28,11 +28,12 @@ impl<'a> Meter<'_, 'a> {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// Of the part of the Sun's disc that no body hides: the fraction that is seen through the air at a limb, and the transmittance of this air.
-    pub(super) fn sun_behind_air(&self, sun: &PlacedBody<'_>) -> (f64, f64) {
+    /// Of the part of the Sun's disc that no body hides: the fraction that is seen through the air at a limb, and the transmittance of this air. `limb_lights`:
+    /// see [`Meter::limb_lights`].
+    pub(super) fn sun_behind_air(&self, sun: &PlacedBody<'_>, limb_lights: &[(&PlacedBody<'_>, LimbLight)]) -> (f64, f64) {
         let (towards, radius_rad) = (sun.placement.centre_km / sun.distance_km, sun.angular_radius_rad());
         let (mut clear, mut log_transmittance) = (1.0_f64, 0.0_f64);
-        for (p, limb) in &self.limb_lights {
+        for (p, limb) in limb_lights {
             let Some(top) = air::shell(p.body, &p.placement) else { continue };
             let beside_body = visible_fraction_behind_body(&p.placement, towards, radius_rad);
             let behind_air = (1.0 - visible_fraction_behind_body(&top, towards, radius_rad) / beside_body.max(1e-300)).clamp(0.0, 1.0);
@@ -45,11 +46,11 @@ impl MeteredFrame<'_, '_> {
     }
 
     /// Meters all refracted limbs of the frame; `None` if none of them counts.
-    pub(super) fn refracted_limbs(&self) -> Option<MeteredSubject> {
+    pub(super) fn refracted_limbs(&self, limb_lights: &[(&PlacedBody<'_>, LimbLight)]) -> Option<MeteredSubject> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let frame_sr = 4.0 * camera.tan_half_fov.element_product();
         let (mut all, mut dominant, mut max_weight) = (LogMean::default(), None, 0.0);
-        for (p, limb) in &self.limb_lights {
+        for (p, limb) in limb_lights {
             let mut mean = LogMean::default();
             // A limb seen from afar is a part of its body's image: it has the weight of the body's position, wherever on the limb the Sun's light is. If the
             // body reaches beyond the frame, each part of the limb has the weight of its own position instead.

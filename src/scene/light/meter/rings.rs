@@ -13,7 +13,6 @@ use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::{Purpose, Threshold};
 use crate::scene::request::effects::Effect;
-use crate::scene::rings::radial_sums::RadialSums;
 use crate::scene::rings::ring_light::SHINE_FADE_IN_RAD;
 use crate::scene::rings::{phase, ring_shine, view};
 use glam::{DVec2, DVec3};
@@ -85,7 +84,9 @@ impl MeteredFrame<'_, '_> {
         // Unit of the lengths below: the equatorial radius.
         let unit_km = p.body.radii_km.x;
         let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
-        let Some(outer) = intervals.last().map(|i| i.outer) else { return mean };
+        let Some((inner, outer)) = intervals.first().zip(intervals.last()).map(|(first, last)| (first.inner, last.outer)) else {
+            return mean;
+        };
         let sun = (p.body_from_icrf * p.body_to_sun_km).normalize();
         let view = self.ring_view(p);
         // `None`: no part of the rings is in the frame.
@@ -109,7 +110,8 @@ impl MeteredFrame<'_, '_> {
         let [centre_side, other_side] = ring_shine::sun_disc_parts(sun.z.abs(), sun_tangent);
         let sunlight = if sun.z * origin.z < 0.0 { [other_side, centre_side] } else { [centre_side, other_side] };
         let nearer_bodies = self.nearer_bodies(p, spacing);
-        let mut sums = RadialSums::new(&intervals, sunlight);
+        let cached_sums = self.meter.context.caches.radial_sums.of(&intervals, sunlight);
+        let mut sums = cached_sums.lock();
         for k in 0..RING_RAYS * RING_RAYS {
             let position = (DVec2::new(f64::from(k % RING_RAYS), f64::from(k / RING_RAYS)) + 0.5) / f64::from(RING_RAYS);
             let clip = DVec2::new(rect.left, rect.bottom) + size * position;
@@ -127,14 +129,9 @@ impl MeteredFrame<'_, '_> {
             let radial_stretch = (ray.truncate().dot(ring_point.truncate()) / radius.max(1e-9)).abs() / cos_emission;
             // Half the range of radii that the ray represents.
             let half_width = 0.5 * (distance * spacing * (1.0 + radial_stretch)).max(1e-6);
-            if radius - half_width > outer {
+            if radius - half_width > outer || radius + half_width <= inner {
                 continue;
             }
-            let cos_phase = (-ray.dot(sun)).clamp(-1.0, 1.0);
-            // Large particles and dust have phase functions of their own.
-            let (particle_phase, dust_phase) = (phase::large_particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
-            let [by_particles, by_dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
-            let light = particle_phase * by_particles + dust_phase * by_dust;
             // The ring gets no light in the globe's shadow, and cannot be seen behind the globe. `unit_sphere_scale` makes the globe a unit sphere.
             let unit_sphere_scale = DVec3::new(1.0, 1.0, 1.0 / polar_radius);
             let (point, to_sun) = (ring_point * unit_sphere_scale, (sun * unit_sphere_scale).normalize());
@@ -144,10 +141,19 @@ impl MeteredFrame<'_, '_> {
             let limb = ray_and_limb(&p.placement, direction);
             let is_behind_globe = distance > (origin - limb.point * DVec3::new(1.0, 1.0, polar_radius)).length();
             let visible_fraction = if is_behind_globe { 1.0 - smoothstep(0.5 + limb.inside_rad / spacing) } else { 1.0 };
-            // The factor 1/4 of single scattering, which `light` lacks (`rings::single_scatter`).
-            let radiance = 0.25 * light * irradiance * sunlit_fraction;
             let weight = frame_position_weight(clip.abs().max_element());
             let visible_share = share * weight * visible_fraction * Self::ray_visibility(&nearer_bodies, direction, spacing);
+            // Sums are computed only for rays that count.
+            if sunlit_fraction <= 0.0 || visible_share <= 0.0 {
+                continue;
+            }
+            let cos_phase = (-ray.dot(sun)).clamp(-1.0, 1.0);
+            // Large particles and dust have phase functions of their own.
+            let (particle_phase, dust_phase) = (phase::large_particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
+            let [by_particles, by_dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
+            let light = particle_phase * by_particles + dust_phase * by_dust;
+            // The factor 1/4 of single scattering, which `light` lacks (`rings::single_scatter`).
+            let radiance = 0.25 * light * irradiance * sunlit_fraction;
             mean.add(visible_share, radiance, self.foreground_radiance(direction, p.body.id));
         }
         mean

@@ -12,6 +12,7 @@ use super::{FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::atmosphere::air::SurroundingAir;
+use crate::scene::atmosphere::sky_in_view::LightOfSky;
 use crate::scene::camera::Placement;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE};
 use crate::scene::numeric::smoothstep;
@@ -59,15 +60,17 @@ impl<'a> MeteredFrame<'_, 'a> {
 
     /// The radiance for which images of the ground under the sky around the camera are exposed.
     pub(super) fn ground_exposure_radiance(&self) -> f64 {
-        self.sum_over_lights_of_sky(self.sunlight_in_air.entire_sky, |air, towards, irradiance| air.exposure_radiance(towards, irradiance))
+        self.sum_over_lights_of_sky(self.light.sunlight_in_air.entire_sky, |air, light, irradiance| {
+            air.exposure_radiance(light.towards, irradiance)
+        })
     }
 
     /// The radiance for which images are exposed that show the sky around the camera as this frame does.
     pub(super) fn sky_exposure_radiance(&self) -> f64 {
         // Whether it is day or dusk depends on the Sun, also for the light of a moon.
         let Some(towards_sun) = self.body_with_air().map(|p| p.body_to_sun_km) else { return 0.0 };
-        self.sum_over_lights_of_sky(self.sunlight_in_air.frame, |air, towards, irradiance| {
-            air.exposure_radiance_of_sky(towards, irradiance, towards_sun, &self.sky_rays)
+        self.sum_over_lights_of_sky(self.light.sunlight_in_air.frame, |air, light, irradiance| {
+            air.exposure_radiance_of_sky(light, irradiance, towards_sun)
         })
     }
 
@@ -97,22 +100,33 @@ impl<'a> MeteredFrame<'_, 'a> {
             let seen = |o: &&PlacedBody<'_>| Placement { centre_km: o.placement.centre_km - offset_km, ..o.placement };
             occluders.iter().map(|o| visible_fraction_behind_body(&seen(o), towards_sun, sun_radius_rad)).product::<f64>()
         };
-        let left = |directions: &[(DVec3, f64)]| air.light_left_in_shadow(p.body_to_sun_km, directions, visible_sun);
-        let entire_sky = left(&[]);
-        // Without sky in the frame, its part is the entire sky.
-        SunlightInAir { frame: if self.sky_rays.is_empty() { entire_sky } else { left(&self.sky_rays) }, entire_sky }
+        let entire_sky: &[(DVec3, f64)] = &[];
+        if self.light.sky_rays.is_empty() {
+            // Without sky in the frame, its part is the entire sky.
+            let [entire_sky] = air.light_left_in_shadow(p.body_to_sun_km, [entire_sky], visible_sun);
+            return SunlightInAir { frame: entire_sky, entire_sky };
+        }
+        let [entire_sky, frame] = air.light_left_in_shadow(p.body_to_sun_km, [entire_sky, &self.light.sky_rays], visible_sun);
+        SunlightInAir { frame, entire_sky }
     }
 
-    /// A sum over the lights of the sky around the camera: sunlight, of which an eclipse leaves `sunlight_fraction`, and the light of the body that gives the
-    /// most light besides the Sun. Images show the light of one other body in the air. `by_light`: a function of the air, a vector of any length from the body
-    /// to the light, and its irradiance.
-    fn sum_over_lights_of_sky(&self, sunlight_fraction: f64, by_light: impl Fn(&SurroundingAir<'_>, DVec3, f64) -> f64) -> f64 {
-        let Some(air) = self.meter.air else { return 0.0 };
-        let Some(p) = self.body_with_air() else { return 0.0 };
+    /// The lights of the sky around the camera: first the Sun, then the body that gives the most light besides the Sun. Images show the light of one other body
+    /// in the air. Empty without such a sky.
+    pub(super) fn lights_of_sky(&self) -> Vec<LightOfSky> {
+        let (Some(air), Some(p)) = (self.meter.air, self.body_with_air()) else { return Vec::new() };
         // Of planet-shine the green channel counts.
-        let by_sunlight = by_light(air, p.body_to_sun_km, self.sun_irradiance_on(p) * sunlight_fraction);
-        let by_planet_shine = self.planet_shine_on(p).first().map_or(0.0, |l| by_light(air, l.direction, l.irradiance.y));
-        by_sunlight + by_planet_shine
+        let sunlight = (p.body_to_sun_km, self.sun_irradiance_on(p));
+        let planet_shine = self.planet_shine_on(p).first().map(|l| (l.direction, l.irradiance.y));
+        let lights = [sunlight].into_iter().chain(planet_shine);
+        lights.map(|(towards, irradiance)| air.light_of_sky(towards, irradiance, &self.light.sky_rays)).collect()
+    }
+
+    /// A sum over the lights of the sky around the camera. An eclipse leaves `sunlight_fraction` of the sunlight. `by_light`: a function of the air, a light,
+    /// and the irradiance that is left of it.
+    fn sum_over_lights_of_sky(&self, sunlight_fraction: f64, by_light: impl Fn(&SurroundingAir<'_>, &LightOfSky, f64) -> f64) -> f64 {
+        let Some((air, (sunlight, others))) = self.meter.air.zip(self.light.lights_of_sky.split_first()) else { return 0.0 };
+        let by_sunlight = by_light(air, sunlight, sunlight.irradiance * sunlight_fraction);
+        by_sunlight + others.first().map_or(0.0, |l| by_light(air, l, l.irradiance))
     }
 
     /// The rays of the frame that pass the limb of the body whose air surrounds the camera: ICRF, unit vectors, each with the part of it that is above the
@@ -129,15 +143,15 @@ impl<'a> MeteredFrame<'_, 'a> {
 
     /// Fraction of the frame above the horizon of the body whose air surrounds the camera.
     pub(super) fn sky_fraction(&self) -> f64 {
-        self.sky_rays.iter().map(|(_, part)| part).sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
+        self.light.sky_rays.iter().map(|(_, part)| part).sum::<f64>() / f64::from(FRAME_RAYS * FRAME_RAYS)
     }
 
     /// The least radiance for which images are exposed that show the sky around the camera as this frame does: then it is not shown brighter than on the
     /// ground. Falls to 0 at the top of the air, and as the sky leaves the frame.
     pub(super) fn least_sky_exposure_radiance(&self) -> f64 {
         let part_of_frame = smoothstep(self.sky_fraction() / FULL_SKY_SHARE);
-        let exposure_radiance = self.sum_over_lights_of_sky(self.sunlight_in_air.frame, |air, towards, irradiance| {
-            air.exposure_radiance_as_on_ground(towards, irradiance, &self.sky_rays)
+        let exposure_radiance = self.sum_over_lights_of_sky(self.light.sunlight_in_air.frame, |air, light, irradiance| {
+            air.exposure_radiance_as_on_ground(light, irradiance)
         });
         part_of_frame * exposure_radiance
     }
@@ -148,14 +162,13 @@ impl<'a> MeteredFrame<'_, 'a> {
         let air = self.meter.air?;
         let mut mean = LogMean::default();
         let no_foreground = 0.0;
-        mean.add((self.sky_fraction() - share_of_bodies_in_sky).max(0.0), self.sky_exposure_radiance, no_foreground);
+        mean.add((self.sky_fraction() - share_of_bodies_in_sky).max(0.0), self.light.sky_exposure_radiance, no_foreground);
         // Darker in dusk; near the top of the air, where `sky_weight` is almost 0, not.
-        let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.sky_exposure_radiance).powf(air.sky_weight());
+        let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.light.sky_exposure_radiance).powf(air.sky_weight());
         let by_weight = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
         let exposed = MeteredSubject { radiance: by_weight.radiance.max(least_radiance), ..by_weight };
-        let scattered = self.sum_over_lights_of_sky(self.sunlight_in_air.frame, |air, towards, irradiance| {
-            air.scattered_radiance(towards, irradiance, &self.sky_rays)
-        });
+        let scattered =
+            self.sum_over_lights_of_sky(self.light.sunlight_in_air.frame, |_, light, irradiance| light.scattered_radiance(irradiance));
         Some(with_drawn_radiance(exposed, scattered + air.night_sky_radiance()))
     }
 }

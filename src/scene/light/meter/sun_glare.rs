@@ -62,17 +62,17 @@ impl MeteredFrame<'_, '_> {
         let flux = if drawn_part_of_glare > 0.0 && !camera.limits_sprite_size {
             let point_light_fraction = 1.0 - self.disc_fraction(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
             let visible_fraction = glare::visible_fraction(self.meter.placed, sun);
-            point::flux(camera, sun).max_element() * point_light_fraction * visible_fraction * self.sun_transmittance
+            point::flux(camera, sun).max_element() * point_light_fraction * visible_fraction * self.light.sun_transmittance
         } else {
             0.0
         };
-        if self.glare.is_none() && flux <= 0.0 {
+        if self.light.glare.is_none() && flux <= 0.0 {
             return FrameGlare::default();
         }
         let samples = self.sample_frame(|ray| {
             let distance_px = camera.clip(ray).map_or(f64::INFINITY, |clip| ((clip - centre) * camera.half_size_px()).length());
-            let veil = self.glare.as_ref().map_or(0.0, |veil| veil.radiance(ray.normalize()));
-            [self.sun_transmittance * veil, distance_px]
+            let veil = self.light.glare.as_ref().map_or(0.0, |veil| veil.radiance(ray.normalize()));
+            [self.light.sun_transmittance * veil, distance_px]
         });
         FrameGlare { samples, point: (flux > 0.0).then_some(PointSun { flux, drawn_part_of_glare }) }
     }
