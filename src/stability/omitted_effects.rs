@@ -95,11 +95,8 @@ fn frame_pair(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, e
     for draw in &mut scene.draws {
         let Some(chosen_draw) = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part) else { continue };
         let chosen_features = chosen_draw.features;
-        // A draw of air can have eclipses or the shadow of rings, any draw eclipses or detail, not both. Where switching on eclipses would remove the other
-        // effect, the draw stays as chosen.
-        let loses_ring_shadow = chosen_features.ring_shadow != RingShadow::None && draw.features.ring_shadow == RingShadow::None;
-        let loses_detail = chosen_features.detail != Detail::None && draw.features.detail == Detail::None;
-        if loses_ring_shadow || loses_detail {
+        // A draw can have eclipses or detail, not both. Where switching on eclipses would remove the detail, the draw stays as chosen.
+        if chosen_features.detail != Detail::None && draw.features.detail == Detail::None {
             *draw = chosen_draw.clone();
             continue;
         }

@@ -1,5 +1,5 @@
-//! Effects that no shader has together with an eclipse: the rings' shadow under air, and relief finer than the maps. They are drawn where no shadow falls on
-//! what the image shows, or where the shadow takes the same part of all sunlight in it.
+//! Eclipses beside other effects: under air they are drawn together with the rings' shadow. No shader has them together with relief finer than the maps, which
+//! is drawn where no shadow falls on what the image shows, or where the shadow takes the same part of all sunlight in it.
 
 use crate::support::folds::{larger, smaller};
 use crate::support::session::SESSION;
@@ -10,7 +10,7 @@ use orrery::render::plan::SamplingQuality;
 use orrery::scene::Scene;
 use orrery::scene::draw::{BodyPart, Detail, Draw, PixelView, RingShadow};
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Purpose, Up, ViewRequest};
 use orrery::time::Instant;
 
 const SATURN: NaifId = NaifId(699);
@@ -64,27 +64,106 @@ fn sunlight(body: NaifId, request: &ViewRequest, effects: &str) -> f64 {
     of(effects) / of("-eclipse")
 }
 
-/// On 2007-02-01 Mimas' penumbra is 37 degrees from the camera, which is 200 km above Saturn: its rings' shadow is drawn. Where the penumbra is in view, the
-/// eclipse is drawn instead: there the rings take less light. An eclipse that the user switches on is drawn anywhere.
+/// On 2007-02-01 Mimas' penumbra is 37 degrees from the camera, which is 200 km above Saturn: its draws have no eclipse, as they would not show it.
 #[test]
-fn a_moons_shadow_elsewhere_leaves_the_rings_shadow() {
-    const TIME: &str = "2007-02-01T12:00:00Z";
+fn a_moons_shadow_elsewhere_is_not_drawn() {
     let along_the_ground = DVec3::new(-0.8382754701224185, 0.21276648187839925, 0.5020205776461033);
-    let far_from_it = above(SATURN, [25.0, 300.7515, 200.0], along_the_ground, 90.0, TIME);
+    let far_from_it = above(SATURN, [25.0, 300.7515, 200.0], along_the_ground, 90.0, "2007-02-01T12:00:00Z");
     let decided = scene(&far_from_it, "");
     for part in [BodyPart::Globe, BodyPart::Sky] {
         let features = draw_of(&decided, SATURN, part).features;
-        assert!(features.eclipse.occluders == 0 && features.ring_shadow != RingShadow::None, "{part:?}: {features:?}");
+        assert!(features.eclipse.occluders == 0 && features.ring_shadow == RingShadow::Penumbra, "{part:?}: {features:?}");
     }
     let (is_on, reasons) = eclipse_decision(&decided, SATURN);
     assert!(!is_on && reasons.contains("Mimas") && reasons.contains("not on what the image shows"), "{reasons}");
-    let forced = scene(&far_from_it, "+eclipse");
-    let features = draw_of(&forced, SATURN, BodyPart::Globe).features;
-    assert!(features.eclipse.occluders > 0 && features.ring_shadow == RingShadow::None, "{features:?}");
-    // Straight down on a place in the penumbra, where half of the Sun is left.
-    let down = -DVec3::new(0.5 * 40_f64.to_radians().cos(), -0.5 * 40_f64.to_radians().sin(), 0.75_f64.sqrt());
-    let features = draw_of(&scene(&above(SATURN, [60.0, -40.0, 200.0], down, 90.0, TIME), ""), SATURN, BodyPart::Globe).features;
-    assert!(features.eclipse.occluders > 0 && features.ring_shadow == RingShadow::None, "{features:?}");
+}
+
+/// From 200 km above Saturn, almost straight down, on 2024-10-01: the image shows the edge of the rings' shadow and, around 02:10, the shadow of Janus.
+fn below_rings_and_janus(latitude_deg: f64, fov_deg: f64, time: Instant) -> ViewRequest {
+    let direction = DVec3::new(-0.9686, 0.1621, 0.1883).normalize();
+    ViewRequest { time, ..above(SATURN, [latitude_deg, 350.5, 200.0], direction, fov_deg, "2024-10-01T02:10:00Z") }
+}
+
+/// The linear light of an image.
+fn light(request: &ViewRequest, effects: &str) -> Vec<[f32; 4]> {
+    let view = ViewRequest { effects: EffectOverrides::parse(effects).expect("effects"), ..request.clone() };
+    SESSION.draw(&view, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr
+}
+
+/// From within Saturn's air the shadows of the rings and of Janus are drawn together: where only one of them falls, the image is that with this shadow alone;
+/// nowhere is it brighter.
+#[test]
+fn the_shadows_of_rings_and_of_a_moon_are_drawn_together_from_within_the_air() {
+    let time = Instant::parse("2024-10-01T02:10:00Z").expect("a time");
+    let view = ViewRequest { purpose: Purpose::LINEAR, ..below_rings_and_janus(-5.7, 140.0, time) };
+    let decided = scene(&view, "");
+    for part in [BodyPart::Globe, BodyPart::Sky] {
+        let features = draw_of(&decided, SATURN, part).features;
+        assert!(features.eclipse.occluders > 0 && features.ring_shadow == RingShadow::Penumbra, "{part:?}: {features:?}");
+    }
+    let [both, rings, janus, neither] = ["", "-eclipse", "-ring-shadow", "-eclipse,-ring-shadow"].map(|effects| light(&view, effects));
+    let differs = |a: f32, b: f32, bound: f32| (a - b).abs() > bound * a.max(b);
+    let (mut in_rings, mut in_janus) = (0, 0);
+    for k in 0..both.len() {
+        let [both, rings, janus, neither] = [&both, &rings, &janus, &neither].map(|image| image[k][1]);
+        let values = format!("pixel {k}: {both} with both, {rings} rings, {janus} Janus, {neither} neither");
+        assert!(both <= 1.003 * rings.min(janus), "{values}");
+        assert!(differs(rings, neither, 2e-3) || !differs(both, janus, 6e-3), "{values}");
+        assert!(differs(janus, neither, 2e-3) || !differs(both, rings, 6e-3), "{values}");
+        in_rings += u32::from(rings < 0.9 * neither);
+        in_janus += u32::from(janus < 0.9 * neither);
+    }
+    println!("{in_rings} pixels in the rings' shadow, {in_janus} in that of Janus");
+    assert!(in_rings > 80 && in_janus > 10, "{in_rings} {in_janus}");
+}
+
+/// While the shadow of Janus enters such an image, its light falls gradually: in 5 s by some thousandths. If one shadow took the place of the other, it would
+/// fall by 0.8 % at once.
+#[test]
+fn the_light_of_saturn_changes_gradually_while_a_moons_shadow_enters_the_image() {
+    let start = Instant::parse("2024-10-01T02:08:00Z").expect("a time");
+    let mean_light = |step: i32| {
+        let view = below_rings_and_janus(-6.0, 140.0, start.plus_seconds(5.0 * f64::from(step)));
+        let pixels = light(&view, "");
+        pixels.iter().map(|p| f64::from(p[1])).sum::<f64>() / pixels.len() as f64
+    };
+    let means: Vec<f64> = (0..16).map(mean_light).collect();
+    let (least, most) = (means.iter().copied().fold(f64::INFINITY, smaller), means.iter().copied().fold(0.0, larger));
+    let greatest_step = means.windows(2).map(|w| (w[1] / w[0] - 1.0).abs()).fold(0.0, larger);
+    println!("mean light {least} to {most}, steps up to {greatest_step:.5}");
+    assert!(greatest_step < 0.004 && least < 0.995 * most, "{greatest_step}: {means:?}");
+}
+
+/// The two images have the same pixels: the narrow one is the middle of the wide one. Returns the greatest relative difference of its pixels.
+fn difference_of_middle(wide: &ViewRequest, narrow: &ViewRequest) -> f64 {
+    let (in_wide, in_narrow) = (light(wide, ""), light(narrow, ""));
+    let (left, top) = ((wide.width - narrow.width) / 2, (wide.height - narrow.height) / 2);
+    let difference = |k: usize| {
+        let (x, y) = (k as u32 % narrow.width, k as u32 / narrow.width);
+        let (a, b) = (in_narrow[k], in_wide[((y + top) * wide.width + x + left) as usize]);
+        (0..3).map(|c| f64::from((a[c] - b[c]).abs() / a[c].max(b[c]).max(f32::MIN_POSITIVE))).fold(0.0, larger)
+    };
+    (0..in_narrow.len()).map(difference).fold(0.0, larger)
+}
+
+/// The same view in half the width and height, with pixels of the same size.
+fn middle_of(wide: &ViewRequest) -> ViewRequest {
+    let half_fov = |degrees: f64| (0.5 * (0.5 * degrees).to_radians().tan()).atan().to_degrees();
+    ViewRequest { width: wide.width / 2, height: wide.height / 2, fov_deg: wide.fov_deg.map(|fov| 2.0 * half_fov(fov)), ..wide.clone() }
+}
+
+/// Two cameras at one place, such as those of two faces of a dome image, show the same light where their images overlap, whichever shadows are in the rest of
+/// each image.
+#[test]
+fn cameras_at_one_place_agree_on_shadows() {
+    for minutes in [8.2, 10.0, 12.3] {
+        let time = Instant::parse("2024-10-01T02:00:00Z").expect("a time").plus_seconds(60.0 * minutes);
+        // With 48 x 40 pixels the middle begins at even pixels, so that derivatives are taken over the same pixels.
+        let wide = ViewRequest { purpose: Purpose::LINEAR, height: 40, ..below_rings_and_janus(-5.7, 140.0, time) };
+        let difference = difference_of_middle(&wide, &middle_of(&wide));
+        println!("{minutes} min: {difference:.1e}");
+        assert!(difference < 4e-3, "{minutes} min: {difference}");
+    }
 }
 
 /// On 2024-04-08 at 16:30 the Moon's penumbra is more than 2000 km from the camera over Utah: hills and billows are drawn, in full sunlight.

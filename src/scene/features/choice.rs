@@ -183,14 +183,11 @@ impl FeatureSelection {
                 (false, false, secondary) => 1 + secondary.min(MAX_LIGHTS - 1),
             },
             eclipse: if available.is_emissive { Eclipse::default() } else { self.eclipse },
-            // Under an atmosphere in an eclipse the rings' shadow is left out; `features::combinations` reports this as a decision.
-            ring_shadow: if available.has_rings
-                && !available.is_emissive
-                && (air.model == AtmosphereModel::None || self.eclipse.occluders == 0)
-            {
-                self.ring_shadow
-            } else {
-                RingShadow::None
+            ring_shadow: match self.ring_shadow {
+                _ if !available.has_rings || available.is_emissive => RingShadow::None,
+                // Under an atmosphere in an eclipse the better model replaces the cheaper one, which halves the number of keys with all three.
+                RingShadow::PointSun if air.model != AtmosphereModel::None && self.eclipse.occluders > 0 => RingShadow::Penumbra,
+                ring_shadow => ring_shadow,
             },
             ring_shine: self.has_ring_shine(body),
             shape: match mesh {

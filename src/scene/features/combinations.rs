@@ -1,20 +1,19 @@
 //! Which of several effects a body's draws have, where no shader has all of them.
 //!
 //! In: the inputs of one body and the decisions made before. Out: the decisions, without effects that exclude each other. An eclipse excludes relief and
-//! billows finer than the maps, and under air the rings' shadow: all combinations would multiply the number of shader keys. Where the eclipse takes the same
-//! part of the sunlight from all that the frame shows, the shaders need no eclipse: the sunlight is dimmed. Otherwise the effect is left out that changes the
-//! light in the frame less. Always: by the choice between an eclipse and dimmed sunlight, the light of no pixel jumps by more than [`MAX_UNIFORM_ERROR`].
+//! billows finer than the maps: all combinations would multiply the number of shader keys. Where the eclipse takes the same part of the sunlight from all that
+//! the frame shows, the shaders need no eclipse: the sunlight is dimmed. Always: by the choice between an eclipse and dimmed sunlight, the light of no pixel
+//! jumps by more than [`MAX_UNIFORM_ERROR`].
 
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere;
-use crate::scene::draw::features::{AtmosphereModel, Eclipse, RingShadow};
+use crate::scene::draw::features::Eclipse;
 use crate::scene::draw::uniforms::EclipseUniforms;
 use crate::scene::eclipse::points_in_frame::PointsInFrame;
 use crate::scene::eclipse::sunlight_past::SunlightPast;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
-use crate::scene::rings::shadow_at_points::ShadowAtPoints;
 use glam::DVec3;
 
 /// Largest error, relative to the light that is left, by which sunlight in an eclipse counts as the same everywhere in the frame: some two 8-bit levels.
@@ -28,31 +27,23 @@ enum EclipseBesideOthers {
     Drawn,
     /// This factor on the sunlight, per channel.
     DimmedSunlight { factor: DVec3, max_error: f64 },
-    /// Nothing. Both fractions are means over the light of the ground in the frame.
-    LeftOut { by_occluders: f64, by_rings: f64 },
 }
 
-/// Decides what is drawn of an eclipse if relief or billows finer than the maps, or under air the rings' shadow, are decided on, too. It precedes the decision
-/// about the atmosphere, whose draw of the sky has eclipse and rings' shadow. An eclipse that the user has switched on is drawn.
+/// Decides what is drawn of an eclipse if relief or billows finer than the maps are decided on, too. It precedes the decision about the atmosphere, whose draw
+/// of the sky has the eclipse. An eclipse that the user has switched on is drawn.
 pub(crate) fn decide_eclipse<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let is_forced = inputs.effects().override_of(Effect::Eclipse) == Some(true);
     if decisions.chosen.eclipse.occluders == 0 || is_forced || !inputs.pixel_view().shows_radiance() || inputs.mesh.is_some() {
         return decisions;
     }
     let excludes_detail = decisions.chosen.detail || atmosphere::cloud_decision::may_have_billows(inputs);
-    let excludes_ring_shadow = decisions.chosen.ring_shadow != RingShadow::None && atmosphere::decision::is_over_ground(inputs);
-    let reason = match eclipse_beside_others(inputs, &decisions, [excludes_detail, excludes_ring_shadow]) {
+    let reason = match eclipse_beside_others(inputs, &decisions, excludes_detail) {
         EclipseBesideOthers::Drawn => return decisions,
         EclipseBesideOthers::DimmedSunlight { factor, .. } if factor == DVec3::ONE => reason!("eclipse-not-in-frame"),
         EclipseBesideOthers::DimmedSunlight { factor, max_error } => {
             decisions.sunlight_factor = factor;
             dimmed_reason(factor, max_error)
         }
-        EclipseBesideOthers::LeftOut { by_occluders, by_rings } => reason!(
-            "eclipse-beside-ring-shadow",
-            percent = format_args!("{:.2}", 100.0 * by_occluders),
-            rings = format_args!("{:.2}", 100.0 * by_rings)
-        ),
     };
     decisions.log.record(Effect::Eclipse.name(), decisions.sunlight_factor != DVec3::ONE, reason);
     (decisions.chosen.eclipse, decisions.eclipse) = (Eclipse::default(), EclipseUniforms::default());
@@ -64,9 +55,8 @@ fn dimmed_reason(factor: DVec3, max_error: f64) -> Reason {
     reason!("eclipse-dims-all", percent = format_args!("{percent:.1}"), error = format_args!("{error:.1}"))
 }
 
-/// `excludes`: whether the eclipse excludes detail, and whether it excludes the rings' shadow.
-fn eclipse_beside_others(inputs: &DecisionInputs<'_, '_>, decisions: &Decisions<'_>, excludes: [bool; 2]) -> EclipseBesideOthers {
-    if excludes == [false, false] {
+fn eclipse_beside_others(inputs: &DecisionInputs<'_, '_>, decisions: &Decisions<'_>, excludes_detail: bool) -> EclipseBesideOthers {
+    if !excludes_detail {
         return EclipseBesideOthers::Drawn;
     }
     let Some(sunlight) = SunlightPast::of(&decisions.eclipse, decisions.chosen.eclipse.model) else { return EclipseBesideOthers::Drawn };
@@ -80,34 +70,12 @@ fn eclipse_beside_others(inputs: &DecisionInputs<'_, '_>, decisions: &Decisions<
     if is_uniform && (factor == DVec3::ONE || !decisions.chosen.ring_shine) {
         return EclipseBesideOthers::DimmedSunlight { factor, max_error };
     }
-    let [_, excludes_ring_shadow] = excludes;
-    let Some(view) = inputs.ring_view.as_ref().filter(|_| excludes_ring_shadow) else { return EclipseBesideOthers::Drawn };
-    let rings = ShadowAtPoints::of(view);
-    let axis_ratios = inputs.body().radii_km / inputs.body().radii_km.x;
-    let (mut light, mut by_occluders, mut by_rings) = (0.0, 0.0, 0.0);
-    // Without ground in the frame, the air counts.
-    let counted = if points.ground.is_empty() { &points.others } else { &points.ground };
-    for point in counted {
-        let cosine = (*point / (axis_ratios * axis_ratios)).normalize_or_zero().dot(view.sun).max(0.0);
-        light += cosine;
-        by_occluders += cosine * (1.0 - sunlight.fraction(*point).y.min(1.0));
-        by_rings += cosine * rings.blocked(*point);
-    }
-    if by_rings > by_occluders {
-        EclipseBesideOthers::LeftOut { by_occluders: by_occluders / light, by_rings: by_rings / light }
-    } else {
-        EclipseBesideOthers::Drawn
-    }
+    EclipseBesideOthers::Drawn
 }
 
 /// Leaves out effects that the draws of ground and air cannot have together, after all of them are decided.
 pub(crate) fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut decisions.chosen;
-    if chosen.air_model != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
-        // All combinations of ring shadow, atmosphere model, number of occluders and eclipse model would triple the number of these keys.
-        decisions.log.record(Effect::RingShadow.name(), false, reason!("left-out-under-air"));
-        chosen.ring_shadow = RingShadow::None;
-    }
     if chosen.detail && chosen.eclipse.occluders > 0 {
         decisions.log.record(Effect::Detail.name(), false, reason!("left-out-in-eclipse"));
         chosen.detail = false;

@@ -10,7 +10,6 @@ pub(crate) mod radial_sums;
 pub(crate) mod ring_light;
 pub mod ring_shine;
 pub mod ring_table;
-pub(crate) mod shadow_at_points;
 mod single_scatter;
 pub(crate) mod view;
 
