@@ -166,6 +166,26 @@ fn cameras_at_one_place_agree_on_shadows() {
     }
 }
 
+/// From within the rings' shadow the sky of Saturn is dark, also in an image that shows neither ground nor rings; without their shadow it is at least five times
+/// as bright.
+#[test]
+fn the_sky_is_in_the_rings_shadow_with_and_without_ground_in_the_image() {
+    let up = DVec3::new(0.24003756416221467, -0.40346687107580137, 0.882947592858927);
+    let wide = above(SATURN, [22.0, 300.75, 100.0], up, 120.0, "2007-02-01T12:00:00Z");
+    let wide = ViewRequest { purpose: Purpose::LINEAR, height: 40, ..wide };
+    let narrow = middle_of(&wide);
+    let parts = |request: &ViewRequest| -> Vec<BodyPart> {
+        scene(request, "").draws.iter().filter(|d| d.body == SATURN && d.part != BodyPart::Sky).map(|d| d.part).collect()
+    };
+    assert!(parts(&wide).contains(&BodyPart::Globe) && parts(&narrow).is_empty(), "{:?} {:?}", parts(&wide), parts(&narrow));
+    let difference = difference_of_middle(&wide, &narrow);
+    assert!(difference < 4e-3, "{difference}");
+    let mean_light = |effects: &str| light(&narrow, effects).iter().map(|p| f64::from(p[1])).sum::<f64>();
+    let ratio = mean_light("-ring-shadow") / mean_light("");
+    println!("difference {difference:.1e}; without the shadow {ratio:.2} times as bright");
+    assert!(ratio > 5.0, "{ratio}");
+}
+
 /// On 2024-04-08 at 16:30 the Moon's penumbra is more than 2000 km from the camera over Utah: hills and billows are drawn, in full sunlight.
 #[test]
 fn a_shadow_far_from_the_ground_in_view_leaves_hills_and_billows() {

@@ -31,6 +31,11 @@ fn may_be_seen(inputs: &DecisionInputs<'_, '_>, shell: &Placement) -> bool {
     shell.camera_is_inside() || Outline::of(camera, shell).rect(camera).is_some() || inputs.rect.is_some()
 }
 
+/// Whether some pixel may show the body's atmosphere.
+pub(crate) fn may_be_in_frame(inputs: &DecisionInputs<'_, '_>) -> bool {
+    air::shell(inputs.body(), &inputs.placed.placement).is_some_and(|shell| may_be_seen(inputs, &shell))
+}
+
 /// The model of the air that is chosen if all tables of multiple scattering are available, and why. At draft quality the table
 /// is used only near the body or for thick air.
 fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Placement) -> (AtmosphereModel, Reason) {

@@ -73,27 +73,33 @@ fn eclipse_beside_others(inputs: &DecisionInputs<'_, '_>, decisions: &Decisions<
     EclipseBesideOthers::Drawn
 }
 
-/// Leaves out effects that the draws of ground and air cannot have together, after all of them are decided.
-pub(crate) fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+/// Leaves out detail in an eclipse.
+pub(crate) fn leave_out_detail<'c>(_inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut decisions.chosen;
     if chosen.detail && chosen.eclipse.occluders > 0 {
         decisions.log.record(Effect::Detail.name(), false, reason!("left-out-in-eclipse"));
         chosen.detail = false;
     }
-    if chosen.ring_shine && !decisions.secondary_lights.is_empty() {
-        // No shader has both ring-shine and planet-shine: the light that causes the smaller irradiance of the ground is left out.
-        // `brightest` is relative to sunlight.
-        let rings_irradiance =
-            decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.body_to_sun_km).irradiance.x;
-        let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
-        if bodies_irradiance > rings_irradiance {
-            decisions.log.record(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
-            chosen.ring_shine = false;
-            decisions.ring.shine = None;
-        } else {
-            decisions.log.record(Effect::PlanetShine.name(), false, reason!("shine-beside-rings"));
-            decisions.secondary_lights.clear();
-        }
+    decisions
+}
+
+/// Chooses between ring-shine and planet-shine, which no shader has together: the light that causes the smaller irradiance of the ground is left out. This does
+/// not depend on what the frame shows.
+pub(crate) fn choose_secondary_lights<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+    if !decisions.chosen.ring_shine || decisions.secondary_lights.is_empty() {
+        return decisions;
+    }
+    // `brightest` is relative to sunlight.
+    let rings_irradiance =
+        decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.body_to_sun_km).irradiance.x;
+    let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
+    if bodies_irradiance > rings_irradiance {
+        decisions.log.record(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
+        decisions.chosen.ring_shine = false;
+        decisions.ring.shine = None;
+    } else {
+        decisions.log.record(Effect::PlanetShine.name(), false, reason!("shine-beside-rings"));
+        decisions.secondary_lights.clear();
     }
     decisions
 }

@@ -90,6 +90,11 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
         air.map_or(DVec3::ONE, |a| a.transmittance(self.placed.placement.centre_km))
     }
 
+    /// The geometry of the body's rings, also if neither they nor the globe are in the image: they shade its air.
+    pub(crate) fn ring_view_for_air(&self) -> Option<RingView<'c>> {
+        ring_view(self.frame, self.placed)
+    }
+
     pub(crate) fn body(&self) -> &'c Body {
         self.placed.body
     }
