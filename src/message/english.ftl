@@ -85,8 +85,6 @@ reason-eclipse-omitted = { $count } weaker ones omitted
 reason-eclipse-nearest = the nearest penumbra, of { $body }, misses by { $share } times its own radius
 reason-eclipse-none = no occluder blocks more than { $part } of the sunlight in view
 reason-eclipse-out-of-view = penumbra of { $bodies } on its lit side, but not on what the image shows
-reason-eclipse-not-in-frame = no shadow on what the image shows
-reason-eclipse-dims-all = all sunlight in the image counts as { $percent } % of the full one, to within { $error } % of it, so that detail can be drawn
 reason-eclipse-switched-off = switched off with the eclipse
 reason-eclipse-no-bending = how its air bends light is not known
 reason-eclipse-air-off = its air is switched off
@@ -95,7 +93,6 @@ reason-eclipse-not-before-sun = the Sun is nearer than this body
 reason-eclipse-disc-small = its disc is { $size } px across (threshold { $threshold })
 reason-eclipse-no-layer = no layer of its air shows the Sun
 reason-eclipse-at-most = at most { $light }
-reason-left-out-in-eclipse = left out in an eclipse
 # Atmosphere and clouds.
 reason-air-none = no air is drawn
 reason-air-samples-chosen = { $few } or { $many } samples along each ray: set by you

@@ -85,8 +85,6 @@ reason-eclipse-omitted = { $count } schwächere ausgelassen
 reason-eclipse-nearest = nächster Halbschatten: { $body }, er geht um das { $share }-fache seines Radius vorbei
 reason-eclipse-none = kein Körper verdeckt mehr als { $part } des sichtbaren Sonnenlichts
 reason-eclipse-out-of-view = Halbschatten auf der beleuchteten Seite, aber nicht auf dem, was das Bild zeigt: { $bodies }
-reason-eclipse-not-in-frame = kein Schatten auf dem, was das Bild zeigt
-reason-eclipse-dims-all = alles Sonnenlicht im Bild zählt als { $percent } % des vollen, auf { $error } % davon genau, damit Feinheiten gezeichnet werden können
 reason-eclipse-switched-off = mit der Finsternis ausgeschaltet
 reason-eclipse-no-bending = es ist nicht bekannt, wie seine Luft das Licht bricht
 reason-eclipse-air-off = seine Luft ist ausgeschaltet
@@ -95,7 +93,6 @@ reason-eclipse-not-before-sun = er steht nicht vor der Sonne
 reason-eclipse-disc-small = seine Scheibe hat { $size } px Durchmesser (Schwelle { $threshold })
 reason-eclipse-no-layer = keine Schicht seiner Luft zeigt die Sonne
 reason-eclipse-at-most = höchstens { $light }
-reason-left-out-in-eclipse = bei einer Finsternis ausgelassen
 # Atmosphere and clouds.
 reason-air-none = keine Luft wird gezeichnet
 reason-air-samples-chosen = { $few } oder { $many } Stützstellen je Strahl: von Hand gesetzt

@@ -152,8 +152,6 @@ pub(crate) struct Decisions<'c> {
     pub secondary_lights: Vec<IncidentLight>,
     /// Occluders of the globe, its air and its clouds.
     pub eclipse: EclipseUniforms,
-    /// Factor on the sunlight of globe, air and clouds, per channel: less than 1 in an eclipse that dims all that the frame shows (`combinations`).
-    pub sunlight_factor: DVec3,
     /// The uniforms of the rings' shadow and of ring-shine, for the draws of globe and sky.
     pub ring: RingUniforms,
     /// The overlays that are drawn, the lowest first.
@@ -183,7 +181,6 @@ impl<'c> Decisions<'c> {
             chosen: FeatureSelection::default(),
             secondary_lights: Vec::new(),
             eclipse: EclipseUniforms::default(),
-            sunlight_factor: DVec3::ONE,
             ring: RingUniforms::default(),
             overlays: Vec::new(),
             blend_mode: 0.0,

@@ -13,8 +13,8 @@ use crate::catalog::{Map, NaifId};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::multi_scatter_in_shadow;
 use crate::scene::body_report::Appearance;
+use crate::scene::camera::ClipRect;
 use crate::scene::camera::silhouette::Outline;
-use crate::scene::camera::{self, ClipRect};
 use crate::scene::decision::{Decision, DecisionLog};
 use crate::scene::draw::features::{AirPass, AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
 use crate::scene::draw::uniforms::{DrawUniforms, Light};
@@ -45,16 +45,14 @@ pub(crate) struct DecidedBody {
 }
 
 /// The decisions about a body that is drawn as a disc, in their order.
-const ALL_DECISIONS: [DecideEffect; 13] = [
+const ALL_DECISIONS: [DecideEffect; 11] = [
     ground::decide,
     light::planet_shine::decide,
     eclipse::decision::decide,
     overlays::decide,
     rings::decision::decide,
     combinations::choose_secondary_lights,
-    combinations::decide_eclipse,
     atmosphere::decision::decide,
-    combinations::leave_out_detail,
     crescent::decide,
     atmosphere::air_pass::decide,
     mesh_decision::decide,
@@ -271,7 +269,6 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
     if draws.iter().any(|d| d.features.air.model == AtmosphereModel::Table) && !decided.eclipse.occluder_positions.is_empty() {
         decided.eclipse.multi_scatter = multi_scatter_in_shadow::tables(inputs.body(), &decided.eclipse);
     }
-    let sunlight_factor = camera::narrow(decided.sunlight_factor);
     for draw in &mut draws {
         // The features may round the number of lights up (`choice`), so that there are fewer shader keys; the additional lights are black.
         let black_light =
@@ -279,17 +276,13 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {
             draw.uniforms.lights.push(black_light);
         }
-        // The first light is the Sun; that of the second in the air is relative to it.
-        if let Some(sun) = draw.uniforms.lights.first_mut() {
-            sun.irradiance *= sunlight_factor;
-        }
         draw.uniforms.eclipse.clone_from(&decided.eclipse);
         if draw.part == BodyPart::Sky && draw.features.ring_shadow != RingShadow::None {
             draw.uniforms.ring.clone_from(&decided.ring);
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
         draw.uniforms.air.map_weight = decided.map_weight;
-        draw.uniforms.air.second_light_irradiance = decided.second_light_irradiance / sunlight_factor;
+        draw.uniforms.air.second_light_irradiance = decided.second_light_irradiance;
         if draw.part != BodyPart::Sky {
             draw.uniforms.air.night_radiance *= decided.night_fraction_on_ground;
         }
