@@ -13,7 +13,7 @@ use crate::measure::{LinearImage, PlannedView, quantile};
 use crate::random::Random;
 use crate::render::plan;
 use crate::render::software::Precision;
-use crate::scene::draw::{BodyShadow, Detail, RingShadow};
+use crate::scene::draw::{BodyShadow, RingShadow};
 use crate::scene::effects::Effect;
 use crate::scene::request::{Layers, Position, Purpose, ViewRequest};
 use crate::session::{SessionError, tape_costs};
@@ -95,14 +95,6 @@ fn frame_pair(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, e
     for draw in &mut scene.draws {
         let Some(chosen_draw) = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part) else { continue };
         let chosen_features = chosen_draw.features;
-        // A draw of air can have eclipses or the shadow of rings, any draw eclipses or detail, not both. Where switching on eclipses would remove the other
-        // effect, the draw stays as chosen.
-        let loses_ring_shadow = chosen_features.ring_shadow != RingShadow::None && draw.features.ring_shadow == RingShadow::None;
-        let loses_detail = chosen_features.detail != Detail::None && draw.features.detail == Detail::None;
-        if loses_ring_shadow || loses_detail {
-            *draw = chosen_draw.clone();
-            continue;
-        }
         let features = &mut draw.features;
         if chosen_features.ring_shadow != RingShadow::None && features.ring_shadow != RingShadow::None {
             features.ring_shadow = chosen_features.ring_shadow;

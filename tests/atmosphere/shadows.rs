@@ -136,6 +136,29 @@ fn one_evaluation_per_ray_suffices_for_the_ring_shadow_on_a_thin_rim() {
     assert!(worst < 9.0 && worst_unshaded > 4.0 * worst, "{worst} of 255, {worst_unshaded} without a shadow");
 }
 
+/// The rim of Saturn's air, less than a pixel high, under its rings and in an eclipse by Mimas: it is lit beyond the shadow of Mimas, and black if Mimas were as
+/// large as to hide the Sun from all of the air.
+#[test]
+fn a_thin_rim_under_rings_is_in_the_shadow_of_a_moon_too() {
+    let effects = "+atmosphere,+atmosphere=pixel-16,+ring-shadow,-planet-shine";
+    let position = Position::AboveTarget { towards: None, distance_radii: Some(3.3) };
+    let base = request(SATURN, "2024-10-01T00:00:00Z", position, effects);
+    let mut scene = SESSION.scene(&ViewRequest { width: SIDE, height: SIDE, fov_deg: Some(45.0), ..base }).expect("a scene");
+    scene.draws.retain(|d| d.body == SATURN && d.part == BodyPart::Sky);
+    let sky = scene.draws.first().expect("a rim");
+    assert!(sky.uniforms.air.rim_is_thin > 0.5, "{:?}", sky.features);
+    assert!(sky.features.eclipse.occluders > 0 && sky.features.ring_shadow == RingShadow::Penumbra, "{:?}", sky.features);
+    let brightest = |scene: &Scene| pixels(scene).iter().map(|p| p[1]).fold(0.0, larger);
+    let lit = brightest(&scene);
+    for outline in &mut scene.draws[0].uniforms.eclipse.occluder_outlines {
+        // The semi-axes of the outline, in radii of Saturn.
+        (outline.z, outline.w) = (4.0, 4.0);
+    }
+    let dark = brightest(&scene);
+    println!("brightest pixel {lit:e}, {dark:e} without the Sun");
+    assert!(lit > 0.0 && dark < 1e-3 * lit, "{lit} {dark}");
+}
+
 /// The Earth in the Moon's shadow, with eight samples per ray. With the Moon moved out of reach, the image equals the one without an
 /// eclipse. At the point of greatest eclipse, 25.3 N 104.1 W, ground, clouds and air are dark. And the image is close to that with 32
 /// samples.

@@ -1,6 +1,7 @@
 //! Files dropped on the window: data become layers, views are shown, tours are played, and errors are reported.
 
 use super::interface::{harness_of, interface, settle};
+use egui_kittest::kittest::Queryable as _;
 use orrery::catalog::NaifId;
 use orrery::session::{Session, Sources};
 use std::path::{Path, PathBuf};

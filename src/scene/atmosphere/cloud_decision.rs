@@ -47,15 +47,6 @@ fn is_drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelectio
     }
 }
 
-/// Whether the clouds, if they are drawn and no eclipse excludes it, have procedural billows.
-pub(crate) fn may_have_billows(inputs: &DecisionInputs<'_, '_>) -> bool {
-    let Some(clouds) = &inputs.body().clouds else { return false };
-    let shell = clouds::shell(&inputs.placed.placement, clouds::shell_scale(inputs.body(), clouds));
-    let (deg_per_px, max_deg_per_px) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
-    let is_switched_off = |effect: Effect| inputs.effects().override_of(effect) == Some(false);
-    !shell.camera_is_inside() && deg_per_px < max_deg_per_px && ![Effect::Detail, Effect::Clouds].into_iter().any(is_switched_off)
-}
-
 /// Decides on the clouds and creates their draw, if there is one.
 fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Option<Draw> {
     let (body, placed) = (inputs.body(), inputs.placed);
@@ -79,9 +70,7 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
         return None;
     }
     let (deg_per_px, max_deg_per_px) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));
-    // In an eclipse detail is left out, which halves the number of keys with eclipses.
-    let has_billows =
-        deg_per_px < max_deg_per_px && !decisions.log.is_switched_off(Effect::Detail) && decisions.chosen.eclipse.occluders == 0;
+    let has_billows = deg_per_px < max_deg_per_px && !decisions.log.is_switched_off(Effect::Detail);
     let sizes = reason!("detail-cloud-span", span = format_args!("{deg_per_px:.4}"), threshold = format_args!("{max_deg_per_px:.4}"));
     let reason = detail::description(Detail::Billows).and(sizes);
     decisions.log.record("cloud-detail", has_billows, reason);

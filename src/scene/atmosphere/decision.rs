@@ -31,6 +31,11 @@ fn may_be_seen(inputs: &DecisionInputs<'_, '_>, shell: &Placement) -> bool {
     shell.camera_is_inside() || Outline::of(camera, shell).rect(camera).is_some() || inputs.rect.is_some()
 }
 
+/// Whether some pixel may show the body's atmosphere.
+pub(crate) fn may_be_in_frame(inputs: &DecisionInputs<'_, '_>) -> bool {
+    air::shell(inputs.body(), &inputs.placed.placement).is_some_and(|shell| may_be_seen(inputs, &shell))
+}
+
 /// The model of the air that is chosen if all tables of multiple scattering are available, and why. At draft quality the table
 /// is used only near the body or for thick air.
 fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Placement) -> (AtmosphereModel, Reason) {
@@ -69,14 +74,6 @@ fn is_drawn(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Placement
 /// the air.
 fn map_includes_air(inputs: &DecisionInputs<'_, '_>) -> bool {
     !colours_exclude_air(inputs.body()) && inputs.pixel_view() != PixelView::OpticalDepth
-}
-
-/// Whether air is drawn in front of the ground even if the rings' shadow and an eclipse are drawn, too.
-pub(crate) fn is_over_ground(inputs: &DecisionInputs<'_, '_>) -> bool {
-    let body = inputs.body();
-    let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return false };
-    let gives_way = map_includes_air(inputs) && !shell.camera_is_inside();
-    is_drawn(inputs, air, &shell) && !gives_way && chosen_model(inputs, air, &shell).0 != AtmosphereModel::None
 }
 
 /// Whether the body's draws may read a table of multiple scattering.
@@ -160,8 +157,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     chosen.thin_rim = !camera_is_inside && rim.is_averaged();
     // Before `air_model` is cleared, which is for the globe's draw only.
     let features = chosen.sky_features(body, inputs.pixel_view());
-    // No shader has air, an eclipse and the rings' shadow: the air gives way if the colours include it.
-    if colour_includes_air && (continues_disc || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0) {
+    if continues_disc {
         log.record("air-over-ground", false, reason!("air-in-colours"));
         chosen.air_model = AtmosphereModel::None;
     } else if colour_includes_air {
@@ -192,9 +188,12 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     // Where rays that only rise or only fall leave the air.
     air::set_ends(&mut uniforms, air::FarEnd::Top);
     air::set_night_sky(&mut uniforms.air, air, air::night_sky_above(air, height_km));
-    // On a rim less than a pixel high, the rings' shadow is evaluated once per ray. (`chosen.thin_rim` is about averaging the rim's light over each pixel.)
+    // On a rim less than a pixel high, one mean of the rings' shadow serves each ray. (`chosen.thin_rim` is about averaging the rim's light over each pixel.)
     if !camera_is_inside && rim.height_px < rim::MIN_SAMPLED_SHADOW_PX && features.ring_shadow != RingShadow::None {
-        features.ring_shadow = RingShadow::PointSun;
+        // The mean is for a point Sun, whichever model the module has. In an eclipse there is no module with this model (`FeatureSelection::globe_features`).
+        if features.eclipse.occluders == 0 {
+            features.ring_shadow = RingShadow::PointSun;
+        }
         uniforms.air.rim_is_thin = 1.0;
         let reason = reason!("air-ring-shadow", height = format_args!("{:.2}", rim.height_px), threshold = rim::MIN_SAMPLED_SHADOW_PX);
         decisions.log.record("ring-shadow-on-air", true, reason);

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 
 /// Height in pixels from which the rim is drawn whatever its light.
 pub(crate) const ALWAYS_DRAWN_RIM_PX: f64 = 0.5;
-/// Height in pixels from which the rings' shadow on the rim is evaluated at samples along each ray; on a lower rim, it is evaluated once per ray.
+/// Height in pixels from which the rings' shadow on the rim is evaluated at samples along each ray; on a lower rim, one mean serves each ray.
 pub(crate) const MIN_SAMPLED_SHADOW_PX: f64 = 1.0;
 /// Ratio of the rim's light to the disc's below which a rim lower than [`ALWAYS_DRAWN_RIM_PX`] is left out.
 pub(crate) const MIN_LIGHT_RATIO: f64 = 0.005;

@@ -8,14 +8,12 @@ pub mod approximate_shadow;
 pub(crate) mod decision;
 pub(crate) mod model;
 pub mod occluders;
-pub(crate) mod points_in_frame;
 pub mod refracted_limb;
 pub(crate) mod refraction;
 pub(crate) mod shadow_cone;
 pub(crate) mod shadow_path;
 pub mod shadow_region;
 pub(crate) mod sun_occluders;
-pub(crate) mod sunlight_past;
 pub mod uniforms;
 pub(crate) mod visible_part;
 

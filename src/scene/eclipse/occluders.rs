@@ -439,7 +439,7 @@ mod tests {
             select_occluders(&[occluder], sun, &receiver, extent, every_shadow_matters, min_blocked_fraction).occluders.len()
         };
         assert_eq!([count(1.0, MIN_BLOCKED_FRACTION_IN_IMAGES), count(5.0, MIN_BLOCKED_FRACTION_IN_IMAGES), count(1.0, 0.0)], [0, 1, 1]);
-        assert_eq!(max_occluders(catalog.bodies(), venus).0, 0);
+        assert_eq!(crate::scene::eclipse::max_occluders(catalog.bodies(), venus).0, 0);
         let (min_change, min_blocked_fraction) = (Some(0.01), 0.0);
         let reason = select_occluders(&[], sun, &receiver, extent, min_change, min_blocked_fraction).reason.to_string();
         assert!(reason.contains("1.00e-2"), "the reason names the threshold: {reason}");

@@ -117,11 +117,6 @@ impl FeatureSelection {
         self.ring_shine && available.has_rings && !available.is_emissive
     }
 
-    /// Whether a draw can show procedural detail: not in an eclipse, and only in pixel views that show radiance.
-    fn shows_detail(self, view: PixelView) -> bool {
-        self.eclipse.occluders == 0 && view.shows_radiance()
-    }
-
     /// Whether the ground's draw can show the clouds. To limit the number of shader keys, it can do so only with albedo, normal and cloud maps, and without
     /// overlays, a mesh and the other features tested here.
     pub(crate) fn shows_clouds_on_ground(self, body: &Body) -> bool {
@@ -169,8 +164,7 @@ impl FeatureSelection {
                 night: self.maps.night && available.maps.night,
                 cloud_shadow: self.maps.cloud_shadow && available.maps.cloud_shadow,
             },
-            // Detail is left out in an eclipse, which halves the number of keys with eclipses.
-            detail: if self.detail && mesh.is_none() && self.shows_detail(view) { available.detail } else { Detail::None },
+            detail: if self.detail && mesh.is_none() && view.shows_radiance() { available.detail } else { Detail::None },
             custom_surface: if self.custom_surface { available.custom_surface } else { 0 },
             overlays: self.overlays.min(body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8),
             // The Sun is the first light. An emissive body has none, and ring-shine excludes secondary lights.
@@ -183,14 +177,11 @@ impl FeatureSelection {
                 (false, false, secondary) => 1 + secondary.min(MAX_LIGHTS - 1),
             },
             eclipse: if available.is_emissive { Eclipse::default() } else { self.eclipse },
-            // Under an atmosphere in an eclipse the rings' shadow is left out; `features::combinations` reports this as a decision.
-            ring_shadow: if available.has_rings
-                && !available.is_emissive
-                && (air.model == AtmosphereModel::None || self.eclipse.occluders == 0)
-            {
-                self.ring_shadow
-            } else {
-                RingShadow::None
+            ring_shadow: match self.ring_shadow {
+                _ if !available.has_rings || available.is_emissive => RingShadow::None,
+                // Under an atmosphere in an eclipse the better model replaces the cheaper one, which halves the number of keys with all three.
+                RingShadow::PointSun if air.model != AtmosphereModel::None && self.eclipse.occluders > 0 => RingShadow::Penumbra,
+                ring_shadow => ring_shadow,
             },
             ring_shine: self.has_ring_shine(body),
             shape: match mesh {
@@ -226,7 +217,7 @@ impl FeatureSelection {
         is_shown.then_some(DrawFeatures {
             surface: Surface::Cloud,
             maps: MapSet::default(),
-            detail: if self.cloud_detail && self.shows_detail(view) { Detail::Billows } else { Detail::None },
+            detail: if self.cloud_detail && view.shows_radiance() { Detail::Billows } else { Detail::None },
             custom_surface: 0,
             overlays: 0,
             ring_shine: false,

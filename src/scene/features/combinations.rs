@@ -1,129 +1,29 @@
 //! Which of several effects a body's draws have, where no shader has all of them.
 //!
-//! In: the inputs of one body and the decisions made before. Out: the decisions, without effects that exclude each other. An eclipse excludes relief and
-//! billows finer than the maps, and under air the rings' shadow: all combinations would multiply the number of shader keys. Where the eclipse takes the same
-//! part of the sunlight from all that the frame shows, the shaders need no eclipse: the sunlight is dimmed. Otherwise the effect is left out that changes the
-//! light in the frame less. Always: by the choice between an eclipse and dimmed sunlight, the light of no pixel jumps by more than [`MAX_UNIFORM_ERROR`].
+//! In: the inputs of one body and the decisions made before. Out: the decisions, without effects that exclude each other. Always: the choice does not depend on
+//! what the frame shows, so that the frames of a dome image or a stereo pair choose alike.
 
-use crate::message::{Reason, reason};
-use crate::scene::atmosphere;
-use crate::scene::draw::features::{AtmosphereModel, Eclipse, RingShadow};
-use crate::scene::draw::uniforms::EclipseUniforms;
-use crate::scene::eclipse::points_in_frame::PointsInFrame;
-use crate::scene::eclipse::sunlight_past::SunlightPast;
+use crate::message::reason;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
-use crate::scene::rings::shadow_at_points::ShadowAtPoints;
-use glam::DVec3;
 
-/// Largest error, relative to the light that is left, by which sunlight in an eclipse counts as the same everywhere in the frame: some two 8-bit levels.
-const MAX_UNIFORM_ERROR: f64 = 0.02;
-/// Smallest fraction of sunlight for which this is tested: deeper in the shadow, light that air refracts, which varies in colour, becomes a large part.
-const MIN_UNIFORM_FRACTION: f64 = 0.1;
-
-/// What the draws show of an eclipse that not all effects can be combined with.
-enum EclipseBesideOthers {
-    /// The shadow of every pixel, in place of the other effects.
-    Drawn,
-    /// This factor on the sunlight, per channel.
-    DimmedSunlight { factor: DVec3, max_error: f64 },
-    /// Nothing. Both fractions are means over the light of the ground in the frame.
-    LeftOut { by_occluders: f64, by_rings: f64 },
-}
-
-/// Decides what is drawn of an eclipse if relief or billows finer than the maps, or under air the rings' shadow, are decided on, too. It precedes the decision
-/// about the atmosphere, whose draw of the sky has eclipse and rings' shadow. An eclipse that the user has switched on is drawn.
-pub(crate) fn decide_eclipse<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    let is_forced = inputs.effects().override_of(Effect::Eclipse) == Some(true);
-    if decisions.chosen.eclipse.occluders == 0 || is_forced || !inputs.pixel_view().shows_radiance() || inputs.mesh.is_some() {
+/// Chooses between ring-shine and planet-shine, which no shader has together: the light that causes the smaller irradiance of the ground is left out.
+pub(crate) fn choose_secondary_lights<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+    if !decisions.chosen.ring_shine || decisions.secondary_lights.is_empty() {
         return decisions;
     }
-    let excludes_detail = decisions.chosen.detail || atmosphere::cloud_decision::may_have_billows(inputs);
-    let excludes_ring_shadow = decisions.chosen.ring_shadow != RingShadow::None && atmosphere::decision::is_over_ground(inputs);
-    let (factor, reason) = match eclipse_beside_others(inputs, &decisions, [excludes_detail, excludes_ring_shadow]) {
-        EclipseBesideOthers::Drawn => return decisions,
-        EclipseBesideOthers::DimmedSunlight { factor, .. } if factor == DVec3::ONE => (factor, reason!("eclipse-not-in-frame")),
-        EclipseBesideOthers::DimmedSunlight { factor, max_error } => (factor, dimmed_reason(factor, max_error)),
-        EclipseBesideOthers::LeftOut { by_occluders, by_rings } => {
-            let [percent, rings] = [by_occluders, by_rings].map(|part| 100.0 * part);
-            let reason = reason!("eclipse-beside-ring-shadow", percent = format_args!("{percent:.2}"), rings = format_args!("{rings:.2}"));
-            (DVec3::ONE, reason)
-        }
-    };
-    decisions.log.record(Effect::Eclipse.name(), factor != DVec3::ONE, reason);
-    decisions.sunlight_factor *= factor;
-    (decisions.chosen.eclipse, decisions.eclipse) = (Eclipse::default(), EclipseUniforms::default());
-    decisions
-}
-
-fn dimmed_reason(factor: DVec3, max_error: f64) -> Reason {
-    let [percent, error] = [factor.y, max_error].map(|x| 100.0 * x);
-    reason!("eclipse-dims-all", percent = format_args!("{percent:.1}"), error = format_args!("{error:.1}"))
-}
-
-/// `excludes`: whether the eclipse excludes detail, and whether it excludes the rings' shadow.
-fn eclipse_beside_others(inputs: &DecisionInputs<'_, '_>, decisions: &Decisions<'_>, excludes: [bool; 2]) -> EclipseBesideOthers {
-    if excludes == [false, false] {
-        return EclipseBesideOthers::Drawn;
-    }
-    let Some(sunlight) = SunlightPast::of(&decisions.eclipse, decisions.chosen.eclipse.model) else { return EclipseBesideOthers::Drawn };
-    let points = PointsInFrame::of(inputs.frame.camera, &inputs.placed.placement, inputs.body());
-    let Some((centre, radius)) = points.ball() else { return EclipseBesideOthers::Drawn };
-    let [least, most] = sunlight.range_within(centre, radius);
-    let factor = 0.5 * (least + most);
-    let max_error = (0.5 * (most - least) / factor.max(DVec3::splat(f64::MIN_POSITIVE))).max_element();
-    // Ring-shine is drawn relative to sunlight, and moons' shadows do not dim it.
-    let is_uniform = least.min_element() >= MIN_UNIFORM_FRACTION && max_error <= MAX_UNIFORM_ERROR;
-    if is_uniform && (factor == DVec3::ONE || !decisions.chosen.ring_shine) {
-        return EclipseBesideOthers::DimmedSunlight { factor, max_error };
-    }
-    let [_, excludes_ring_shadow] = excludes;
-    let Some(view) = inputs.ring_view.as_ref().filter(|_| excludes_ring_shadow) else { return EclipseBesideOthers::Drawn };
-    let rings = ShadowAtPoints::of(view);
-    let axis_ratios = inputs.body().radii_km / inputs.body().radii_km.x;
-    let (mut light, mut by_occluders, mut by_rings) = (0.0, 0.0, 0.0);
-    // Without ground in the frame, the air counts.
-    let counted = if points.ground.is_empty() { &points.others } else { &points.ground };
-    for point in counted {
-        let cosine = (*point / (axis_ratios * axis_ratios)).normalize_or_zero().dot(view.sun).max(0.0);
-        light += cosine;
-        by_occluders += cosine * (1.0 - sunlight.fraction(*point).y.min(1.0));
-        by_rings += cosine * rings.blocked(*point);
-    }
-    if by_rings > by_occluders {
-        EclipseBesideOthers::LeftOut { by_occluders: by_occluders / light, by_rings: by_rings / light }
+    // `brightest` is relative to sunlight.
+    let rings_irradiance =
+        decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.body_to_sun_km).irradiance.x;
+    let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
+    if bodies_irradiance > rings_irradiance {
+        decisions.log.record(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
+        decisions.chosen.ring_shine = false;
+        decisions.ring.shine = None;
     } else {
-        EclipseBesideOthers::Drawn
-    }
-}
-
-/// Leaves out effects that the draws of ground and air cannot have together, after all of them are decided.
-pub(crate) fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    let chosen = &mut decisions.chosen;
-    if chosen.air_model != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
-        // All combinations of ring shadow, atmosphere model, number of occluders and eclipse model would triple the number of these keys.
-        decisions.log.record(Effect::RingShadow.name(), false, reason!("left-out-under-air"));
-        chosen.ring_shadow = RingShadow::None;
-    }
-    if chosen.detail && chosen.eclipse.occluders > 0 {
-        decisions.log.record(Effect::Detail.name(), false, reason!("left-out-in-eclipse"));
-        chosen.detail = false;
-    }
-    if chosen.ring_shine && !decisions.secondary_lights.is_empty() {
-        // No shader has both ring-shine and planet-shine: the light that causes the smaller irradiance of the ground is left out.
-        // `brightest` is relative to sunlight.
-        let rings_irradiance =
-            decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.body_to_sun_km).irradiance.x;
-        let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
-        if bodies_irradiance > rings_irradiance {
-            decisions.log.record(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
-            chosen.ring_shine = false;
-            decisions.ring.shine = None;
-        } else {
-            decisions.log.record(Effect::PlanetShine.name(), false, reason!("shine-beside-rings"));
-            decisions.secondary_lights.clear();
-        }
+        decisions.log.record(Effect::PlanetShine.name(), false, reason!("shine-beside-rings"));
+        decisions.secondary_lights.clear();
     }
     decisions
 }

@@ -90,6 +90,11 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
         air.map_or(DVec3::ONE, |a| a.transmittance(self.placed.placement.centre_km))
     }
 
+    /// The geometry of the body's rings, also if neither they nor the globe are in the image: they shade its air.
+    pub(crate) fn ring_view_for_air(&self) -> Option<RingView<'c>> {
+        ring_view(self.frame, self.placed)
+    }
+
     pub(crate) fn body(&self) -> &'c Body {
         self.placed.body
     }
@@ -147,8 +152,7 @@ pub(crate) struct Decisions<'c> {
     pub secondary_lights: Vec<IncidentLight>,
     /// Occluders of the globe, its air and its clouds.
     pub eclipse: EclipseUniforms,
-    /// Factor on the sunlight of globe, air and clouds, per channel: less than 1 in the shadow of another body's rings (`eclipse::decision`), and in an eclipse
-    /// that dims all that the frame shows (`combinations`).
+    /// Factor on the sunlight of globe, air, clouds and rings, per channel: less than 1 in the shadow of another body's rings (`eclipse::decision`).
     pub sunlight_factor: DVec3,
     /// The uniforms of the rings' shadow and of ring-shine, for the draws of globe and sky.
     pub ring: RingUniforms,

@@ -45,15 +45,14 @@ pub(crate) struct DecidedBody {
 }
 
 /// The decisions about a body that is drawn as a disc, in their order.
-const ALL_DECISIONS: [DecideEffect; 12] = [
+const ALL_DECISIONS: [DecideEffect; 11] = [
     ground::decide,
     light::planet_shine::decide,
     eclipse::decision::decide,
     overlays::decide,
     rings::decision::decide,
-    combinations::decide_eclipse,
+    combinations::choose_secondary_lights,
     atmosphere::decision::decide,
-    combinations::leave_out_rare_combinations,
     crescent::decide,
     atmosphere::air_pass::decide,
     mesh_decision::decide,
@@ -61,7 +60,13 @@ const ALL_DECISIONS: [DecideEffect; 12] = [
 ];
 
 /// The decisions about a body of which at most the atmosphere is in the image.
-const AIR_ONLY_DECISIONS: [DecideEffect; 3] = [light::planet_shine::decide, eclipse::decision::decide, atmosphere::decision::decide];
+const AIR_ONLY_DECISIONS: [DecideEffect; 5] = [
+    light::planet_shine::decide,
+    eclipse::decision::decide,
+    rings::decision::decide_for_air,
+    combinations::choose_secondary_lights,
+    atmosphere::decision::decide,
+];
 
 /// The decisions about effects that read maps, for [`required_maps`].
 const MAP_DECISIONS: [DecideEffect; 3] = [ground::decide, overlays::decide, atmosphere::cloud_decision::decide];

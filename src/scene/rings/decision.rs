@@ -5,6 +5,7 @@
 
 use crate::catalog::Ring;
 use crate::message::reason;
+use crate::scene::atmosphere;
 use crate::scene::camera;
 use crate::scene::draw::features::{PixelView, RingShadow};
 use crate::scene::draw::uniforms::{DrawUniforms, Light, RingUniforms};
@@ -35,6 +36,14 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         return decisions;
     }
     decisions.rings = decide_and_draw(inputs, view, &visible.rings, &mut decisions);
+    decisions
+}
+
+/// The same for air in the image without the globe and the rings: decides on their shadow, and on the light that excludes the light of other bodies.
+pub(crate) fn decide_for_air<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
+    let Some(view) = inputs.ring_view_for_air().filter(|_| atmosphere::decision::may_be_in_frame(inputs)) else { return decisions };
+    let include_all = true;
+    decisions.ring = decide_for_globe(inputs, &view, &view.visible_rings(include_all).rings, &mut decisions);
     decisions
 }
 

@@ -11,7 +11,6 @@ pub(crate) mod ring_light;
 pub mod ring_shine;
 pub mod ring_table;
 pub(crate) mod rings_before_sun;
-pub(crate) mod shadow_at_points;
 mod single_scatter;
 pub(crate) mod view;
 

@@ -134,6 +134,12 @@ impl<'a> RingView<'a> {
         self.body.radii_km.x / (self.placement.centre_km.length() * self.camera.pixel_tangent())
     }
 
+    /// The same at the nearest ground, if the camera is near the body.
+    fn pixels_per_radius_at_nearest(&self) -> f64 {
+        let distance_km = self.placement.height_near_ground_km().unwrap_or_else(|| self.placement.centre_km.length());
+        self.body.radii_km.x / (distance_km * self.camera.pixel_tangent())
+    }
+
     /// The rays of the frame's corners in body axes, with view depth 1.
     fn corner_rays(&self) -> [DVec3; 4] {
         let clips = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]].map(DVec2::from_array);
@@ -255,7 +261,7 @@ impl<'a> RingView<'a> {
             rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
         // Half the penumbra's width in the rings' plane, for the point of the globe that is farthest from the plane. The distance along the sunlight is about
         // 1 / sine; the light crosses the plane obliquely, which stretches the width by another 1 / sine.
-        let half_penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
+        let half_penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius_at_nearest();
         let model = if half_penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
         let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(max_removed_fraction));
         let reason = reason!("ring-shadow-sun", degrees = format_args!("{degrees:.3}"), light = light)

@@ -123,7 +123,7 @@ pub(crate) fn stars(
     let limit_without_layer = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
     // In air the layer of bright stars has no effect: by day, brightened stars would be visible against the bright sky.
     let layer_brightening_mag =
-        if request.layers.bright_stars && air.is_none() { (BRIGHT_STARS_LIMIT - limit_without_layer).max(0.0) } else { 0.0 };
+        if request.layers.bright_stars && tints.air.is_none() { (BRIGHT_STARS_LIMIT - limit_without_layer).max(0.0) } else { 0.0 };
     let limit = limit_without_layer + layer_brightening_mag;
     // Factor on the brightness of all stars.
     let total_boost = boost * 10f64.powf(0.4 * layer_brightening_mag);
