@@ -38,8 +38,10 @@ fn refractivities_belong_to_the_gas_that_scatters() {
     // Of each gas: refractivity in green at 0 C and 1 atm, King's factor.
     let [air, carbon_dioxide, nitrogen, hydrogen, helium]: [[f64; 2]; 5] =
         [[2.93e-4, 1.05], [4.49e-4, 1.15], [2.98e-4, 1.034], [1.39e-4, 1.03], [3.49e-5, 1.0]];
+    // Mole fraction of a gas, and its two numbers.
+    type Mixture<'a> = &'a [(f64, [f64; 2])];
     // Body, mole fractions of its gases, tolerance. The Earth's scattering makes up for its scale height (atmospheres.toml).
-    let gases: [(&str, &[(f64, [f64; 2])], f64); 8] = [
+    let gases: [(&str, Mixture<'_>, f64); 8] = [
         ("Earth", &[(1.0, air)], 0.2),
         ("Mars", &[(1.0, carbon_dioxide)], 0.05),
         ("Venus", &[(1.0, carbon_dioxide)], 0.05),
