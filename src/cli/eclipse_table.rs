@@ -1,7 +1,7 @@
 //! Formats the JSON objects of `orrery eclipse find` as a text table.
 //!
-//! In: the objects in order of time; the catalog, whose radii the table states; the eclipses of the Moon as almanacs have them. Out: the lines. Always: times are rounded to a second, those at the Moon's
-//! own limb to a tenth. Not here: the search for events (`events`).
+//! In: the objects in order of time; the catalog, whose radii the table states; the eclipses of the Moon as almanacs have them. Out: the lines. Always: times
+//! are rounded to a second, those at the Moon's own limb to a tenth. Not here: the search for events (`events`).
 
 use crate::catalog::Catalog;
 use crate::events::{self, LunarEclipse, LunarType};
@@ -114,9 +114,9 @@ fn only_in_almanacs_text(rows: &[Value], lunar_by_almanacs: &[LunarEclipse]) -> 
         .then(|| format!("only in almanacs, whose shadow the Earth's air enlarges (--radii almanac): {}\n", missing.join(", ")))
 }
 
-/// The table. Its lines: a heading; a row for each event, followed by a line of local circumstances if the row has them, and by one with the type in almanacs if
-/// that differs; a line with the number of events, the radii and the enlargement of the Earth's shadow; one about eclipses that only almanacs have; and a line
-/// about the error of Delta T if it is large enough to matter. `lunar_by_almanacs`: empty if the rows are those of almanacs.
+/// The table. Its lines: a heading; a row for each event, followed by a line of local circumstances if the row has them, and by one with the type in almanacs
+/// if that differs; a line with the number of events, the radii and the enlargement of the Earth's shadow; one about eclipses that only almanacs have; and a
+/// line about the error of Delta T if it is large enough to matter. `lunar_by_almanacs`: empty if the rows are those of almanacs.
 pub(super) fn as_text(catalog: &Catalog, rows: &[Value], lunar_by_almanacs: &[LunarEclipse]) -> String {
     let mut table =
         vec![["greatest (UTC)", "kind", "type", "gamma", "magnitude", "lat", "lon", "duration", "Saros", "contacts"].map(str::to_owned)];

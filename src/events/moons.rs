@@ -3,10 +3,10 @@
 //! In: catalog, ephemeris, a span of time. Out: events as the Earth's centre sees them. The region that a moon enters is bounded by planes tangent to the
 //! planet's spheroid. For transits and occultations these planes pass through the observer, the Earth's centre. For shadow transits and eclipses the observer
 //! is the Sun, and the planes are tangent to its sphere or pass through its centre. The part of the planet that is both lit and visible is narrower than its
-//! disc by up to 1500 km (Jupiter). Transits and shadow transits begin and end at the edge of this part: at the limb on one side, at the terminator on the other.
-//! Light time between Sun, moon, planet and Earth is included. An event is listed even if another hides it, such as the end of an eclipse behind the planet.
-//! The theories of the moons limit the accuracy of instants: 30 s for the Galilean moons. Not here: events of two moons (`mutual`). Not modelled: the planets'
-//! atmospheres, which delay eclipses by a minute or so.
+//! disc by up to 1500 km (Jupiter). Transits and shadow transits begin and end at the edge of this part: at the limb on one side, at the terminator on the
+//! other. Light time between Sun, moon, planet and Earth is included. An event is listed even if another hides it, such as the end of an eclipse behind the
+//! planet. The theories of the moons limit the accuracy of instants: 30 s for the Galilean moons. Not here: events of two moons (`mutual`). Not modelled: the
+//! planets' atmospheres, which delay eclipses by a minute or so.
 
 use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
@@ -71,8 +71,8 @@ pub struct MoonEvent {
     /// Contacts by time, as the Earth's centre sees them. `begin` and `end`: the moon's centre crosses the planet's limb, seen from the Earth or, in eclipses,
     /// from the Sun's centre; in transits and shadow transits the centre of the moon or of its shadow crosses the edge of the part of the disc that is lit and
     /// visible. I to IV: the limbs touch, in transits and occultations. P1 and P4: first and last contact with the penumbra, in a shadow transit of the planet
-    /// with that of the moon, which may be on ground that the Earth does not see. U2 and U3: begin and end of the time for which the moon is entirely inside the planet's umbra. U1 and U4: first and last contact
-    /// with the umbra or antumbra of another moon.
+    /// with that of the moon, which may be on ground that the Earth does not see. U2 and U3: begin and end of the time for which the moon is entirely inside
+    /// the planet's umbra. U1 and U4: first and last contact with the umbra or antumbra of another moon.
     pub contacts: Vec<Contact>,
 }
 
@@ -262,8 +262,8 @@ impl MoonConjunction {
         reception_time(pair.ephemeris, planet_km, at)
     }
 
-    /// The part of the time `first..last` for which the ground below the moon's centre, on the line from the observer, is lit and visible; `None` if there is none.
-    /// It is above the horizon for the observer. Here it must be so for the other of the two, the Sun or the Earth.
+    /// The part of the time `first..last` for which the ground below the moon's centre, on the line from the observer, is lit and visible; `None` if there is
+    /// none. The observer is above its horizon; here the other of the two, the Sun or the Earth, must be, too.
     fn part_on_lit_and_visible_ground(
         &self,
         pair: &MoonAndPlanet<'_>,

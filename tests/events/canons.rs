@@ -58,9 +58,7 @@ fn each_century_has_the_canons_eclipses_of_every_type() {
 /// With either catalog, the search by almanacs finds the catalog's types.
 #[test]
 fn lunar_eclipses_by_almanacs_have_the_canons_types_with_any_radii() {
-    let class_on = |found: &[LunarEclipse], day: &str| {
-        found.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).map(|e| e.class)
-    };
+    let class_on = |found: &[LunarEclipse], day: &str| found.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).map(|e| e.class);
     for (day, class, geometric) in [
         ("2015-04-04", LunarType::Total, Some(LunarType::Partial)),
         ("2021-05-26", LunarType::Total, Some(LunarType::Partial)),
