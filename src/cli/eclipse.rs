@@ -56,7 +56,8 @@ enum Kind {
 
 Instants are UTC (UT1 before 1972; in the far future without further leap seconds, so
 70 minutes ahead of the time of day in 3000), when the light reaches the Earth's
-centre. Dates are Gregorian in all years, also before 1582; year 0000 is 1 BC, -0584 is 585 BC.
+centre. Dates are Gregorian in all years, also before 1582; year 0000 is 1 BC, -0584
+is 585 BC.
 Contacts of eclipses: P of the penumbra, U of the umbra or antumbra; with --at also
 C1 to C4 of the discs. Contacts of transits and moons: I to IV, when the limbs touch
 (of transits with --at also those at the place); begin and end, when the centre of the

@@ -16,7 +16,7 @@ fn json(args: &[&str]) -> Value {
 /// The JSON keeps the geometric shadow. The table says where almanacs have another type, and which eclipses only they have.
 #[test]
 fn the_table_names_the_type_of_almanacs_where_it_differs() {
-    let text = |args: &[&str]| String::from_utf8(find(&[&["--kind", "lunar"], args].concat()).stdout).expect("text");
+    let text = |args: &[&str]| String::from_utf8(find(&[&["--kind", "lunar"][..], args].concat()).stdout).expect("text");
     let may_2021 = ["--from", "2021-05-20", "--to", "2021-05-30"];
     let by_iau = text(&may_2021);
     assert!(
@@ -33,7 +33,7 @@ fn the_table_names_the_type_of_almanacs_where_it_differs() {
         july_2027.contains("0 found") && july_2027.contains("only in almanacs") && july_2027.contains("2027-07-18 (penumbral, "),
         "{july_2027}"
     );
-    let row = &json(&[&["--kind", "lunar"], &may_2021[..]].concat())[0];
+    let row = &json(&[&["--kind", "lunar"][..], &may_2021].concat())[0];
     assert_eq!((row["type"].as_str(), row["shadow"].as_str()), (Some("partial"), Some("geometric")));
 }
 

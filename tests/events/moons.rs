@@ -72,7 +72,7 @@ fn phenomena_far_from_opposition_begin_and_end_as_the_earth_sees_them() {
             .min_by(|a, b| a.abs().total_cmp(&b.abs()))
             .expect("an event of the moon");
         println!("{line}: {error_s:.0} s");
-        assert!(error_s.abs() < if is_in_front { 60.0 } else { 70.0 }, "{line}: {error_s} s");
+        assert!(error_s.abs() < if is_in_front { 50.0 } else { 70.0 }, "{line}: {error_s} s");
         counts[usize::from(is_in_front)] += 1;
     }
     assert_eq!(counts, [20, 24]);
