@@ -48,7 +48,7 @@ impl EclipseRadii {
     }
 
     /// Radii of the Sun and the Moon, in this order, that replace the catalog's; `None`: the catalog's radii stay.
-    fn replacement_km(self) -> Option<(f64, f64)> {
+    pub(crate) fn replacement_km(self) -> Option<(f64, f64)> {
         match self {
             Self::Iau => None,
             Self::Almanac => {

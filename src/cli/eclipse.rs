@@ -9,7 +9,7 @@ use super::output_file::write_output_file;
 use super::view_args::parse_time_or_now;
 use super::{CliError, Common, inputs};
 use crate::catalog::lunar_heights::HeightMap;
-use crate::catalog::{Catalog, NaifId};
+use crate::catalog::{Catalog, EclipseRadii, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::events::{self, GeodeticPosition, LimbContact, LocalCircumstances, LunarEclipse, LunarType, MoonEvent, SolarEclipse, Transit};
 use crate::files::check_output_path;
@@ -54,19 +54,32 @@ enum Kind {
   orrery eclipse find --from 2015-01-24 --to 2015-01-25 --kind moons
   orrery eclipse find --from 1901-01-01 --to 2001-01-01 --kind lunar --radii almanac --json
 
-Instants are UTC (UT1 before 1972), when the light reaches the Earth's centre. Dates
-are Gregorian in all years, also before 1582; year 0000 is 1 BC, -0584 is 585 BC.
+Instants are UTC (UT1 before 1972; in the far future without further leap seconds, so
+70 minutes ahead of the time of day in 3000), when the light reaches the Earth's
+centre. Dates are Gregorian in all years, also before 1582; year 0000 is 1 BC, -0584
+is 585 BC.
 Contacts of eclipses: P of the penumbra, U of the umbra or antumbra; with --at also
 C1 to C4 of the discs. Contacts of transits and moons: I to IV, when the limbs touch
 (of transits with --at also those at the place); begin and end, when the centre of the
-moon or of its shadow passes the planet's edge.
+moon or of its shadow passes the planet's edge; in transits and shadow transits the
+edge of its lit part that the Earth sees.
 Longitudes, circumstances at a place and instants before 1972 are as uncertain as
 Delta T (TT - UT1). Its standard error is printed if it is half a second or more.
 Magnitude: covered fraction of the Sun's diameter, in a central eclipse the ratio of
 the diameters; in a lunar eclipse the fraction of the Moon's diameter in the umbra,
 negative if the Moon misses it; in a transit the ratio of the planet's diameter to the
 Sun's.
-With --radii iau the Earth's shadow is not enlarged, with almanac by Danjon's rule.
+Gamma: least distance of the shadow's axis from the Earth's centre, in a lunar eclipse
+of the Moon's centre from the axis, in Earth radii; in a transit of the planet from the
+Sun's centre, in solar radii. Positive to the north.
+Duration: of totality or annularity at the greatest eclipse of the Sun; of the total,
+else of the partial, else of the penumbral phase of a lunar eclipse; from I to IV in a
+transit (with --at also II to III at the place); from begin to end of a moon's event.
+Place: of the greatest eclipse of the Sun; in a lunar eclipse where the Moon is in the
+zenith. Saros 136/20: the 20th eclipse of series 136.
+With --radii iau the Earth's shadow is the geometric one, with almanac it is enlarged
+by Danjon's rule, for the air: this is the shadow that observers time. Where the type
+differs, the table has that of almanacs, too (2021-05-26: total, not partial).
 Contacts are those of the Moon's mean limb. With --at and --lunar-heights (a map of
 your own; none is included) those of its real limb are added: its C2 is the last bead
 and its C3 the first.",
@@ -105,19 +118,28 @@ pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     args.path.as_deref().map(check_output_path).transpose()?;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
-    let (rows, path_file_result) = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
+    let Found { rows, lunar_by_almanacs, path_file_result } = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
     if args.json {
         let list: Vec<String> = rows.iter().map(|row| format!("  {row}")).collect();
         print_result(&if list.is_empty() { "[]\n".to_owned() } else { format!("[\n{}\n]\n", list.join(",\n")) })?;
     } else {
-        print_result(&as_text(&catalog, &rows))?;
+        print_result(&as_text(&catalog, &rows, &lunar_by_almanacs))?;
     }
     path_file_result.map_err(CliError::Failed)
 }
 
-/// The events of the span as JSON objects, in order of time, and the result of writing the file of `--path`. The two are separate so that `run` can print the
-/// events even if the file cannot be written.
-fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Vec<Value>, Result<(), String>), String> {
+/// What [`find`] found.
+struct Found {
+    /// The events of the span as JSON objects, in order of time.
+    rows: Vec<Value>,
+    /// For the table: the eclipses of the Moon as almanacs have them, unless the rows already do.
+    lunar_by_almanacs: Vec<LunarEclipse>,
+    /// The result of writing the file of `--path`: `run` prints the events even if the file cannot be written.
+    path_file_result: Result<(), String>,
+}
+
+/// Finds the events of the span, and writes the file of `--path`.
+fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Found, String> {
     let time = |name: &str, text: &str| parse_time_or_now(text).map_err(|e| format!("--{name}: {e}"));
     let (from, to) = (time("from", &args.from)?, time("to", &args.to)?);
     if from >= to {
@@ -126,6 +148,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Ve
     let observer = args.at.as_deref().map(parse_place).transpose()?;
     let radii = catalog.eclipse_radii();
     let mut rows: Vec<(Instant, Value)> = Vec::new();
+    let mut lunar_by_almanacs = Vec::new();
     let mut path_file_result = Ok(());
     let is_wanted = |kind| args.kind.contains(&kind);
     if is_wanted(Kind::Solar) {
@@ -147,6 +170,9 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Ve
     if is_wanted(Kind::Lunar) {
         let found = events::lunar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
         rows.extend(found.iter().map(|e| (e.greatest, lunar_row(e, observer, events::shadow_enlargement(radii)))));
+        if !args.json && radii != EclipseRadii::Almanac {
+            lunar_by_almanacs = events::lunar_eclipses_by_almanacs(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
+        }
     }
     if is_wanted(Kind::Transit) {
         let found = events::transits(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;
@@ -164,7 +190,7 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Ve
         row["delta_t_s"] = json!(delta_t_s);
         row["delta_t_error_s"] = json!(error_s);
     }
-    Ok((rows.into_iter().map(|(_, row)| row).collect(), path_file_result))
+    Ok(Found { rows: rows.into_iter().map(|(_, row)| row).collect(), lunar_by_almanacs, path_file_result })
 }
 
 /// Accepted heights of a place, metres: from below the deepest sea floor (Challenger Deep, 10.9 km) to the edge of space (Karman line).

@@ -1,11 +1,12 @@
 //! Formats the JSON objects of `orrery eclipse find` as a text table.
 //!
-//! In: the objects in order of time, and the catalog, whose radii the table states. Out: the lines. Always: times are rounded to a second, those at the Moon's
-//! own limb to a tenth. Not here: the search for events (`events`).
+//! In: the objects in order of time; the catalog, whose radii the table states; the eclipses of the Moon as almanacs have them. Out: the lines. Always: times
+//! are rounded to a second, those at the Moon's own limb to a tenth. Not here: the search for events (`events`).
 
 use crate::catalog::Catalog;
-use crate::events;
+use crate::events::{self, LunarEclipse, LunarType};
 use crate::time::{Instant, MIN_SHOWN_DELTA_T_ERROR_S};
+use crate::units::SECONDS_PER_DAY;
 use crate::wording::fixed_decimals;
 use serde_json::{Value, json};
 
@@ -77,13 +78,50 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
     })
 }
 
-/// The table. Its lines: a heading; a row for each event, followed by a line of local circumstances if the row has them; a line with the number of events, the
-/// radii and the enlargement of the Earth's shadow; and a line about the error of Delta T if it is large enough to matter.
-pub(super) fn as_text(catalog: &Catalog, rows: &[Value]) -> String {
+/// Type and magnitude of an eclipse of the Moon as almanacs have them: `total, magnitude 1.0095`.
+fn almanac_text(eclipse: &LunarEclipse) -> String {
+    let (name, magnitude) = match eclipse.class {
+        LunarType::Penumbral => ("penumbral magnitude", eclipse.penumbral_magnitude),
+        LunarType::Partial | LunarType::Total => ("magnitude", eclipse.umbral_magnitude),
+    };
+    format!("{}, {name} {}", eclipse.class.name(), fixed_decimals(magnitude, 4))
+}
+
+/// Whether a row is that of an eclipse of the Moon. Full moons are 29 days apart.
+fn is_same_eclipse(row: &Value, eclipse: &LunarEclipse) -> bool {
+    let difference_s = seconds_past_j2000(&row["greatest"]) - eclipse.greatest.tdb_seconds_past_j2000();
+    row["kind"] == json!("lunar") && difference_s.abs() < SECONDS_PER_DAY
+}
+
+/// The line below a row whose type differs from that in almanacs.
+fn almanac_note(row: &Value, lunar_by_almanacs: &[LunarEclipse]) -> Option<String> {
+    let eclipse = lunar_by_almanacs.iter().find(|e| is_same_eclipse(row, e))?;
+    (row["type"] != json!(eclipse.class.name()))
+        .then(|| format!("almanacs, whose shadow the Earth's air enlarges: {}", almanac_text(eclipse)))
+}
+
+/// The line about eclipses that only almanacs have, because the Moon misses the geometric penumbra.
+fn only_in_almanacs_text(rows: &[Value], lunar_by_almanacs: &[LunarEclipse]) -> Option<String> {
+    let is_missing = |eclipse: &&LunarEclipse| !rows.iter().any(|row| is_same_eclipse(row, eclipse));
+    let day =
+        |eclipse: &LunarEclipse| rounded_time(&json!(eclipse.greatest.to_utc_iso()), TO_A_SECOND).split(' ').next().map(str::to_owned);
+    let missing: Vec<String> = lunar_by_almanacs
+        .iter()
+        .filter(is_missing)
+        .map(|eclipse| format!("{} ({})", day(eclipse).unwrap_or_default(), almanac_text(eclipse)))
+        .collect();
+    (!missing.is_empty())
+        .then(|| format!("only in almanacs, whose shadow the Earth's air enlarges (--radii almanac): {}\n", missing.join(", ")))
+}
+
+/// The table. Its lines: a heading; a row for each event, followed by a line of local circumstances if the row has them, and by one with the type in almanacs
+/// if that differs; a line with the number of events, the radii and the enlargement of the Earth's shadow; one about eclipses that only almanacs have; and a
+/// line about the error of Delta T if it is large enough to matter. `lunar_by_almanacs`: empty if the rows are those of almanacs.
+pub(super) fn as_text(catalog: &Catalog, rows: &[Value], lunar_by_almanacs: &[LunarEclipse]) -> String {
     let mut table =
         vec![["greatest (UTC)", "kind", "type", "gamma", "magnitude", "lat", "lon", "duration", "Saros", "contacts"].map(str::to_owned)];
-    // For each line of `table`, the text to print below it; none below the heading.
-    let mut notes: Vec<Option<String>> = vec![None];
+    // For each line of `table`, the texts to print below it; none below the heading.
+    let mut notes: Vec<Vec<String>> = vec![Vec::new()];
     for row in rows {
         let text_of = |name: &str| row[name].as_str().unwrap_or("-").to_owned();
         table.push([
@@ -108,17 +146,19 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value]) -> String {
             },
             contacts_text(row),
         ]);
-        notes.push((!row["local"].is_null()).then(|| local_text(&row["local"])));
+        let local = (!row["local"].is_null()).then(|| local_text(&row["local"]));
+        notes.push(almanac_note(row, lunar_by_almanacs).into_iter().chain(local).collect());
     }
     let widths: [usize; 10] = std::array::from_fn(|column| table.iter().map(|r| r[column].chars().count()).max().unwrap_or(0));
     let mut text = String::new();
     for (row, note) in table.iter().zip(notes) {
         let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
         text += &format!("{}\n", cells.join("  ").trim_end());
-        text.extend(note.map(|n| format!("    {n}\n")));
+        text.extend(note.into_iter().map(|n| format!("    {n}\n")));
     }
     let shadow = events::shadow_enlargement(catalog.eclipse_radii());
     text += &format!("{} found; radii {}; the Earth's shadow: {shadow}\n", rows.len(), catalog.eclipse_radii_text());
+    text.extend(only_in_almanacs_text(rows, lunar_by_almanacs));
     text.extend(delta_t_text(rows));
     text
 }

@@ -28,8 +28,11 @@ use serde_json::{Value, json};
     orrery ephemeris --body mars --apparent --from 2027-01-01 --to 2027-03-01 --step 1d --csv\n  \
     orrery ephemeris --rise-set --at 48.14,11.58 --time 2026-06-21\n\n\
     Positions are geometric: km and km/s, ICRF axes. error_km bounds the error of the source; it is null if it is unknown, as for files of --kernel. \
+    The source is the coarsest part of the position: of Pluto it is mean, because Pluto's place about its barycentre follows from Charon's mean orbit. With one \
+    --time, --apparent and --orientation print JSON. \
     Azimuth is measured from north through east; altitudes are without refraction. Rise and set are those of the upper limb of the Sun and the Moon, with 34 arcminutes of \
-    refraction on the Earth; twilight ends with the Sun's centre at -6, -12 and -18 degrees.\n\n\
+    refraction on the Earth; twilight ends with the Sun's centre at -6, -12 and -18 degrees. The \
+    horizon is level at any height: it has no dip.\n\n\
     Dates are Gregorian in all years, also before 1582; year 0000 is 1 BC, -0584 is 585 BC. Before 1972 times are UT1.",
     next_help_heading = "Query"
 )]

@@ -5,7 +5,7 @@
 use super::output::{print_message, print_result};
 use super::view_args::ViewArgs;
 use super::{CliError, Common};
-use crate::catalog::{Body, Catalog};
+use crate::catalog::{Body, Catalog, NaifId};
 use crate::message::Message;
 use crate::render::plan::SamplingQuality;
 use crate::scene::request::Purpose;
@@ -92,7 +92,8 @@ fn as_json(body: &BodyReport, estimate_notes: &[Message]) -> Value {
 /// the points are not defined.
 fn seen_by_the_camera(body: &BodyReport) -> String {
     let heading = if body.has_direction() {
-        let magnitude = body.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
+        let none = if body.id == NaifId::SUN { "none (entirely hidden)" } else { "none (in full shadow)" };
+        let magnitude = body.magnitude.map_or(none.to_owned(), |m| format!("{m:.2}"));
         let (distance_km, diameter_px, phase_angle_deg) = (body.distance_km, body.diameter_px, body.phase_angle_deg);
         format!("{distance_km:.6e} km away, {diameter_px:.3} px across, phase angle {phase_angle_deg:.2} deg, magnitude {magnitude}")
     } else if body.distance_km == 0.0 {

@@ -6,7 +6,9 @@
 //! which the Moon gains on the Sun what the Sun moves in 2.6 s.
 //!
 //! The shadow is that of a sphere with the Earth's equatorial radius. With the IAU's radii it is not enlarged; with those of almanacs it is enlarged by
-//! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172).
+//! Danjon's rule, a hundredth of the Earth's radius, for the air (Espenak and Meeus 2009, NASA/TP-2009-214172). The enlarged shadow is the one that observers
+//! time: the eclipse of 2021-05-26, total for 15 minutes, is partial in the geometric shadow. `eclipse find` keeps the convention of `--radii`; the window
+//! takes that of almanacs.
 
 use super::contacts::{Contact, seconds_between};
 use super::local::{GeodeticPosition, LocalCircumstances, Station};

@@ -2,7 +2,8 @@
 //!
 //! In: catalog, ephemeris, a span of time. Out: eclipses in order of time; transits planet by planet; phenomena of moons, not sorted. Instants are those at
 //! which the Earth's centre receives the light; eclipses and transits also have local circumstances. Positions include light time and aberration, as in the
-//! shaders, and radii follow the catalog's convention ([`EclipseRadii`](crate::catalog::EclipseRadii)). Not here: drawing, files.
+//! shaders, and radii follow the catalog's convention ([`EclipseRadii`](crate::catalog::EclipseRadii)), except for [`lunar_eclipses_by_almanacs`]. Not here:
+//! drawing, files.
 
 mod cone;
 mod contacts;
@@ -68,21 +69,22 @@ pub fn solar_eclipses_without_saros(
 /// As [`solar_eclipses`].
 pub fn lunar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Instant) -> Result<Vec<LunarEclipse>, EphemerisError> {
     let with_saros_member = true;
-    find_lunar(catalog, ephemeris, from..to, with_saros_member)
+    find_lunar(ephemeris, BodyRadii::of(catalog)?, from..to, with_saros_member)
 }
 
-/// As [`lunar_eclipses`], but with [`LunarEclipse::saros_member`] left `None`: finding it takes most of the time.
+/// As [`lunar_eclipses`], but always by the radii of almanacs, whatever convention the catalog follows: with a shadow that the Earth's air enlarges, as an
+/// observer sees it. [`LunarEclipse::saros_member`] is left `None`: finding it takes most of the time.
 ///
 /// # Errors
 /// As [`solar_eclipses`].
-pub fn lunar_eclipses_without_saros(
+pub fn lunar_eclipses_by_almanacs(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
     from: Instant,
     to: Instant,
 ) -> Result<Vec<LunarEclipse>, EphemerisError> {
     let with_saros_member = false;
-    find_lunar(catalog, ephemeris, from..to, with_saros_member)
+    find_lunar(ephemeris, BodyRadii::of_almanacs(catalog)?, from..to, with_saros_member)
 }
 
 /// Eclipses of the Sun whose instant of greatest eclipse is in `span`. `with_saros_member`: whether to find each eclipse's number within its Saros series.
@@ -107,12 +109,11 @@ fn find_solar(
 
 /// As [`find_solar`], for eclipses of the Moon.
 fn find_lunar(
-    catalog: &Catalog,
     ephemeris: &Ephemeris,
+    radii: BodyRadii,
     span: Range<Instant>,
     with_saros_member: bool,
 ) -> Result<Vec<LunarEclipse>, EphemerisError> {
-    let radii = BodyRadii::of(catalog)?;
     let eclipse_at = |full_moon| lunar::eclipse_at(ephemeris, radii, full_moon);
     let set_member = |e: &mut LunarEclipse, member| e.saros_member = member;
     eclipses_at_phase(

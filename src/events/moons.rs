@@ -2,9 +2,11 @@
 //!
 //! In: catalog, ephemeris, a span of time. Out: events as the Earth's centre sees them. The region that a moon enters is bounded by planes tangent to the
 //! planet's spheroid. For transits and occultations these planes pass through the observer, the Earth's centre. For shadow transits and eclipses the observer
-//! is the Sun, and the planes are tangent to its sphere or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is
-//! listed even if another hides it, such as the end of an eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the
-//! Galilean moons. Not here: events of two moons (`mutual`). Not modelled: the planets' atmospheres, which delay eclipses by a minute or so.
+//! is the Sun, and the planes are tangent to its sphere or pass through its centre. The part of the planet that is both lit and visible is narrower than its
+//! disc by up to 1500 km (Jupiter). Transits and shadow transits begin and end at the edge of this part: at the limb on one side, at the terminator on the
+//! other. Light time between Sun, moon, planet and Earth is included. An event is listed even if another hides it, such as the end of an eclipse behind the
+//! planet. The theories of the moons limit the accuracy of instants: 30 s for the Galilean moons. Not here: events of two moons (`mutual`). Not modelled: the
+//! planets' atmospheres, which delay eclipses by a minute or so.
 
 use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
@@ -66,10 +68,11 @@ pub struct MoonEvent {
     /// As the Earth's centre sees it: when the moon's centre is nearest to the line through the planet's centre and the observer, which is the Earth, or for
     /// shadow transits and eclipses the Sun. In mutual events, when the nearer moon's centre is nearest to the line from the farther one to the observer.
     pub greatest: Instant,
-    /// Contacts by time, as the Earth's centre sees them. `begin` and `end`: the moon's centre crosses the planet's limb, seen from the Earth or from the Sun's
-    /// centre. I to IV: the limbs touch, in transits and occultations. P1 and P4: first and last contact with the penumbra, in a shadow transit of the planet
-    /// with that of the moon. U2 and U3: begin and end of the time for which the moon is entirely inside the planet's umbra. U1 and U4: first and last contact
-    /// with the umbra or antumbra of another moon.
+    /// Contacts by time, as the Earth's centre sees them. `begin` and `end`: the moon's centre crosses the planet's limb, seen from the Earth or, in eclipses,
+    /// from the Sun's centre; in transits and shadow transits the centre of the moon or of its shadow crosses the edge of the part of the disc that is lit and
+    /// visible. I to IV: the limbs touch, in transits and occultations. P1 and P4: first and last contact with the penumbra, in a shadow transit of the planet
+    /// with that of the moon, which may be on ground that the Earth does not see. U2 and U3: begin and end of the time for which the moon is entirely inside
+    /// the planet's umbra. U1 and U4: first and last contact with the umbra or antumbra of another moon.
     pub contacts: Vec<Contact>,
 }
 
@@ -259,6 +262,39 @@ impl MoonConjunction {
         reception_time(pair.ephemeris, planet_km, at)
     }
 
+    /// The part of the time `first..last` for which the ground below the moon's centre, on the line from the observer, is lit and visible; `None` if there is
+    /// none. The observer is above its horizon; here the other of the two, the Sun or the Earth, must be, too.
+    fn part_on_lit_and_visible_ground(
+        &self,
+        pair: &MoonAndPlanet<'_>,
+        (first, last): (f64, f64),
+    ) -> Result<Option<(f64, f64)>, EphemerisError> {
+        let other = if self.observer == NaifId::SUN { NaifId::EARTH } else { NaifId::SUN };
+        let to_other = FittedPosition::fit(self.half_span_s, |s| {
+            vector_to_observer(pair.ephemeris, pair.planet.id, other, self.middle.plus_seconds(s))
+        })?;
+        let depression = |s: f64| {
+            let (moon_km, _, to_observer_km) = self.geometry_of_light(s);
+            -self.sine_of_altitude(pair.planet.radii_km, moon_km, moon_km - to_observer_km, to_other.at(s))
+        };
+        // The ground below the moon moves on a nearly straight line across the disc, on which the altitude has one maximum.
+        let highest_s = time_of_minimum(first, last, depression);
+        Ok((depression(highest_s) < 0.0).then(|| (zero_crossing(highest_s, first, depression), zero_crossing(highest_s, last, depression))))
+    }
+
+    /// Sine of the altitude of a distant body above the ground where a line first meets the planet's spheroid, or is nearest to it if it misses it. The line
+    /// goes through `from_km` along `along`, of any length; `body_km`: the distant body. Vectors are from the planet's centre, ICRF axes.
+    fn sine_of_altitude(&self, radii_km: DVec3, from_km: DVec3, along: DVec3, body_km: DVec3) -> f64 {
+        // Makes the spheroid a sphere of the equatorial radius.
+        let stretched = |v: DVec3| v + self.pole * (v.dot(self.pole) * (radii_km.x / radii_km.z - 1.0));
+        let (from, direction) = (stretched(from_km), stretched(along).normalize_or_zero());
+        let nearest_to_centre = from - direction * from.dot(direction);
+        let half_chord = (radii_km.x.powi(2) - nearest_to_centre.length_squared()).max(0.0).sqrt();
+        let ground = nearest_to_centre - direction * half_chord;
+        // The normal of the spheroid is the gradient of the square of the stretched length.
+        stretched(ground).normalize_or_zero().dot(body_km.normalize_or_zero())
+    }
+
     /// The event at this conjunction; `None` if the moon misses the region.
     fn event(&self, pair: &MoonAndPlanet<'_>, is_in_front: bool) -> Result<Option<MoonEvent>, EphemerisError> {
         let class = match (self.observer == NaifId::SUN, is_in_front) {
@@ -296,10 +332,16 @@ impl MoonConjunction {
         let mut contacts = Vec::new();
         for &(first, last, planes, distance_km) in limits {
             let gap_km = |s: f64| self.distance_outside_km(pair, s, planes) - distance_km;
-            if gap_km(greatest_s) < 0.0 {
-                contacts.push((first, self.reception_of(pair, class, zero_crossing(greatest_s, -search_s, gap_km))?));
-                contacts.push((last, self.reception_of(pair, class, zero_crossing(greatest_s, search_s, gap_km))?));
+            if gap_km(greatest_s) >= 0.0 {
+                continue;
             }
+            let mut span_s = (zero_crossing(greatest_s, -search_s, gap_km), zero_crossing(greatest_s, search_s, gap_km));
+            if is_in_front && first == "begin" {
+                let Some(seen_s) = self.part_on_lit_and_visible_ground(pair, span_s)? else { continue };
+                span_s = seen_s;
+            }
+            contacts.push((first, self.reception_of(pair, class, span_s.0)?));
+            contacts.push((last, self.reception_of(pair, class, span_s.1)?));
         }
         sort_by_time(&mut contacts);
         let greatest = self.reception_of(pair, class, greatest_s)?;

@@ -47,17 +47,31 @@ impl BodyRadii {
     /// # Errors
     /// The catalog lacks one of the three bodies.
     pub(crate) fn of(catalog: &Catalog) -> Result<Self, EphemerisError> {
-        let radii_km = |id, name| {
+        Self::by(catalog, catalog.eclipse_radii())
+    }
+
+    /// The radii of almanacs ([`EclipseRadii::Almanac`]), whatever convention the catalog follows.
+    ///
+    /// # Errors
+    /// The catalog lacks one of the three bodies.
+    pub(crate) fn of_almanacs(catalog: &Catalog) -> Result<Self, EphemerisError> {
+        Self::by(catalog, EclipseRadii::Almanac)
+    }
+
+    /// `convention`: the catalog's own, or one that replaces its radii.
+    fn by(catalog: &Catalog, convention: EclipseRadii) -> Result<Self, EphemerisError> {
+        let radii_km = |id, name: &str| {
             let body = catalog.body(id).ok_or_else(|| EphemerisError::other(format!("the catalog has no {name}: eclipses need it")))?;
             Ok::<_, EphemerisError>(body.radii_km)
         };
-        let moon_radius_km = radii_km(NaifId::MOON, "Moon")?.x;
+        let of_catalog_km = (radii_km(NaifId::SUN, "Sun")?.x, radii_km(NaifId::MOON, "Moon")?.x);
+        let (sun_radius_km, moon_radius_km) = convention.replacement_km().unwrap_or(of_catalog_km);
         Ok(Self {
-            sun_radius_km: radii_km(NaifId::SUN, "Sun")?.x,
+            sun_radius_km,
             moon_radius_km,
-            penumbral_moon_radius_km: moon_radius_km * catalog.eclipse_radii().penumbral_moon_ratio(),
+            penumbral_moon_radius_km: moon_radius_km * convention.penumbral_moon_ratio(),
             earth_radii_km: radii_km(NaifId::EARTH, "Earth")?,
-            convention: catalog.eclipse_radii(),
+            convention,
         })
     }
 }

@@ -22,8 +22,8 @@ const IMAGE_PX: u32 = 16;
 ///
 /// If the viewer is at a body's centre, this body has the distance 0 and no magnitude, and its phase angle, sub-observer point and angular diameter mean
 /// nothing. A body that the ephemeris cannot place has the distance NaN and no magnitude ([`BodyReport::has_direction`]).
-/// Any other body without a magnitude is one that no sunlight reaches. The fields about an image are of no use: `appearance`, `diameter_px`, `decisions`,
-/// `features` and `invented`.
+/// Any other body without a magnitude is one that no sunlight reaches, or the Sun entirely behind another body. The fields about an image are of no use:
+/// `appearance`, `diameter_px`, `decisions`, `features` and `invented`.
 ///
 /// # Errors
 /// A position that is invalid, inside a body, or not covered by the ephemeris at this time.

@@ -77,6 +77,9 @@ fn explain_tells_the_observers_own_body_from_one_in_shadow() {
     assert!(line_of(&view, "Moon").contains(", magnitude -1"));
     let eclipsed = ["explain", "--target", "io", "--distance-radii", "5", "--time", "2024-12-08T06:30:00Z", "--size", "32x32"];
     assert!(line_of(&eclipsed, "Io").ends_with("magnitude none (in full shadow)"));
+    let totality =
+        ["explain", "--target", "sun", "--from", "earth", "--at", "32.779,-96.8", "--time", "2024-04-08T18:42:40Z", "--size", "32x32"];
+    assert!(line_of(&totality, "Sun").ends_with("magnitude none (entirely hidden)"));
     let all = json(&[&view[..], &["--json"]].concat());
     let body = |name: &str| all["bodies"].as_array().expect("bodies").iter().find(|b| b["name"] == name).expect("in the list").clone();
     let (earth, moon) = (body("Earth"), body("Moon"));

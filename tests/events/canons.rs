@@ -3,7 +3,7 @@
 
 use super::{ALMANAC_RADII, EPHEMERIS, IAU_RADII, parse_time, seconds_after};
 use orrery::Catalog;
-use orrery::events::{LunarEclipse, LunarType, SolarEclipse, SolarType, lunar_eclipses, solar_eclipses};
+use orrery::events::{LunarEclipse, LunarType, SolarEclipse, SolarType, lunar_eclipses, lunar_eclipses_by_almanacs, solar_eclipses};
 use std::sync::LazyLock;
 
 /// All eclipses of both centuries, computed once.
@@ -52,6 +52,32 @@ fn each_century_has_the_canons_eclipses_of_every_type() {
     let (solar, lunar) = counts(&IAU_RADII, "1901-01-01", "2001-01-01");
     assert_eq!(solar.iter().sum::<usize>(), 228);
     assert!(solar[3] > 6 && lunar.iter().sum::<usize>() < 229, "{solar:?} {lunar:?}");
+}
+
+/// Types in NASA's catalog of lunar eclipses. In the geometric shadow, the first two are partial, the next two penumbral, and the last two miss the penumbra.
+/// With either catalog, the search by almanacs finds the catalog's types.
+#[test]
+fn lunar_eclipses_by_almanacs_have_the_canons_types_with_any_radii() {
+    let class_on = |found: &[LunarEclipse], day: &str| found.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).map(|e| e.class);
+    for (day, class, geometric) in [
+        ("2015-04-04", LunarType::Total, Some(LunarType::Partial)),
+        ("2021-05-26", LunarType::Total, Some(LunarType::Partial)),
+        ("2013-04-25", LunarType::Partial, Some(LunarType::Penumbral)),
+        ("2034-09-28", LunarType::Partial, Some(LunarType::Penumbral)),
+        ("2013-05-25", LunarType::Penumbral, None),
+        ("2027-07-18", LunarType::Penumbral, None),
+    ] {
+        let from = parse_time(day).plus_seconds(-86_400.0);
+        let to = parse_time(day).plus_seconds(2.0 * 86_400.0);
+        for catalog in [&*IAU_RADII, &*ALMANAC_RADII] {
+            let found = lunar_eclipses_by_almanacs(catalog, &EPHEMERIS, from, to).expect("eclipses");
+            assert_eq!(class_on(&found, day), Some(class), "{day}");
+            // The same numbers as with the almanacs' catalog.
+            let expected = WITH_ALMANAC_RADII.lunar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
+            assert!((found[0].umbral_magnitude - expected.umbral_magnitude).abs() < 1e-9, "{day}: {}", found[0].umbral_magnitude);
+        }
+        assert_eq!(class_on(&WITH_IAU_RADII.lunar, day), geometric, "{day}");
+    }
 }
 
 #[test]

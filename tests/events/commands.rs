@@ -13,6 +13,30 @@ fn json(args: &[&str]) -> Value {
     serde_json::from_slice(&out.stdout).unwrap_or_else(|e| panic!("{args:?}: {e}"))
 }
 
+/// The JSON keeps the geometric shadow. The table says where almanacs have another type, and which eclipses only they have.
+#[test]
+fn the_table_names_the_type_of_almanacs_where_it_differs() {
+    let text = |args: &[&str]| String::from_utf8(find(&[&["--kind", "lunar"][..], args].concat()).stdout).expect("text");
+    let may_2021 = ["--from", "2021-05-20", "--to", "2021-05-30"];
+    let by_iau = text(&may_2021);
+    assert!(
+        by_iau.contains("lunar  partial  ") && by_iau.contains("    almanacs, whose shadow the Earth's air enlarges: total, magnitude 1.0"),
+        "{by_iau}"
+    );
+    let by_almanacs = text(&[&may_2021[..], &["--radii", "almanac"]].concat());
+    assert!(by_almanacs.contains("lunar  total  ") && !by_almanacs.contains("almanacs, whose"), "{by_almanacs}");
+    // The types are the same.
+    let march_2025 = text(&["--from", "2025-03-01", "--to", "2025-04-01"]);
+    assert!(march_2025.contains("lunar  total  ") && !march_2025.contains("almanacs, whose"), "{march_2025}");
+    let july_2027 = text(&["--from", "2027-07-01", "--to", "2027-08-01"]);
+    assert!(
+        july_2027.contains("0 found") && july_2027.contains("only in almanacs") && july_2027.contains("2027-07-18 (penumbral, "),
+        "{july_2027}"
+    );
+    let row = &json(&[&["--kind", "lunar"][..], &may_2021].concat())[0];
+    assert_eq!((row["type"].as_str(), row["shadow"].as_str()), (Some("partial"), Some("geometric")));
+}
+
 const APRIL_2024: [&str; 4] = ["--from", "2024-04-01", "--to", "2024-05-01"];
 
 #[test]

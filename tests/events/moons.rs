@@ -45,6 +45,39 @@ fn three_shadows_fall_on_jupiter_on_the_24th_of_january_2015() {
     assert!(!found.iter().any(|e| e.class == MoonEventType::ShadowTransit && e.moon == GANYMEDE));
 }
 
+/// Predictions of IMCCE in whole minutes, at a phase angle of 9.8 degrees before opposition: the limb at which shadows enter is behind the Earth's limb, and
+/// transits end at the terminator. Seen from the Sun, shadows began up to 108 s before the published times.
+#[test]
+fn phenomena_far_from_opposition_begin_and_end_as_the_earth_sees_them() {
+    let found = events("2015-12-31", "2016-01-09");
+    let mut counts = [0, 0];
+    for line in include_str!("../data/jupiter_moons_2016_01.csv").lines().skip(1) {
+        let [time, moon, class, name] = line.split(',').collect::<Vec<_>>()[..] else { panic!("{line}") };
+        let moon = match moon {
+            "Io" => IO,
+            "Europa" => EUROPA,
+            "Ganymede" => GANYMEDE,
+            _ => CALLISTO,
+        };
+        let (class, is_in_front) = match class {
+            "transit" => (MoonEventType::Transit, true),
+            "shadow transit" => (MoonEventType::ShadowTransit, true),
+            "eclipse" => (MoonEventType::Eclipse, false),
+            _ => (MoonEventType::Occultation, false),
+        };
+        let error_s = found
+            .iter()
+            .filter(|e| e.moon == moon && e.class == class)
+            .map(|e| seconds_after(contact(e, name), parse_time(time)))
+            .min_by(|a, b| a.abs().total_cmp(&b.abs()))
+            .expect("an event of the moon");
+        println!("{line}: {error_s:.0} s");
+        assert!(error_s.abs() < if is_in_front { 50.0 } else { 70.0 }, "{line}: {error_s} s");
+        counts[usize::from(is_in_front)] += 1;
+    }
+    assert_eq!(counts, [20, 24]);
+}
+
 /// The times of the contacts increase, and greatest phase is between the first and the last.
 fn assert_contacts_in_order(event: &MoonEvent) {
     let times_s: Vec<_> = event.contacts.iter().map(|(_, time)| seconds_after(*time, event.greatest)).collect();

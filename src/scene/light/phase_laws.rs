@@ -1,10 +1,16 @@
-//! Published phase laws: brightness of the planets' globes and of the Moon as a function of phase angle.
+//! Published phase laws: brightness of the planets' globes, the Moon, Ceres, Vesta, and the large moons of Jupiter and Saturn as a function of phase angle.
 //!
 //! In: a body and a phase angle. Out: its brightness relative to zero phase; the brightness at zero phase follows from the catalog's geometric albedo.
 //!
 //! Source for the planets: Mallama and Hilton 2018, "Computing apparent planetary magnitudes for The Astronomical Almanac", Astronomy and Computing 25, 10-24,
 //! the V-band laws without the terms of rotation and without Saturn's rings. Source for the Moon: Allen 1976, Astrophysical Quantities, 3rd ed., section
 //! 66: 0.026 a + 4.0e-9 a^4 mag, a in degrees.
+//!
+//! Ceres and Vesta: the H, G system (Bowell et al. 1989, in Asteroids II) with the slope parameters of `small_bodies.csv`. Galilean moons: the polynomials of
+//! the Explanatory Supplement to the Astronomical Almanac. Mimas to Rhea: the mean opposition magnitudes of the Explanatory Supplement. The albedos that the
+//! catalog has for these five were measured within some hundredths of a degree of opposition (Verbiscer et al. 2007, Science 315, 815), where a moon is
+//! brighter by a *surge*. Here the depth of the surge is the difference between the two; its width is an estimate, and so is the slope beyond it, 0.02
+//! magnitudes per degree. Vesta's surge is the difference between its albedo and its H.
 
 use crate::catalog::NaifId;
 use glam::DVec3;
@@ -15,7 +21,12 @@ enum Curve {
     Magnitude(&'static [f64]),
     /// A magnitude, and the factor on its flux: a polynomial of the angle as a fraction of 180 degrees.
     Flux(f64, &'static [f64]),
+    /// The law of the H, G system with the slope parameter G; H is left out.
+    SlopeParameter(f64),
 }
+
+/// Width of the opposition surge, degrees: it falls to 1/e at this phase angle.
+const SURGE_WIDTH_DEG: f64 = 0.15;
 
 impl Curve {
     fn magnitude(&self, alpha_deg: f64) -> f64 {
@@ -23,6 +34,11 @@ impl Curve {
         match self {
             Self::Magnitude(coefficients) => polynomial(coefficients, alpha_deg),
             Self::Flux(magnitude, coefficients) => magnitude - 2.5 * polynomial(coefficients, alpha_deg / 180.0).log10(),
+            Self::SlopeParameter(g) => {
+                let tan_half = (0.5 * alpha_deg).to_radians().tan();
+                let term = |a: f64, b: f64| (-a * tan_half.powf(b)).exp();
+                -2.5 * ((1.0 - g) * term(3.33, 0.63) + g * term(1.87, 1.22)).log10()
+            }
         }
     }
 }
@@ -35,6 +51,8 @@ pub(crate) struct PhaseLaw {
     pub limit_deg: f64,
     /// Direction from which the body was measured, body axes, if it always shows this side. The laws of the others are means over their rotation.
     pub measured_side: Option<DVec3>,
+    /// Depth of the opposition surge, which is added to `pieces`, magnitudes; 0: none.
+    surge_mag: f64,
 }
 
 impl PhaseLaw {
@@ -45,16 +63,23 @@ impl PhaseLaw {
 
     fn magnitude(&self, alpha_deg: f64) -> f64 {
         let piece = self.pieces.iter().find(|(up_to, _)| alpha_deg <= *up_to).or(self.pieces.last());
-        piece.map_or(0.0, |(_, curve)| curve.magnitude(alpha_deg))
+        let surge = self.surge_mag * (1.0 - (-alpha_deg / SURGE_WIDTH_DEG).exp());
+        piece.map_or(0.0, |(_, curve)| curve.magnitude(alpha_deg)) + surge
     }
 }
 
-use Curve::{Flux, Magnitude};
+use Curve::{Flux, Magnitude, SlopeParameter};
+
+/// A law of one curve, a mean over the body's rotation.
+const fn single(pieces: &'static [(f64, Curve)], limit_deg: f64, surge_mag: f64) -> PhaseLaw {
+    PhaseLaw { pieces, limit_deg, measured_side: None, surge_mag }
+}
 
 const MERCURY: PhaseLaw = PhaseLaw {
     pieces: &[(170.0, Magnitude(&[-0.613, 6.3280e-2, -1.6336e-3, 3.3644e-5, -3.4265e-7, 1.6893e-9, -3.0334e-12]))],
     limit_deg: 170.0,
     measured_side: None,
+    surge_mag: 0.0,
 };
 const VENUS: PhaseLaw = PhaseLaw {
     pieces: &[
@@ -63,27 +88,50 @@ const VENUS: PhaseLaw = PhaseLaw {
     ],
     limit_deg: 179.0,
     measured_side: None,
+    surge_mag: 0.0,
 };
-const EARTH: PhaseLaw = PhaseLaw { pieces: &[(170.0, Magnitude(&[-3.99, -1.060e-3, 2.054e-4]))], limit_deg: 170.0, measured_side: None };
-const MOON: PhaseLaw =
-    PhaseLaw { pieces: &[(150.0, Magnitude(&[0.0, 0.026, 0.0, 0.0, 4.0e-9]))], limit_deg: 150.0, measured_side: Some(DVec3::X) };
+const EARTH: PhaseLaw = single(&[(170.0, Magnitude(&[-3.99, -1.060e-3, 2.054e-4]))], 170.0, 0.0);
+const MOON: PhaseLaw = PhaseLaw {
+    pieces: &[(150.0, Magnitude(&[0.0, 0.026, 0.0, 0.0, 4.0e-9]))],
+    limit_deg: 150.0,
+    measured_side: Some(DVec3::X),
+    surge_mag: 0.0,
+};
 const MARS: PhaseLaw = PhaseLaw {
     pieces: &[(50.0, Magnitude(&[-1.601, 2.267e-2, -1.302e-4])), (120.0, Magnitude(&[-0.367, -2.573e-2, 3.445e-4]))],
     limit_deg: 120.0,
     measured_side: None,
+    surge_mag: 0.0,
 };
 const JUPITER: PhaseLaw = PhaseLaw {
     pieces: &[(12.0, Magnitude(&[-9.395, -3.7e-4, 6.16e-4])), (130.0, Flux(-9.428, &[1.0, -1.507, -0.363, -0.062, 2.809, -1.876]))],
     limit_deg: 130.0,
     measured_side: None,
+    surge_mag: 0.0,
 };
 const SATURN: PhaseLaw = PhaseLaw {
     pieces: &[(6.5, Magnitude(&[-8.95, -3.7e-4, 6.16e-4])), (150.0, Magnitude(&[-8.94, 2.446e-4, 2.672e-4, -1.506e-6, 4.767e-9]))],
     limit_deg: 150.0,
     measured_side: None,
+    surge_mag: 0.0,
 };
-const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, Magnitude(&[-7.110, 6.587e-3, 1.045e-4]))], limit_deg: 154.0, measured_side: None };
-const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, Magnitude(&[-7.00, 7.944e-3, 9.617e-5]))], limit_deg: 133.0, measured_side: None };
+const URANUS: PhaseLaw = single(&[(154.0, Magnitude(&[-7.110, 6.587e-3, 1.045e-4]))], 154.0, 0.0);
+const NEPTUNE: PhaseLaw = single(&[(133.0, Magnitude(&[-7.00, 7.944e-3, 9.617e-5]))], 133.0, 0.0);
+/// The H, G system is meant for phase angles up to 120 degrees.
+const CERES: PhaseLaw = single(&[(120.0, SlopeParameter(0.12))], 120.0, 0.0);
+const VESTA: PhaseLaw = single(&[(120.0, SlopeParameter(0.32))], 120.0, 0.19);
+// Measured from the Earth, which sees phase angles up to 12 degrees.
+const IO: PhaseLaw = single(&[(12.0, Magnitude(&[-1.68, 0.046, -0.0010]))], 12.0, 0.0);
+const EUROPA: PhaseLaw = single(&[(12.0, Magnitude(&[-1.41, 0.0312, -0.00125]))], 12.0, 0.0);
+const GANYMEDE: PhaseLaw = single(&[(12.0, Magnitude(&[-2.09, 0.0323, -0.00066]))], 12.0, 0.0);
+const CALLISTO: PhaseLaw = single(&[(12.0, Magnitude(&[-1.05, 0.078, -0.00274]))], 12.0, 0.0);
+/// Magnitudes per degree of Saturn's icy moons: up to 6.4 degrees as seen from the Earth.
+const ICY_SLOPE: &[(f64, Curve)] = &[(6.4, Magnitude(&[0.0, 0.02]))];
+const MIMAS: PhaseLaw = single(ICY_SLOPE, 6.4, 0.68);
+const ENCELADUS: PhaseLaw = single(ICY_SLOPE, 6.4, 0.39);
+const TETHYS: PhaseLaw = single(ICY_SLOPE, 6.4, 0.385);
+const DIONE: PhaseLaw = single(ICY_SLOPE, 6.4, 0.475);
+const RHEA: PhaseLaw = single(ICY_SLOPE, 6.4, 0.39);
 
 /// The published law of a body; `None` if there is none.
 pub(crate) fn law(body: NaifId) -> Option<&'static PhaseLaw> {
@@ -97,6 +145,17 @@ pub(crate) fn law(body: NaifId) -> Option<&'static PhaseLaw> {
         699 => Some(&SATURN),
         799 => Some(&URANUS),
         899 => Some(&NEPTUNE),
+        2_000_001 => Some(&CERES),
+        2_000_004 => Some(&VESTA),
+        501 => Some(&IO),
+        502 => Some(&EUROPA),
+        503 => Some(&GANYMEDE),
+        504 => Some(&CALLISTO),
+        601 => Some(&MIMAS),
+        602 => Some(&ENCELADUS),
+        603 => Some(&TETHYS),
+        604 => Some(&DIONE),
+        605 => Some(&RHEA),
         _ => None,
     }
 }
@@ -123,6 +182,16 @@ mod tests {
             let law = law(NaifId(id)).expect("has a law");
             assert!((law.brightness(0.0) - 1.0).abs() < 1e-12);
             assert!((0.05..0.6).contains(&law.brightness(90.0)), "{id}: {}", law.brightness(90.0));
+        }
+    }
+
+    #[test]
+    fn laws_of_small_bodies_and_moons_fall_with_the_phase_angle() {
+        for id in [501, 502, 503, 504, 601, 602, 603, 604, 605, 2_000_001, 2_000_004] {
+            let law = law(NaifId(id)).expect("has a law");
+            assert!((law.brightness(0.0) - 1.0).abs() < 1e-12);
+            let steps: Vec<f64> = (0..=100).map(|k| law.brightness(law.limit_deg * f64::from(k) / 100.0)).collect();
+            assert!(steps.windows(2).all(|pair| pair[1] < pair[0]), "{id}: {steps:?}");
         }
     }
 

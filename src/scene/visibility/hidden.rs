@@ -189,9 +189,21 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'
     *farther.visible_fraction.get_or_init(|| compute_visible_fraction(placed, farther))
 }
 
+/// As [`visible_fraction`], but ground below the camera hides nothing: the Sun below the horizon is not eclipsed.
+pub(crate) fn visible_fraction_past_other_bodies(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
+    let margin_rad = 0.0;
+    let mut occluding = bodies_in_front_of(placed, farther, margin_rad);
+    occluding.retain(|p| !p.is_ground_below_camera());
+    light_past(&occluding, farther)
+}
+
 fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
     let margin_rad = 0.0;
-    let occluding = bodies_in_front_of(placed, farther, margin_rad);
+    light_past(&bodies_in_front_of(placed, farther, margin_rad), farther)
+}
+
+/// Fraction of the light of the body `farther` that the bodies `occluding` leave visible, per channel. `occluding`: from [`bodies_in_front_of`].
+fn light_past(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
     let Some(first) = occluding.first() else { return DVec3::ONE };
     // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.
     let covers_disc = |p: &PlacedBody<'_>| {
@@ -201,7 +213,7 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     if occluding.iter().any(|p| covers_disc(p) && p.limb_profile.is_none()) {
         return DVec3::ZERO;
     }
-    let Some((limbs, _)) = limbs_on_disc(&occluding, farther) else { return DVec3::ONE };
+    let Some((limbs, _)) = limbs_on_disc(occluding, farther) else { return DVec3::ONE };
     let (u1, u2) = limb_darkening(farther.body);
     // Chords are evenly spaced in angle, so the distance between them is proportional to h.
     let light = |h: f64, from: f64, to: f64| (radiance_along_chord(to, h, u1, u2) - radiance_along_chord(from, h, u1, u2)) * h;
@@ -210,7 +222,7 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     visit_visible_parts(&limbs, |_, h, from, to| visible += light(h, from, to));
     let visible = (visible / total).clamp(DVec3::ZERO, DVec3::ONE);
     // The lunar limb profile applies if the Moon is the only body in front of the Sun.
-    match (&occluding[..], first.limb_profile.as_deref()) {
+    match (occluding, first.limb_profile.as_deref()) {
         ([moon], Some(profile)) if farther.body.id == NaifId::SUN => lunar_limb::visible_sunlight(profile, moon, farther, visible),
         _ => visible,
     }

@@ -2,8 +2,9 @@
 //!
 //! In: an instant, kinds of events, a direction in time. Out: the events of each step, nearest first; title, summary and contacts of an event. Always: a
 //! step takes well under a second, so that a search can be stopped and does not block other queries. If a step reaches beyond the ephemeris, shorter ones
-//! approach its end, so that the events before the end are found. Not here: the geometry (`events`), the view and playback of an event (`event_view`), the
-//! thread that searches, the list in the Events panel.
+//! approach its end, so that the events before the end are found. Eclipses of the Moon are those of almanacs, with a shadow enlarged by the air, whatever
+//! `--radii` says: with the geometric shadow, total eclipses would be called partial. Not here: the geometry (`events`), the view and playback of an event
+//! (`event_view`), the thread that searches, the list in the Events panel.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::{HORIZON_REFRACTION_DEG, Observer, ObserverSky};
@@ -105,7 +106,7 @@ pub fn events_between(
                 found.extend(eclipses.into_iter().map(|e| SkyEvent::Solar(Box::new(e))));
             }
             EventKind::Lunar => {
-                let eclipses = events::lunar_eclipses_without_saros(catalog, ephemeris, from, to)?;
+                let eclipses = events::lunar_eclipses_by_almanacs(catalog, ephemeris, from, to)?;
                 found.extend(eclipses.into_iter().map(|e| SkyEvent::Lunar(Box::new(e))));
             }
             EventKind::Transit => {

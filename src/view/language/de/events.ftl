@@ -40,6 +40,8 @@ events-from-place-hint = Vom Ort darunter aus sehen, im besten Moment dort
 events-contacts-coming = die Kontakte werden berechnet
 events-delta-t = Delta T ist um { $seconds } s unsicher; Zeiten an einem Ort sind es damit auch.
 events-delta-t-hint = Delta T = TT - UT1 gibt an, wie weit sich die Erde gedreht hat. Sein Standardfehler gilt auch für alle Zeiten vor 1972.
+events-shadow = Der Schatten ist durch die Lufthülle der Erde vergrößert.
+events-shadow-hint = Art, Größe und Kontakte sind die der Jahrbücher (Regel von Danjon: 1 % des Erdradius), wie Beobachter sie messen. Wie die Luft das Licht bricht, berechnet das Bild selbst.
 events-not-visible = Von diesem Ort aus nicht sichtbar.
 events-altitude = Höhe { $degrees }°
 events-at-horizon = am Horizont

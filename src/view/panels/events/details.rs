@@ -39,6 +39,9 @@ pub(super) fn show(
     ui.add_space(4.0);
     ui.strong(event.title(worker.session().catalog()));
     ui.label(event.summary(interface.settings.time_zone));
+    if matches!(**event, SkyEvent::Lunar(_)) {
+        ui.weak(text!("events-shadow")).on_hover_text(text!("events-shadow-hint"));
+    }
     let (_, delta_t_error_s) = event.greatest().delta_t_and_error_s();
     if delta_t_error_s >= MIN_SHOWN_DELTA_T_ERROR_S {
         let seconds = decimal(delta_t_error_s, if delta_t_error_s < 10.0 { 1 } else { 0 });
