@@ -308,7 +308,8 @@ fn moons_fade_in_eclipses_and_are_dark_in_the_umbra() {
         // Magnitudes are 3 minutes apart.
         let dark_min = 3 * magnitudes.iter().filter(|m| m.is_none()).count();
         println!("{moon}: {unshadowed:.2} at best, dark for {dark_min} min");
-        assert!((60..=longest_min).contains(&dark_min), "{moon}: dark for {dark_min} min");
+        // Ganymede's path is far from the axis here: of two hours in the umbra light that is bent into it leaves less than one dark.
+        assert!((40..=longest_min).contains(&dark_min), "{moon}: dark for {dark_min} min");
         // Monotonic on both sides, apart from the hundredth of a magnitude that changes of distance and phase cause.
         let first = magnitudes.iter().position(Option::is_none).expect("dark");
         let last = magnitudes.iter().rposition(Option::is_none).expect("dark");
@@ -338,5 +339,7 @@ fn titan_stays_bright_where_it_passes_beyond_saturns_pole() {
         let beyond_the_pole = magnitude_at(time).expect("lit");
         assert!((beyond_the_pole - unshadowed).abs() < 0.1, "{time}: {beyond_the_pole}, {unshadowed} outside the shadow");
     }
-    assert_eq!(magnitude_at("2025-08-27T08:00:00Z"), None, "in the umbra");
+    // Saturn's air bends a millionth of the light into its umbra.
+    let in_umbra = magnitude_at("2025-08-27T08:00:00Z");
+    assert!(in_umbra.is_none_or(|magnitude| magnitude > unshadowed + 12.0), "in the umbra: {in_umbra:?}");
 }

@@ -469,7 +469,7 @@ fn the_error_in_a_typed_key_ends_when_the_text_changes() {
     assert_eq!(type_key(&mut harness, "nonsense"), 1);
     harness.key_press(egui::Key::Enter);
     harness.run_steps(2);
-    assert_eq!(names_containing(&harness, "nonsense").len(), 2, "no error is shown");
+    assert!(names_containing(&harness, "nonsense").len() > 1, "no error is shown");
     assert_eq!(type_key(&mut harness, "x"), 1);
 }
 

@@ -58,6 +58,8 @@ use std::sync::Arc;
 
 /// Largest number of lines of the notice (the last messages of the session), and of the reply about dropped files.
 const MAX_MESSAGE_LINES: usize = 5;
+/// Maximum number of characters of a typed text that an error message quotes.
+const MAX_ECHO_CHARS: usize = 60;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const REPLY_DURATION_S: f64 = 20.0;
 

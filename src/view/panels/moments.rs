@@ -2,11 +2,10 @@
 //!
 //! In: the catalog, clicks. Out: actions that show a view; a started tour.
 
-use super::search::MAX_ECHO_CHARS;
 use super::share::dialog::{self, FileField};
 use super::share::is_entered;
 use super::theme::MIN_LIST_HEIGHT;
-use super::{Interface, tour, what_to_see_now};
+use super::{Interface, MAX_ECHO_CHARS, tour, what_to_see_now};
 use crate::catalog::moments::{KINDS, Moment};
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::civil_time::ShownTimeZone;

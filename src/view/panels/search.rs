@@ -3,7 +3,7 @@
 //! In: typed text, clicks. Out: actions, opened panels. Always: an error appears below the field until the text changes; when the field
 //! gets the focus, its text is selected; similar texts are offered, never chosen automatically.
 
-use super::{Interface, Tab, events, moments, what_to_see_now};
+use super::{Interface, MAX_ECHO_CHARS, Tab, events, moments, what_to_see_now};
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::view::app::body_positions::SessionPositions;
@@ -22,8 +22,6 @@ use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Id, Key, Label, RichText, TextEdit};
 
-/// Maximum number of characters of a typed text that an error message quotes.
-pub(super) const MAX_ECHO_CHARS: usize = 60;
 /// Largest number of suggestions.
 const MAX_SUGGESTIONS: usize = 8;
 /// Smallest and largest width of an error below the field, points.

@@ -5,9 +5,8 @@
 
 use super::icons::{self, Icon};
 use super::number_field::{self, NumberKind};
-use super::search::MAX_ECHO_CHARS;
 use super::top_bar::caption;
-use super::{Interface, accessible, events, theme, timeline};
+use super::{Interface, MAX_ECHO_CHARS, accessible, events, theme, timeline};
 use crate::ephemeris::EphemerisError;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::ShownTimeZone;
