@@ -55,11 +55,11 @@ fn the_glare_depends_on_the_direction_only() {
             let Some(direction) = scene.geometry.direction(&scene.camera, centre_px) else { continue };
             let angle_deg = ephemeris::angle_rad(direction, towards).to_degrees();
             let green = f64::from(light[1]);
-            // Closer to the Sun a pixel has a part of the disc, or is too wide for the law at its centre.
+            // Nearer, a pixel is too wide for the law at its centre; farther, the rim of the fisheye has partly black pixels.
             if angle_deg > 95.0 {
                 // Planets are points of at most 1e-6.
                 assert!(green < 1e-5, "{projection:?}: {green} at {angle_deg} degrees from the Sun");
-            } else if (20.0..75.0).contains(&angle_deg) {
+            } else if (20.0..70.0).contains(&angle_deg) {
                 let chord_sq = |deg: f64| (2.0 * (0.5 * deg.to_radians()).sin()).powi(2);
                 let risen = ((chord_sq(angle_deg) - chord_sq(30.0)) / (chord_sq(90.0) - chord_sq(30.0))).clamp(0.0, 1.0);
                 let unfaded = VEILING_GLARE_COEFFICIENT * irradiance / chord_sq(angle_deg);
@@ -70,7 +70,7 @@ fn the_glare_depends_on_the_direction_only() {
             }
         }
         println!("{projection:?}: {worst:.4} in {pixels} pixels");
-        assert!(worst < 0.05 && pixels > least_pixels, "{projection:?}: {worst} in {pixels} pixels");
+        assert!(worst < 0.02 && pixels > least_pixels, "{projection:?}: {worst} in {pixels} pixels");
         assert!(worst_of_control > 0.15, "{projection:?}: {worst_of_control}");
     }
 }
