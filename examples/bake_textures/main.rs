@@ -36,13 +36,10 @@ const SMALL_MAPS: &[&str] = &[
     "europa",
     "ganymede",
     "hyperion",
-    "janus",
     "mimas",
     "miranda",
-    "oberon",
     "rhea",
     "tethys",
-    "titan",
     "titania",
     "umbriel",
     "vesta",
@@ -72,9 +69,14 @@ struct Recolouring {
     red_kept: f64,
     /// Colour of ground that is bright and white in the map; `None`: no ice.
     ice: Option<Colour>,
+    /// Whether only the mean of each parallel is kept, smoothed over latitudes ([`zonal`]).
+    is_zonal: bool,
 }
 
-const RECOLOURED: [Recolouring; 6] = [
+/// Standard deviation of the latitudes over which zonal maps are smoothed.
+const ZONAL_SMOOTHING_DEG: f64 = 12.0;
+
+const RECOLOURED: [Recolouring; 8] = [
     // Bright dust and dark basalt, Bell et al. 1990 and Mustard & Bell 1994. With the mean of Mallama 2017, Syrtis Major gets 0.10 in red
     // and 0.047 in blue. Water ice at the poles.
     Recolouring {
@@ -86,6 +88,7 @@ const RECOLOURED: [Recolouring; 6] = [
         contrast: 0.62,
         red_kept: 0.0,
         ice: Some([1.0, 0.97, 0.9]),
+        is_zonal: false,
     },
     // Brown-orange belts, cream white zones.
     Recolouring {
@@ -97,6 +100,7 @@ const RECOLOURED: [Recolouring; 6] = [
         contrast: 0.75,
         red_kept: 0.0,
         ice: None,
+        is_zonal: false,
     },
     // Pale gold from pole to pole.
     Recolouring {
@@ -108,6 +112,7 @@ const RECOLOURED: [Recolouring; 6] = [
         contrast: 0.7,
         red_kept: 0.0,
         ice: None,
+        is_zonal: false,
     },
     // Pale yellow plains, orange-brown poles, Pele's red ring.
     Recolouring {
@@ -119,6 +124,7 @@ const RECOLOURED: [Recolouring; 6] = [
         contrast: 0.5,
         red_kept: 0.6,
         ice: None,
+        is_zonal: false,
     },
     // Nearly uniform cream: the markings of the source are from ultraviolet images and faint to the eye.
     Recolouring {
@@ -130,6 +136,7 @@ const RECOLOURED: [Recolouring; 6] = [
         contrast: 0.25,
         red_kept: 0.0,
         ice: None,
+        is_zonal: false,
     },
     // Dark red-brown along the equator, pale elsewhere (New Horizons: Olkin et al. 2017).
     Recolouring {
@@ -141,6 +148,32 @@ const RECOLOURED: [Recolouring; 6] = [
         contrast: 0.6,
         red_kept: 0.0,
         ice: None,
+        is_zonal: false,
+    },
+    // Haze without bands or spirals, which belong to images in the near infrared. The southern half is brighter, most in blue, as in Cassini's first years
+    // (after published descriptions); in nature this changes with the season.
+    Recolouring {
+        source_file: "moons/titan_512.jpg",
+        output_file: "titan.jpg",
+        warm: [1.23, 1.0, 0.61],
+        cool: [1.15, 1.0, 0.70],
+        span: [0.02, 0.98],
+        contrast: 0.4,
+        red_kept: 0.0,
+        ice: None,
+        is_zonal: true,
+    },
+    // Grey, faintly reddish (Voyager 2); the source is pink, so that with a gain per channel bright rays came out cyan.
+    Recolouring {
+        source_file: "moons/oberon_512.jpg",
+        output_file: "oberon.jpg",
+        warm: [1.06, 1.0, 0.94],
+        cool: [1.0, 1.0, 0.99],
+        span: [0.05, 0.95],
+        contrast: 0.8,
+        red_kept: 0.0,
+        ice: None,
+        is_zonal: false,
     },
 ];
 
@@ -167,9 +200,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let open = |name: &str| image::open(source.join("textures").join(name)).map(|i| i.into_rgb8());
     // Of these stylised maps only the brightness pattern is kept, at about the contrast that the eye would see; the catalog's gain gives the
     // colour.
-    for (from, to, contrast) in
-        [("sss_uranusmap.jpg", "uranus.jpg", 0.15), ("sss_neptunemap.jpg", "neptune.jpg", 0.15), ("sss_sunmap.jpg", "sun.jpg", 0.04)]
-    {
+    // The source of Janus is a relief that is shaded strongly; the moon is about equally bright everywhere.
+    for (from, to, contrast) in [
+        ("sss_uranusmap.jpg", "uranus.jpg", 0.15),
+        ("sss_neptunemap.jpg", "neptune.jpg", 0.15),
+        ("sss_sunmap.jpg", "sun.jpg", 0.04),
+        ("moons/janus_512.jpg", "janus.jpg", 0.4),
+    ] {
         save(&flatten(&open(from)?, contrast), &out.join(to))?;
     }
     let (lights, colour) = city_lights(&open("earth_citylights_2048.jpg")?);
@@ -182,7 +219,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             .iter()
             .find(|b| b.maps.albedo.as_ref().is_some_and(|m| m.file == recolouring.output_file))
             .ok_or("no body has this map")?;
-        save(&recolour(&open(recolouring.source_file)?, recolouring, body.mean_reflectance()), &out.join(recolouring.output_file))?;
+        let map = open(recolouring.source_file)?;
+        let map = if recolouring.is_zonal { zonal(&map) } else { map };
+        save(&recolour(&map, recolouring, body.mean_reflectance()), &out.join(recolouring.output_file))?;
     }
     save(&natural_water(&open("earth_day_flatocean_2048.jpg")?), &out.join("earth_day.jpg"))?;
     // A grey level of this map is 25 m of height.
@@ -275,7 +314,8 @@ fn quantile(values: &[f64], weights: &[f64], fraction: f64) -> f64 {
     order.last().map_or(0.0, |&i| values[i])
 }
 
-/// The map in reflectances, scaled so that its brightest value is at most 1. Its mean over the sphere has the hue of `target`, the body's mean reflectance.
+/// The map in reflectances, scaled so that its brightest value is at most 1 (1 in a zonal map, whose gradients need fine steps). Its mean over the sphere has
+/// the hue of `target`, the body's mean reflectance.
 fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     let (w, h) = map.dimensions();
     // Black texels have no hue, so a thousandth of the reddest ground's colour is added.
@@ -316,16 +356,46 @@ fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
         })
         .collect();
     let gain: Colour = std::array::from_fn(|c| target[c] / mean_of(&channel(&painted, c)));
-    let brightest = painted.iter().flat_map(|p| (0..3).map(move |c| p[c] * gain[c])).fold(1.0, f64::max);
+    let at_least = if how.is_zonal { 0.0 } else { 1.0 };
+    let brightest = painted.iter().flat_map(|p| (0..3).map(move |c| p[c] * gain[c])).fold(at_least, f64::max);
     let texels: Vec<u8> = painted.iter().flat_map(|p| (0..3).map(|c| to_byte(p[c] * gain[c] / brightest)).collect::<Vec<_>>()).collect();
     RgbImage::from_raw(w, h, texels).unwrap_or_else(|| map.clone())
 }
 
-/// A grey map of mean level 200 with `contrast` times the relative contrast of the original.
+/// The map with the mean of each parallel in place of its texels, smoothed over latitudes. Each channel is scaled so that its greatest value is 1, which leaves
+/// hues and brightness relative to their means as they are, with finer steps of the 8-bit levels.
+fn zonal(map: &RgbImage) -> RgbImage {
+    let (w, h) = map.dimensions();
+    let mean_of_row = |y: u32| {
+        let sum: Colour = (0..w).fold([0.0; 3], |sum, x| std::array::from_fn(|c| sum[c] + to_linear(map.get_pixel(x, y)[c])));
+        sum.map(|s| s / f64::from(w))
+    };
+    let rows: Vec<Colour> = (0..h).map(mean_of_row).collect();
+    let sigma = ZONAL_SMOOTHING_DEG / 180.0 * f64::from(h);
+    let reach = (4.0 * sigma) as i64;
+    let smoothed = |y: i64| {
+        let (mut sum, mut total): (Colour, f64) = ([0.0; 3], 0.0);
+        for offset in -reach..=reach {
+            // Beyond a pole the latitudes come again.
+            let row = y + offset;
+            let row = if row < 0 { -1 - row } else { row.min(2 * i64::from(h) - 1 - row) };
+            let weight = (-0.5 * (offset as f64 / sigma).powi(2)).exp();
+            sum = std::array::from_fn(|c| sum[c] + weight * rows[row as usize][c]);
+            total += weight;
+        }
+        sum.map(|s| s / total)
+    };
+    let parallels: Vec<Colour> = (0..i64::from(h)).map(smoothed).collect();
+    let greatest: Colour = std::array::from_fn(|c| parallels.iter().map(|p| p[c]).fold(0.0, f64::max));
+    RgbImage::from_fn(w, h, |_, y| Rgb(std::array::from_fn(|c| to_byte(parallels[y as usize][c] / greatest[c]))))
+}
+
+/// A grey map of mean level 200 with `contrast` times the relative contrast of the original, at most [`WIDTH`] texels wide.
 fn flatten(map: &RgbImage, contrast: f64) -> RgbImage {
-    let grey = image::imageops::resize(&image::imageops::grayscale(map), WIDTH, HEIGHT, FilterType::Triangle);
-    let mean = grey.pixels().map(|p| f64::from(p[0])).sum::<f64>() / f64::from(WIDTH * HEIGHT);
-    RgbImage::from_fn(WIDTH, HEIGHT, |x, y| {
+    let (width, height) = (WIDTH.min(map.width()), HEIGHT.min(map.height()));
+    let grey = image::imageops::resize(&image::imageops::grayscale(map), width, height, FilterType::Triangle);
+    let mean = grey.pixels().map(|p| f64::from(p[0])).sum::<f64>() / f64::from(width * height);
+    RgbImage::from_fn(width, height, |x, y| {
         let v = 200.0 * (1.0 + contrast * (f64::from(grey.get_pixel(x, y)[0]) / mean - 1.0));
         Rgb([v.clamp(0.0, 255.0).round() as u8; 3])
     })

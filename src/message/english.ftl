@@ -76,6 +76,7 @@ reason-corona-limb = next to the limb it is { $light }
 reason-corona-under-glare = next to the limb it is { $light }, but the glare there is { $times } times as bright
 reason-corona-flattened = flattened by { $index } at 2 radii
 reason-glare-at-limb = glare at the limb: { $light }
+reason-glare-from-beside = the Sun is beside the image; its glare in it: { $light }
 reason-glare-hidden = other bodies hide it
 # Eclipses.
 reason-inside-sun = it is inside the Sun

@@ -76,6 +76,7 @@ reason-corona-limb = neben dem Rand ist sie { $light }
 reason-corona-under-glare = neben dem Rand ist sie { $light }, unter { $times }-mal so hellem Streulicht
 reason-corona-flattened = bei 2 Radien um { $index } abgeplattet
 reason-glare-at-limb = Streulicht am Rand: { $light }
+reason-glare-from-beside = die Sonne steht neben dem Bild; ihr Streulicht darin: { $light }
 reason-glare-hidden = andere Körper verdecken sie
 # Eclipses.
 reason-inside-sun = er liegt in der Sonne

@@ -205,8 +205,8 @@ fn totality_is_exposed_for_the_corona() {
     assert!(before.reason.to_string().starts_with("Sun") && before.stops < -12.0, "{} stops: {}", before.stops, before.reason);
 }
 
-/// While the Sun is just outside the frame it has no glare, so its corona is drawn, and the exposure is for the corona. In the frame the glare hides it. While
-/// the Sun enters the frame, and with the corona switched off, no exposure is for a corona that is not drawn.
+/// While the Sun is outside the frame, farther than its glare reaches, its corona is drawn, and the exposure is for the corona. In the frame the glare hides
+/// it. While the Sun enters the frame, and with the corona switched off, no exposure is for a corona that is not drawn.
 #[test]
 fn a_corona_that_is_metered_is_drawn() {
     let effects = |text: &str| EffectOverrides::parse(text).expect("effects");
@@ -475,13 +475,25 @@ fn a_sky_without_eclipses_is_exposed_for_its_daylight() {
     }
 }
 
-/// A Sun smaller than two pixels, up to a pixel and a half outside the frame, adds no light to an image that is exposed for the Moon's night side.
+/// A Sun smaller than two pixels, beside a frame that shows the Moon's night side. Farther outside than its glare reaches (0.15 of the field) it adds no light
+/// to the image. As it comes nearer, the exposure falls steadily, so that the glare does not whiten the image. At 49.5 degrees it is in the frame.
 #[test]
-fn a_point_like_sun_beside_the_frame_has_no_glare() {
+fn the_glare_of_a_point_like_sun_beside_the_frame_fades() {
     let position = above_target(Some(PLUTO), 20.0);
-    for fov_deg in [44.0, 45.0, 46.0, 47.0] {
-        let request = view(NaifId::MOON, "1981-05-06T02:00:00Z", position, Some(fov_deg));
-        let light = displayed_light(&ViewRequest { width: 40, height: 40, ..request });
+    let of_moon = view(NaifId::MOON, "1981-05-06T02:00:00Z", position, None);
+    let request = |fov_deg: f64| ViewRequest { width: 40, height: 40, fov_deg: Some(fov_deg), ..of_moon.clone() };
+    for fov_deg in [34.0, 36.0, 38.0] {
+        let light = displayed_light(&request(fov_deg));
         assert!(light.white_fraction < 0.05 && light.visible_fraction < 0.1, "{fov_deg} degrees: {light:?}");
     }
+    for fov_deg in [43.0, 45.0, 47.0, 49.0] {
+        let light = displayed_light(&request(fov_deg));
+        assert!(light.white_fraction < 0.1, "{fov_deg} degrees: {light:?}");
+    }
+    let stops: Vec<f64> = (0..=48).map(|k| exposure_stops(&request(38.0 + 0.25 * f64::from(k)))).collect();
+    for (k, [before, after]) in stops.array_windows().enumerate() {
+        assert!((before - after).abs() < 1.5, "{} degrees: {before} to {after} stops", 38.0 + 0.25 * k as f64);
+    }
+    // Negative control: in all, the exposure falls by far more.
+    assert!(stops[0] - stops[48] > 6.0, "{} to {} stops", stops[0], stops[48]);
 }

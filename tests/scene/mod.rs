@@ -37,3 +37,4 @@ mod stars;
 mod thin_limbs;
 mod toggles;
 mod transits;
+mod veil;

@@ -44,7 +44,8 @@ pub(super) fn glare(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
         w.f32("core_angle_sq", glare.core_angle_sq)?;
         w.vec3("strength", glare.strength)?;
         w.f32("cutoff", glare.cutoff)?;
-        w.vec2("tan_half_fov", glare.tan_half_fov)
+        w.vec2("tan_half_fov", glare.tan_half_fov)?;
+        w.vec2("law_fades_sq", glare.law_fades_sq)
     })?;
     let scissor = scissor(glare.rect_in_clip, scene.camera.width, scene.camera.height);
     let shading_rate = if glare.is_interpolated { ShadingRate::Interpolated } else { ShadingRate::PerPixel };

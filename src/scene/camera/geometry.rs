@@ -158,7 +158,7 @@ impl ImageGeometry {
     }
 
     /// The ICRF direction that a pixel shows, a unit vector; `None` outside a fisheye's circle or a mesh.
-    pub(crate) fn direction(&self, camera: &Camera, pixel: DVec2) -> Option<DVec3> {
+    pub fn direction(&self, camera: &Camera, pixel: DVec2) -> Option<DVec3> {
         match self {
             Self::Perspective => camera.direction_of(pixel),
             Self::Sphere(image) => image.direction_of(pixel),

@@ -18,6 +18,15 @@ pub const NEAR_DEPTH_KM: f64 = 1e-4;
 /// Largest number of Newton's steps for the camera's height. Far away each step increases `t` by half: 100 au from the smallest body takes some 60.
 const MAX_HEIGHT_STEPS: u32 = 100;
 
+/// The directions that a dome image or a whole-sphere image shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ComposedCone {
+    /// Unit vector, ICRF.
+    pub axis: DVec3,
+    /// Largest angle from the axis: pi in a whole-sphere image.
+    pub half_angle_rad: f64,
+}
+
 /// A perspective camera.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
@@ -32,8 +41,10 @@ pub struct Camera {
     /// Size of the viewport, pixels.
     pub width: u32,
     pub height: u32,
-    /// Whether the frame is one face of a dome image or of a whole-sphere image, in which the Sun's glare is drawn even if the Sun is outside the frame.
+    /// Whether the frame is one face of a dome image or of a whole-sphere image.
     pub is_cube_face: bool,
+    /// What a dome image or a whole-sphere image shows in all its frames: the Sun's glare is that of the entire image. `None`: the frame is the image.
+    pub composed_cone: Option<ComposedCone>,
     /// Whether the frame belongs to a dome image or a whole-sphere image, in which sprites of points are limited to a small part of the image.
     pub limits_sprite_size: bool,
 }
@@ -238,7 +249,18 @@ impl Camera {
         let up = right.cross(forward);
         let tan_y = (fov_deg.to_radians() / 2.0).tan();
         let tan_half_fov = DVec2::new(tan_y * f64::from(width) / f64::from(height), tan_y);
-        Self { position_km, right, up, forward, tan_half_fov, width, height, is_cube_face: false, limits_sprite_size: false }
+        Self {
+            position_km,
+            right,
+            up,
+            forward,
+            tan_half_fov,
+            width,
+            height,
+            is_cube_face: false,
+            composed_cone: None,
+            limits_sprite_size: false,
+        }
     }
 
     /// Half the width and height of the viewport, pixels.

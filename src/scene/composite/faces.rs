@@ -2,8 +2,8 @@
 //! border.
 //!
 //! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the bilinear
-//! filter of shaders/lib/cube_faces.wesl read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always
-//! contains the Sun.
+//! filter of shaders/lib/cube_faces.wesl read pixels beyond the face's edge. The Sun's glare depends on the direction alone: all faces, and the light
+//! meter, take it for the directions that the entire image shows (`Camera::composed_cone`).
 //!
 //! Size of a face. A face has the fewest pixels per radian at its centre: there it gets as many as the densest part of the image. For an equirectangular
 //! image this is the equator. A fisheye has the same density everywhere along its radii. Along circles around its axis the density grows with the angle from
@@ -13,17 +13,16 @@
 use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
-use crate::scene::camera::Camera;
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::viewpoint::{self, Viewer};
+use crate::scene::camera::{Camera, ComposedCone};
 use crate::scene::error::SceneError;
 use crate::scene::request::composition::{DEFAULT_FISHEYE_DEG, FISHEYE_RANGE_DEG};
-use crate::scene::request::effects::Effect;
 use crate::scene::request::layers::Layers;
 use crate::scene::request::view_request::{MAX_IMAGE_PX, ViewRequest};
 use crate::scene::request::{Composition, Projection};
 use glam::{DQuat, DVec2, DVec3};
-use std::f64::consts::FRAC_PI_4;
+use std::f64::consts::{FRAC_PI_4, PI};
 
 /// Largest size of a face, in pixels, that is chosen to match a fisheye's pixels per radian along circles around its axis; see the module's documentation.
 const MAX_FACE_PX_FOR_CIRCLES: u32 = 4096;
@@ -131,10 +130,6 @@ pub(super) fn frames(
             "field of view {fov_deg}: a fisheye of {width}x{height} pixels shows {least_deg} to 360 degrees; choose a smaller image, or --projection perspective"
         )));
     }
-    let mut effects = without_composition.effects.clone();
-    if effects.override_of(Effect::Glare).is_none() {
-        effects.set(Effect::Glare, false);
-    }
     // `Composite::new` adds these layers to the combined image, except the outline, which such images lack.
     let layers = Layers {
         labels: false,
@@ -146,7 +141,10 @@ pub(super) fn frames(
         bloom: false,
         ..without_composition.layers
     };
-    let face_request = ViewRequest { width: frame_px, height: frame_px, fov_deg: None, effects, layers, ..without_composition };
+    let face_request = ViewRequest { width: frame_px, height: frame_px, fov_deg: None, layers, ..without_composition };
+    // An equirectangular image shows all directions.
+    let half_angle_rad = if composition.projection == Projection::Fisheye { half_fov_rad } else { PI };
+    let composed_cone = Some(ComposedCone { axis: forward, half_angle_rad });
     let in_icrf = |v: DVec3| right * v.x + up * v.y + forward * v.z;
     let camera = |[right, up, forward]: [DVec3; 3], tan_half_fov: f64, side_px: u32| Camera {
         right: in_icrf(right),
@@ -156,6 +154,7 @@ pub(super) fn frames(
         width: side_px,
         height: side_px,
         is_cube_face: true,
+        composed_cone,
         limits_sprite_size: true,
         ..viewer.camera.clone()
     };
@@ -179,8 +178,7 @@ pub(super) fn frames(
         let viewer = Viewer { camera: camera(axes, tan_half_fov, frame_px), ..viewer.clone() };
         frames.push(FrameRequest { request: face_request.clone(), viewer });
     }
-    // The light meter sees the middle of the image, at most the front face. Its camera is not marked as a cube face: a cube face shows the glare of a Sun
-    // outside its frame, the light meter must not.
+    // The light meter sees the middle of the image, at most the front face. Its camera is not marked as a cube face, but has the glare of the entire image.
     let meter_half_fov_rad = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let meter_camera = Camera { is_cube_face: false, ..camera(FACE_AXES[0], meter_half_fov_rad.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: meter_camera, ..viewer } };

@@ -138,6 +138,7 @@ mod tests {
             width: 1000,
             height: 1000,
             is_cube_face: false,
+            composed_cone: None,
             limits_sprite_size: false,
         }
     }

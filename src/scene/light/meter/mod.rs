@@ -6,7 +6,7 @@
 //! (`visible_ground`). Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position, time, field of
 //! view and phase (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges (that of ground the less, the more
 //! of the frame it fills), the ground is summed between exact limits, and the light of the sky fades towards the top of the air. Only the glare and the corona
-//! that the image shows are metered: no glare of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other
+//! that the image shows are metered: no glare of a Sun far outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other
 //! than city lights, and bright ground near the camera (from afar a sea is as bright as a desert), relief far below the camera, the shadow of rings on a
 //! distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
 //! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.

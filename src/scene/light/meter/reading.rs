@@ -18,7 +18,7 @@ use glam::DVec3;
 
 /// The light in front of the bodies and around the camera, an input of all parts of a reading.
 pub(super) struct FrameLight {
-    /// The Sun's glare as it would be without air; `None` if the Sun is not in the frame or the user switched the glare off.
+    /// The Sun's glare as it would be without air; `None` if the Sun is far outside the image or the user switched the glare off.
     pub glare: Option<VeilingGlare>,
     /// Transmittance of the air in front of the Sun and its glare.
     pub sun_transmittance: f64,
