@@ -2,9 +2,9 @@
 //!
 //! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a weight;
 //! the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the Sun's glare
-//! saturates at most about a tenth of the frame (`MAX_MEDIAN_GLARE`), the exposure is no longer than that of a photograph of the night sky, and it changes as
-//! continuously as the meter's reading. Pixel views that show another quantity than light ([`PixelView`]) are not metered: unless the user sets an exposure,
-//! each has one that does not depend on the image's content and that its legend states.
+//! saturates at most about a tenth of the frame (`MAX_MEDIAN_GLARE`), a daylight sky in the frame stays below white (`least_white_for_sky`), the exposure is no
+//! longer than that of a photograph of the night sky, and it changes as continuously as the meter's reading. Pixel views that show another quantity than light
+//! ([`PixelView`]) are not metered: unless the user sets an exposure, each has one that does not depend on the image's content and that its legend states.
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, Reason, reason};
@@ -35,8 +35,8 @@ const LOST_SUBJECT_RATIO: f64 = 0.1;
 /// Number of stops by which the brightest city lights must exceed white to get full weight.
 const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
 /// Beside the main subject, the reason of an exposure names every subject that contributes more than `NAMED_SHARE`, or moves the exposure by more than
-/// `NAMED_STOPS`. It also names a limit (by the glare, or for a night sky) that moves the exposure by more than `NAMED_STOPS`, and the main subject's target
-/// level if the image misses this level by more than `NAMED_STOPS`.
+/// `NAMED_STOPS`. It also names a limit (by the glare, by the sky, or for a night sky) that moves the exposure by more than `NAMED_STOPS`, and the main
+/// subject's target level if the image misses this level by more than `NAMED_STOPS`.
 const NAMED_SHARE: f64 = 0.1;
 const NAMED_STOPS: f64 = 0.1;
 
@@ -143,8 +143,11 @@ fn from_reading(reading: &MeterReading) -> Exposure {
     let glare_white = glare * white_per_glare;
     let whites = [subjects_white, glare_white, darkest_white()];
     let white = whites.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
+    // No smooth maximum: a sky that is not too bright changes nothing.
+    let white = white.max(reading.least_white_for_sky);
     subjects.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    Exposure::of(-white.log2(), reason_of(&subjects, |m| contribution(m) / total_contribution, whites, white))
+    let share = |m: &MeteredSubject| contribution(m) / total_contribution;
+    Exposure::of(-white.log2(), reason_of(&subjects, share, whites, reading.least_white_for_sky, white))
 }
 
 /// Whether the light in the frame determines the exposure: not if the user has set it, nor in pixel views other than the final image.
@@ -183,12 +186,13 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
 
 /// The reason for a metered exposure: the main subject with its luminance and the level at which the image shows it; its target level, if that differs; and
 /// what moves the exposure, in stops: other subjects, and a limit. `subjects`: the one with the greatest weight first; `share`: a subject's contribution to the
-/// exposure, 0 to 1. The array: the radiances that the subjects, the glare and the night sky each require as white. `white`: the radiance that the image shows
-/// as white.
+/// exposure, 0 to 1. The array: the radiances that the subjects, the glare and the night sky each require as white. `sky_white`: the least that the sky around
+/// the camera allows; `white`: the radiance that the image shows as white.
 fn reason_of(
     subjects: &[MeteredSubject],
     share: impl Fn(&MeteredSubject) -> f64,
     [subjects_white, glare_white, night_white]: [f64; 3],
+    sky_white: f64,
     white: f64,
 ) -> Reason {
     let Some(first) = subjects.first() else { return reason!("exposure-nothing") };
@@ -219,7 +223,9 @@ fn reason_of(
     let limit_stops = (subjects_white / white).log2();
     let limit = (limit_stops < -NAMED_STOPS).then(|| {
         let stops = stops_argument(limit_stops);
-        if glare_white > night_white {
+        if sky_white >= white {
+            reason!("exposure-sky", stops = stops)
+        } else if glare_white > night_white {
             reason!("exposure-glare", stops = stops)
         } else {
             reason!("exposure-night", ev = DARKEST_EV, stops = stops)

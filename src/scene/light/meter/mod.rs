@@ -217,8 +217,12 @@ impl<'a> MeteredFrame<'_, 'a> {
                 return (mean, 0.0);
             }
         }
-        let secondary_lights = self.planet_shine_on(p);
+        let albedo_at = |phase_angle_rad: f64| Albedo::of(p, &self.meter.context.request.effects, diameter_px, phase_angle_rad);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
+        let of_planet_shine = |l: &IncidentLight| {
+            let phase_angle_rad = crate::ephemeris::angle_rad(l.direction, -p.placement.centre_km);
+            (to_body_frame(l.direction), l.irradiance.max_element() * albedo_at(phase_angle_rad).of_lights)
+        };
         let city_light_weight = self.meter.city_light_weight * city_lights::factor(p);
         let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| city_light_weight > 0.0);
         let ground = Ground {
@@ -227,11 +231,11 @@ impl<'a> MeteredFrame<'_, 'a> {
             city_light_weight,
             bright_ground: self.meter.context.resources.bright_grounds.get(&p.body.id).map(AsRef::as_ref),
             ring_shine: self.ring_shine_on(p, diameter_px),
-            albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
+            albedo: albedo_at(p.phase_angle_rad),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
             sun: to_body_frame(p.body_to_sun_km),
             sun_irradiance: self.sun_irradiance_on(p),
-            secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
+            secondary_lights: self.planet_shine_on(p).iter().map(of_planet_shine).collect(),
             sky_exposure_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.light.ground_exposure_radiance),
         };
         let mut sum = |shadow: Option<&ApproximateShadow<'_>>| {
