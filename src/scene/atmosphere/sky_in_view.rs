@@ -84,8 +84,8 @@ impl SurroundingAir<'_> {
         irradiance * exposure_per_irradiance(altitude_deg) * light.light_part()
     }
 
-    /// The radiance of the sky at an angle above a light, per irradiance of the light, as in [`LightOfSky::scattered_radiance`]. `towards`: vector from the body
-    /// to the light.
+    /// The radiance of the sky at an angle above a light, per irradiance of the light, as in [`LightOfSky::scattered_radiance`]. `towards`: vector from the
+    /// body to the light.
     pub(crate) fn radiance_above_light(&self, towards: DVec3, angle_deg: f64) -> f64 {
         let height_km = self.height_part() * self.air.top_km;
         luminance_above_light(self.air, self.body.radii_km.x, height_km, self.altitude_deg(towards), angle_deg)

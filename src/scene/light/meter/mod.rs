@@ -53,6 +53,7 @@ use log_mean::LogMean;
 use reading::FrameLight;
 pub(crate) use reading::MeterReading;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+pub(crate) use sun_glare::FrameGlare;
 #[doc(hidden)]
 pub use twilight::{corrected_twilight_rows, metered_twilight};
 
