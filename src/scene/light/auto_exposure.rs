@@ -217,21 +217,22 @@ fn reason_of(subjects: &[MeteredSubject], share: impl Fn(&MeteredSubject) -> f64
     let level_argument = |level: f64| rounded(level, 2, 0.001..1e3);
     // Without the sign of a rounded 0.
     let stops_argument = |stops: f64| Argument::Number(format!("{:+.2}", (100.0 * stops).round() / 100.0 + 0.0));
-    let (subject, luminance) = (first.name.clone(), luminance_argument(first.radiance));
+    let (subject, luminance) = (first.name.clone(), luminance_argument(first.drawn_radiance()));
     // As a fraction of white.
     let level = first.radiance / white;
+    let drawn_level = level_argument(level * first.drawn_part);
     let main = if (level / first.target_level).log2().abs() > NAMED_STOPS {
-        let target_level = level_argument(first.target_level);
-        reason!("exposure-moved", subject = subject, luminance = luminance, level = level_argument(level), aim = target_level)
+        let target_level = level_argument(first.target_level * first.drawn_part);
+        reason!("exposure-moved", subject = subject, luminance = luminance, level = drawn_level, aim = target_level)
     } else {
-        reason!("exposure-metered", subject = subject, luminance = luminance, level = level_argument(level))
+        reason!("exposure-metered", subject = subject, luminance = luminance, level = drawn_level)
     };
     let others = subjects.iter().skip(1).filter_map(|other| {
         let part = share(other);
         // Positive: this subject makes the image brighter.
         let moved_stops = part * (first.white() / other.white()).log2();
         (part > NAMED_SHARE || moved_stops.abs() > NAMED_STOPS).then(|| {
-            let (luminance, percent) = (luminance_argument(other.radiance), rounded(100.0 * part, 2, 0.01..1e3));
+            let (luminance, percent) = (luminance_argument(other.drawn_radiance()), rounded(100.0 * part, 2, 0.01..1e3));
             let stops = stops_argument(moved_stops);
             reason!("exposure-second", part = percent, subject = other.name.clone(), luminance = luminance, stops = stops)
         })

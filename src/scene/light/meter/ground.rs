@@ -41,6 +41,11 @@ const RELIEF_HEIGHT_RADII: f64 = 0.02;
 /// its field of view is narrow.
 const BRIGHT_GROUND_HEIGHT_RADII: f64 = 0.1;
 
+/// The part of the metered light of ground and clouds that images show, where clouds are drawn over a map of the bare ground: the Earth, which has 0.42, 0.35
+/// and 0.52 at phase angles of 0, 60 and 120 degrees, seen from 60 radii. It is metered with its published albedo, because white clouds on a dark sea need a
+/// darker image than their mean: with the drawn light as the mean, the clouds would be white areas.
+const DRAWN_PART_WITH_CLOUDS: f64 = 0.42;
+
 /// How much the clouds that are drawn hide the ground from the camera, 0 to 1: see [`GROUND_TO_PLANET_CLOUD_HEIGHTS`].
 fn cloudiness(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f64 {
     let clouds = p.body.clouds.as_ref().filter(|_| effects.override_of_body(p.body, Effect::Clouds) != Some(false));
@@ -91,6 +96,8 @@ pub(crate) struct Albedo {
     pub ground_fraction: f64,
     /// See [`bright_ground_weight`].
     pub bright_ground_weight: f64,
+    /// The part of `of_lights` that images show: [`DRAWN_PART_WITH_CLOUDS`], or 1.
+    pub drawn_part: f64,
 }
 
 impl Albedo {
@@ -108,6 +115,7 @@ impl Albedo {
             of_sky: body.geometric_albedo,
             ground_fraction: 1.0,
             bright_ground_weight: bright_ground_weight(p, effects),
+            drawn_part: 1.0,
         };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
         let height_km = air::camera_height_km(body, &p.placement);
@@ -117,13 +125,16 @@ impl Albedo {
         let clear_of_lights = ground + air_light;
         let clear_of_sky = CLEAR_SKY_IRRADIANCE_PER_RADIANCE * ground;
         // A body drawn as a point has the light of the whole planet.
-        let weight = (1.0 - cloudiness(p, effects)) * drawn_disc_fraction(effects.override_of_body(body, Effect::Points), p, diameter_px);
+        let (cloudiness, disc_fraction) =
+            (cloudiness(p, effects), drawn_disc_fraction(effects.override_of_body(body, Effect::Points), p, diameter_px));
+        let weight = (1.0 - cloudiness) * disc_fraction;
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);
         Self {
             of_lights: blend(whole.of_lights, clear_of_lights),
             of_sky: blend(whole.of_sky, clear_of_sky),
             // Without any light of the ground the fraction does not matter.
             ground_fraction: ground / clear_of_lights.max(f64::MIN_POSITIVE),
+            drawn_part: DRAWN_PART_WITH_CLOUDS.powf(cloudiness * disc_fraction),
             ..whole
         }
     }
@@ -131,6 +142,23 @@ impl Albedo {
     /// Factors on `of_lights` and on `of_sky` at ground that is metered as `relative` times as bright as ground of mean reflectance.
     fn local_factors(&self, relative: f64) -> [f64; 2] {
         [1.0 + self.ground_fraction * (relative - 1.0), relative].map(|factor| factor.powf(self.bright_ground_weight))
+    }
+}
+
+/// Radiance of ground: as it counts for the exposure, and as images show it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GroundRadiance {
+    pub metered: f64,
+    pub drawn: f64,
+}
+
+impl GroundRadiance {
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self { metered: self.metered * factor, drawn: self.drawn * factor }
+    }
+
+    pub(crate) fn plus(self, radiance: f64) -> Self {
+        Self { metered: self.metered + radiance, drawn: self.drawn + radiance }
     }
 }
 
@@ -169,7 +197,7 @@ impl Ground<'_> {
         viewer: DVec3,
         shadow: Option<&ApproximateShadow<'_>>,
         ring_transmittance: f64,
-    ) -> f64 {
+    ) -> GroundRadiance {
         let body = self.body;
         // `light`: irradiance times albedo.
         let reflected = |towards: DVec3, light: f64| {
@@ -193,10 +221,9 @@ impl Ground<'_> {
         let [lights_factor, sky_factor] =
             self.bright_ground.map_or([1.0; 2], |map| self.albedo.local_factors(map.relative_radiance(point)));
         let sunlight = self.sun_irradiance * sunlight_fraction * ring_transmittance;
-        lights_factor * (reflected(self.sun, self.albedo.of_lights * sunlight) + secondary)
-            + sky_factor * self.albedo.of_sky * self.sky_exposure_radiance
-            + night_lights
-            + ring_shine
+        let by_lights = lights_factor * (reflected(self.sun, self.albedo.of_lights * sunlight) + secondary);
+        let others = sky_factor * self.albedo.of_sky * self.sky_exposure_radiance + night_lights + ring_shine;
+        GroundRadiance { metered: by_lights, drawn: by_lights * self.albedo.drawn_part }.plus(others)
     }
 }
 

@@ -48,7 +48,7 @@ use geometry::{
 };
 use glam::{DVec2, DVec3, FloatExt};
 pub(crate) use ground::bright_ground_weight;
-use ground::{Albedo, Ground};
+use ground::{Albedo, Ground, GroundRadiance};
 use log_mean::LogMean;
 use reading::FrameLight;
 pub(crate) use reading::MeterReading;
@@ -95,12 +95,19 @@ pub(crate) struct MeteredSubject {
     pub target_level: f64,
     /// How much the subject counts relative to the other subjects.
     pub weight: f64,
+    /// The part of `radiance` that images show: 1 for all but the Earth ([`ground::Albedo::drawn_part`]). It has no effect on the exposure.
+    pub drawn_part: f64,
 }
 
 impl MeteredSubject {
     /// The radiance that is white in an image that shows this subject at its target level.
     pub fn white(&self) -> f64 {
         self.radiance / self.target_level
+    }
+
+    /// The radiance that images show.
+    pub fn drawn_radiance(&self) -> f64 {
+        self.radiance * self.drawn_part
     }
 }
 
@@ -251,7 +258,11 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let disc_share = share * disc_weight * visible_weight;
                 if disc_weight > 0.0 {
                     self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
-                        mean.add(disc_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
+                        mean.add_ground(
+                            disc_share * area_fraction / dilution,
+                            radiance.times(dilution * transmittance),
+                            foreground_radiance,
+                        )
                     });
                 }
                 // `sum_rim` weights each part of the rim by its place in the frame.
@@ -281,7 +292,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         ground: &Ground<'_>,
         shadow: Option<&ApproximateShadow<'_>>,
         diameter_px: f64,
-        mut add: impl FnMut(f64, f64),
+        mut add: impl FnMut(f64, GroundRadiance),
     ) {
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
         let phase_angle_rad = crate::ephemeris::angle_rad(viewer, ground.sun);

@@ -95,6 +95,7 @@ impl<'a> Meter<'_, 'a> {
             radiance: least_sky_radiance.max(night_white * AUTO_EXPOSED_MEAN),
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
+            drawn_part: 1.0,
         });
         let subjects = frame.subjects(&means, &others);
         let least_white_for_sky = frame.least_white_for_sky();
