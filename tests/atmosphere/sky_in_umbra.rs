@@ -14,9 +14,9 @@ use orrery::time::Instant;
 use orrery::units::luminance;
 use std::ops::Range;
 
-/// Metered over drawn luminance. The meter takes the geometric mean over the directions of what is left of their light. With the arithmetic mean, in which a
-/// bright band along the horizon decides, the places below had 0.35 (Saturn) to 2.9 (10 km above Dallas), and other places up to 4.0.
-const RATIOS: Range<f64> = 0.2..2.2;
+/// Metered over drawn luminance. The meter takes the geometric mean over the directions of what is left of their light. With the arithmetic mean, which gives
+/// 1.02 (Jupiter) to 1.3 times as much (the totality of 81 seconds), these places had 0.35 (Saturn) to 2.9 (10 km above Dallas).
+const RATIOS: Range<f64> = 0.25..3.0;
 /// Fraction of daylight that the meter took for every umbra: that which it found at Dallas in 2024.
 const FIXED_FRACTION: f64 = 5.5e-4;
 

@@ -233,3 +233,16 @@ fn the_sky_over_dark_ground_is_not_white_after_sunset() {
         assert!(level < 0.6, "step {k}: {level} of white; {}", scene.exposure.reason);
     }
 }
+
+/// The Sun over the Moon's horizon, at several sizes of the image. From 256 pixels on, the exposure does not depend on the size. In smaller images the glare of
+/// the Sun's sprite, up to 64 pixels wide, covers much of the frame, as it is drawn: the exposure is shorter.
+#[test]
+fn the_exposure_with_the_sun_in_the_frame_depends_on_the_size_of_small_images_alone() {
+    let position = Position::Ground { body: NaifId::MOON, latitude_deg: 0.4, longitude_deg: -1.4, height_km: 0.0015 };
+    let look = Look::Along { direction: DVec3::new(-0.076_718, -0.997_053, -0.000_365), axes: Axes::BodyFixed };
+    let request = ViewRequest { up: Up::Zenith, ..view(Some(NaifId::MOON), "1967-11-24T00:00:00Z", position, look, 60.0) };
+    let stops = [64, 128, 256, 512, 1024].map(|side| scene(&ViewRequest { width: side, height: side, ..request.clone() }).exposure.stops);
+    assert!(stops[2..].iter().all(|s| (s - stops[4]).abs() < 0.1) && (stops[1] - stops[4]).abs() < 0.5, "{stops:?}");
+    // Without the sprite the smallest would have the same exposure, too.
+    assert!(stops[0] < stops[4] - 1.0, "{stops:?}");
+}

@@ -7,7 +7,7 @@
 //! light is all that is left. What decides is the sunlight beyond the umbra: much beyond a narrow penumbra (Jupiter's moons), little in the wide one of the
 //! Moon on the Earth. Always: 1 where no point in sight lies in the shadow, and at night, when the body's own shadow covers all that is in sight; continuous in
 //! place, time and direction. Not modelled: the phase function and the colour of light scattered twice; limb darkening; sunlight refracted into the shadow.
-//! Error: the median luminance of views that leave out the lowest 6 degrees is metered 0.2 to 3 times as bright as it is drawn, in the umbras of Jupiter's
+//! Error: the median luminance of views that leave out the lowest 6 degrees is metered 0.25 to 3.5 times as bright as it is drawn, in the umbras of Jupiter's
 //! moons, of Titan on Saturn, of Charon on Pluto and of the Moon on the Earth, at heights up to a third of the air's (tests/atmosphere/sky_in_umbra.rs).
 
 use crate::catalog::Species;

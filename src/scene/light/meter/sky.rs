@@ -32,7 +32,7 @@ const FULL_SKY_SHARE: f64 = 0.1;
 /// [`dusk_factor`]. Chosen: the meter exposes the sky by day for a table made for the Earth, which shows the mean of its sky at 0.1 to 0.3 of white. Dust that
 /// scatters forwards would be white around the Sun, as would be a sky over dark ground that is the target.
 const MAX_SKY_LEVEL: f64 = 0.4;
-const MAX_AUREOLE_LEVEL: f64 = 0.8;
+const MAX_AUREOLE_LEVEL: f64 = 0.75;
 /// Angle from the Sun, degrees, within which the aureole may be white.
 const AUREOLE_DEG: f64 = 6.0;
 /// Least radiance of a sky, far below that of any night. With 0, the subject's white (radiance / level) would be 0 / 0.
