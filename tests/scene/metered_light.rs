@@ -1,5 +1,6 @@
 //! Automatic exposure against the light that is drawn: discs at several phases, dark sides in planet-shine, the sky around a low Sun, second and third contact.
 
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use crate::support::sweep;
 use glam::{DVec2, DVec3};
@@ -37,7 +38,7 @@ fn drawn(request: &ViewRequest) -> (Scene, Vec<[f64; 3]>) {
 }
 
 fn brightest_channel(pixel: &[f64; 3]) -> f64 {
-    pixel.iter().copied().fold(0.0, f64::max)
+    pixel.iter().copied().fold(0.0, larger)
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -124,8 +125,8 @@ fn from_gale(time: &str, target: Option<NaifId>) -> ViewRequest {
     ViewRequest { up: Up::Zenith, ..view(target, &time, position, look, 40.0) }
 }
 
-/// From the afternoon until after sunset, the sky of Mars around the Sun is neither white nor black: its median, more than 2 degrees above the horizontal plane,
-/// is shown at 0.05 to 0.75 of white. The table for the Earth alone showed it at up to 2.3 of white.
+/// From the afternoon until after sunset, the sky of Mars around the Sun is neither white nor black: its median, more than 2 degrees above the horizontal
+/// plane, is shown at 0.05 to 0.75 of white. The table for the Earth alone showed it at up to 2.3 of white.
 #[test]
 fn the_sky_of_mars_around_the_sun_is_not_white() {
     for target in [None, Some(MARS), Some(NaifId::SUN)] {
@@ -168,17 +169,17 @@ fn the_aureole_of_the_sun_on_mars_is_blue_and_not_white() {
 #[test]
 fn the_skies_of_the_earth_and_titan_are_exposed_as_before() {
     for id in [NaifId::EARTH, NaifId(606)] {
-        for hours in 0..12 {
+        for step in 0..12 {
             let position = Position::Ground { body: id, latitude_deg: 10.0, longitude_deg: 0.0, height_km: 0.002 };
-            // Northwards, in body axes.
-            let look =
-                Look::Along { direction: DVec3::new(-10_f64.to_radians().sin(), 0.0, 10_f64.to_radians().cos()), axes: Axes::BodyFixed };
+            let (sin, cos) = 10_f64.to_radians().sin_cos();
+            // Northwards.
+            let look = Look::Along { direction: DVec3::new(-sin, 0.0, cos), axes: Axes::BodyFixed };
             let start = view(None, "2020-03-20T12:00:00Z", position, look, 50.0);
             // Titan turns once in 15.9 days.
             let hours_per_step = if id == NaifId::EARTH { 0.6 } else { 9.5 };
-            let time = start.time.plus_seconds(3600.0 * hours_per_step * f64::from(hours));
+            let time = start.time.plus_seconds(3600.0 * hours_per_step * f64::from(step));
             let reason = scene(&ViewRequest { up: Up::Zenith, time, ..start }).exposure.reason.to_string();
-            assert!(!reason.contains("bright sky"), "{id:?}, step {hours}: {reason}");
+            assert!(!reason.contains("bright sky"), "{id:?}, step {step}: {reason}");
         }
     }
 }
@@ -187,13 +188,14 @@ fn the_skies_of_the_earth_and_titan_are_exposed_as_before() {
 fn greatest_fall(series: &[f64]) -> f64 {
     let mut greatest = f64::NEG_INFINITY;
     series.iter().fold(0.0, |fall, value| {
-        greatest = greatest.max(*value);
-        f64::max(fall, greatest - value)
+        greatest = larger(greatest, *value);
+        larger(fall, greatest - value)
     })
 }
 
 /// A total eclipse: while the Moon covers the last of the Sun, the exposure rises from that of the Sun to that of the corona, and after third contact it falls,
-/// each without reversals of more than half a stop. When the glare limited the mean of all subjects, the exposure rose to +0.1 stops, fell to -2.7 and rose again.
+/// each without reversals of more than half a stop. When the glare limited the mean of all subjects, the exposure rose to +0.1 stops, fell to -2.7 and rose
+/// again.
 #[test]
 fn the_exposure_opens_once_at_second_contact_and_closes_once_at_third() {
     let position = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.80, height_km: 0.0017 };
@@ -204,7 +206,7 @@ fn the_exposure_opens_once_at_second_contact_and_closes_once_at_third() {
     // The middle of totality is at 18:42:38.
     let (opening, closing) = stops.split_at(93);
     let closing: Vec<f64> = closing.iter().rev().copied().collect();
-    for (name, series) in [("second", opening), ("third", &closing)] {
+    for (name, series) in [("second", opening), ("third", closing.as_slice())] {
         assert!(series[series.len() - 1] - series[0] > 10.0, "{name} contact: {series:?}");
         assert!(greatest_fall(series) < 0.5, "{name} contact: {} stops; {series:?}", greatest_fall(series));
     }
@@ -212,8 +214,9 @@ fn the_exposure_opens_once_at_second_contact_and_closes_once_at_third() {
     assert!(greatest_fall(&[-5.55, 0.13, -2.67, 3.62]) > 2.0);
 }
 
-/// A sunset over land that is the target: when the Sun's last ray ends, and with it the glare before the ground, the exposure rises by less than 1.4 stops within
-/// a minute, and the median of the sky stays below 0.6 of white. It rose by two stops, and for a quarter of an hour the sky was at 0.9 of white and brighter.
+/// A sunset over land that is the target: when the Sun's last ray ends, and with it the glare before the ground, the exposure rises by less than 1.4 stops
+/// within a minute, and the median of the sky stays below 0.6 of white. It rose by two stops, and for a quarter of an hour the sky was at 0.9 of white and
+/// brighter.
 #[test]
 fn the_sky_over_dark_ground_is_not_white_after_sunset() {
     let position = Position::Ground { body: NaifId::EARTH, latitude_deg: 10.0, longitude_deg: 0.0, height_km: 0.02 };
