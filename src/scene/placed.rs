@@ -75,9 +75,14 @@ impl PlacedBody<'_> {
     /// What the radiance by the photometric model is multiplied by: the factor that makes the disc as bright as the published phase law
     /// ([`disc_light::phase_correction`]) or, for an emissive body, whose model gives 1, the radiance of the Sun's disc.
     pub(crate) fn phase_brightness(&self) -> f64 {
+        self.phase_brightness_of_light(self.phase_angle_rad)
+    }
+
+    /// [`Self::phase_brightness`] for a light at a phase angle, which for planet-shine is another than the Sun's.
+    pub(crate) fn phase_brightness_of_light(&self, phase_angle_rad: f64) -> f64 {
         match self.body.photometry {
             Photometry::Emissive { .. } => photometry::sun_disc_radiance(),
-            _ => disc_light::phase_correction(self.body, self.phase_angle_rad, self.distance_km / self.body.radii_km.x),
+            _ => disc_light::phase_correction(self.body, phase_angle_rad, self.distance_km / self.body.radii_km.x),
         }
     }
 

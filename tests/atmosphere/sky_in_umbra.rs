@@ -14,9 +14,9 @@ use orrery::time::Instant;
 use orrery::units::luminance;
 use std::ops::Range;
 
-/// Metered over drawn luminance. The same sums in another language gave, for 29 views in these umbras, in those of Ganymede and Callisto and in a totality of
-/// seven minutes, 0.28 (100 km above Pluto) to 4.0 (10 km above the Earth, in the totality of 81 seconds).
-const RATIOS: Range<f64> = 0.2..5.0;
+/// Metered over drawn luminance. The meter takes the geometric mean over the directions of what is left of their light. With the arithmetic mean, which gives
+/// 1.02 (Jupiter) to 1.3 times as much (the totality of 81 seconds), these places had 0.35 (Saturn) to 2.9 (10 km above Dallas).
+const RATIOS: Range<f64> = 0.25..3.0;
 /// Fraction of daylight that the meter took for every umbra: that which it found at Dallas in 2024.
 const FIXED_FRACTION: f64 = 5.5e-4;
 

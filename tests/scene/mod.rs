@@ -19,6 +19,7 @@ mod linear_light;
 mod magnitudes;
 mod map_footprint;
 mod meshes;
+mod metered_light;
 mod metered_subjects;
 mod metering;
 mod milky_way;

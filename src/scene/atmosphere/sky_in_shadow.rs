@@ -1,15 +1,13 @@
 //! The light that is left to the sky around the camera in the shadow of another body: for the exposure of images in an eclipse.
 //!
 //! In: the air around the camera, the directions in which the frame shows the sky, and the visible part of the Sun at points of the air. Out: the fraction of
-//! the sky's light that is left.
-//! Method: sunlight that the air scatters once into the rays of the frame, each point of a ray in its own sunlight. Added is light that is scattered at least
-//! twice: the mean light that arrives at one place of representative height, from the air and the ground in sight of it, as a source that is the same along all
-//! rays; further orders form a geometric series with it, as in `multi_scatter_in_shadow`. In the middle of a wide umbra this light is all that is left. What
-//! decides is the sunlight beyond the umbra: much beyond a narrow penumbra (Jupiter's moons), little in the wide one of the Moon on the Earth.
-//! Always: 1 where no point in sight lies in the shadow, and at night, when the body's own shadow covers all that is in sight; continuous in place, time and
-//! direction.
-//! Not modelled: the phase function and the colour of light scattered twice; limb darkening; sunlight refracted into the shadow.
-//! Error: the median luminance of views that leave out the lowest 6 degrees is metered 0.28 to 4 times as bright as it is drawn, in the umbras of Jupiter's
+//! the sky's light that is left. Method: sunlight that the air scatters once into the rays of the frame, each point of a ray in its own sunlight. Added is
+//! light that is scattered at least twice: the mean light that arrives at one place of representative height, from the air and the ground in sight of it, as a
+//! source that is the same along all rays; further orders form a geometric series with it, as in `multi_scatter_in_shadow`. In the middle of a wide umbra this
+//! light is all that is left. What decides is the sunlight beyond the umbra: much beyond a narrow penumbra (Jupiter's moons), little in the wide one of the
+//! Moon on the Earth. Always: 1 where no point in sight lies in the shadow, and at night, when the body's own shadow covers all that is in sight; continuous in
+//! place, time and direction. Not modelled: the phase function and the colour of light scattered twice; limb darkening; sunlight refracted into the shadow.
+//! Error: the median luminance of views that leave out the lowest 6 degrees is metered 0.25 to 3.5 times as bright as it is drawn, in the umbras of Jupiter's
 //! moons, of Titan on Saturn, of Charon on Pluto and of the Moon on the Earth, at heights up to a third of the air's (tests/atmosphere/sky_in_umbra.rs).
 
 use crate::catalog::Species;
@@ -43,6 +41,8 @@ const PLACE_SCALE_HEIGHTS: f64 = 1.5;
 const MAX_PLACE_HEIGHT: f64 = 0.25;
 /// Upper limit of the fraction of light that is scattered again, so that the geometric series converges.
 const MAX_RESCATTERED: f64 = 0.98;
+/// Lower limit of the fraction of light that is left in a direction, relative to that of the sum over all directions: for the logarithm.
+const LEAST_LEFT: f64 = 1e-3;
 /// The fraction of light that is left where no sunlight is in sight.
 const NONE_MISSING: f64 = 1.0;
 /// Margin for rounding where air in sight is taken to be dark, radians.
@@ -201,15 +201,12 @@ impl<F: Fn(DVec3) -> f64> ShadedAir<'_, F> {
         light
     }
 
-    /// The fraction of the light from a part of the sky that is left. `directions`, `arriving`: see [`SurroundingAir::light_left_in_shadow`] and
-    /// [`Self::sky_light`].
+    /// The fraction of the light from a part of the sky that is left: the geometric mean over its directions, as the light meter averages. In the arithmetic
+    /// mean the air beyond the umbra would decide, a bright band along the horizon. `directions`, `arriving`: see
+    /// [`SurroundingAir::light_left_in_shadow`] and [`Self::sky_light`].
     fn light_left(&self, directions: &[(DVec3, f64)], arriving: Light) -> f64 {
-        let mut sum = Light::default();
-        let mut add = |along: DVec3, weight: f64| {
-            let light = self.sky_light(along, arriving).times(weight);
-            sum.without_shadow += light.without_shadow;
-            sum.in_shadow += light.in_shadow;
-        };
+        let mut lights: Vec<(Light, f64)> = Vec::new();
+        let mut add = |along: DVec3, weight: f64| lights.push((self.sky_light(along, arriving), weight));
         if directions.is_empty() {
             for (sine, weight) in gauss_legendre(SKY_ALTITUDES) {
                 for k in 0..SKY_AZIMUTHS {
@@ -219,8 +216,22 @@ impl<F: Fn(DVec3) -> f64> ShadedAir<'_, F> {
         } else {
             directions.iter().for_each(|(direction, weight)| add(self.raised(*direction), *weight));
         }
+        let sum = |of: fn(&Light) -> f64| lights.iter().map(|(light, weight)| weight * of(light)).sum::<f64>();
+        let (without_shadow, in_shadow) = (sum(|light| light.without_shadow), sum(|light| light.in_shadow));
         // Where there is no sunlight at all, none is missing.
-        if sum.without_shadow > 0.0 { sum.in_shadow / sum.without_shadow } else { NONE_MISSING }
+        if without_shadow <= 0.0 {
+            return NONE_MISSING;
+        }
+        let least = LEAST_LEFT * in_shadow / without_shadow;
+        if least <= 0.0 {
+            return 0.0;
+        }
+        let (mut log_sum, mut weight_sum) = (0.0, 0.0);
+        for (light, weight) in lights.iter().filter(|(light, _)| light.without_shadow > 0.0) {
+            log_sum += weight * (light.in_shadow / light.without_shadow).max(least).ln();
+            weight_sum += weight;
+        }
+        (log_sum / weight_sum).exp()
     }
 }
 

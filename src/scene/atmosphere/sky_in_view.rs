@@ -6,6 +6,7 @@
 //! most views.
 
 use crate::scene::atmosphere::air::SurroundingAir;
+use crate::scene::atmosphere::sky_brightness::luminance_above_light;
 use glam::DVec3;
 
 /// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun: the light
@@ -81,6 +82,13 @@ impl SurroundingAir<'_> {
     pub(crate) fn exposure_radiance_as_on_ground(&self, light: &LightOfSky, irradiance: f64) -> f64 {
         let altitude_deg = self.sky_brightness().altitude_on_earth_deg(self.altitude_deg(light.towards));
         irradiance * exposure_per_irradiance(altitude_deg) * light.light_part()
+    }
+
+    /// The radiance of the sky at an angle above a light, per irradiance of the light, as in [`LightOfSky::scattered_radiance`]. `towards`: vector from the
+    /// body to the light.
+    pub(crate) fn radiance_above_light(&self, towards: DVec3, angle_deg: f64) -> f64 {
+        let height_km = self.height_part() * self.air.top_km;
+        luminance_above_light(self.air, self.body.radii_km.x, height_km, self.altitude_deg(towards), angle_deg)
     }
 
     /// A light of this sky. `towards`: vector from the body to the light; `directions`: of the sky, ICRF, unit vectors, each with its weight in the mean; if

@@ -2,9 +2,9 @@
 //!
 //! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a weight;
 //! the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the Sun's glare
-//! saturates at most about a tenth of the frame (`MAX_MEDIAN_GLARE`), the exposure is no longer than that of a photograph of the night sky, and it changes as
-//! continuously as the meter's reading. Pixel views that show another quantity than light ([`PixelView`]) are not metered: unless the user sets an exposure,
-//! each has one that does not depend on the image's content and that its legend states.
+//! saturates at most about a tenth of the frame (`MAX_MEDIAN_GLARE`), a daylight sky in the frame stays below white (`least_white_for_sky`), the exposure is no
+//! longer than that of a photograph of the night sky, and it changes as continuously as the meter's reading. Pixel views that show another quantity than light
+//! ([`PixelView`]) are not metered: unless the user sets an exposure, each has one that does not depend on the image's content and that its legend states.
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, Reason, reason};
@@ -14,7 +14,7 @@ use crate::scene::draw::PixelView;
 use crate::scene::light::city_lights;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
 use crate::scene::light::lights::{self, Reflector};
-use crate::scene::light::meter::{Meter, MeterReading, MeteredSubject, bright_ground_weight};
+use crate::scene::light::meter::{FrameGlare, Meter, MeterReading, MeteredSubject, bright_ground_weight};
 use crate::scene::numeric::with_significant_digits;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
@@ -35,8 +35,8 @@ const LOST_SUBJECT_RATIO: f64 = 0.1;
 /// Number of stops by which the brightest city lights must exceed white to get full weight.
 const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
 /// Beside the main subject, the reason of an exposure names every subject that contributes more than `NAMED_SHARE`, or moves the exposure by more than
-/// `NAMED_STOPS`. It also names a limit (by the glare, or for a night sky) that moves the exposure by more than `NAMED_STOPS`, and the main subject's target
-/// level if the image misses this level by more than `NAMED_STOPS`.
+/// `NAMED_STOPS`. It also names a limit (by the glare, by the sky, or for a night sky) that moves the exposure by more than `NAMED_STOPS`, and the main
+/// subject's target level if the image misses this level by more than `NAMED_STOPS`.
 const NAMED_SHARE: f64 = 0.1;
 const NAMED_STOPS: f64 = 0.1;
 
@@ -122,29 +122,56 @@ fn metered_exposure(
     Metered { exposure: without_city_lights, reading: Some(reading) }
 }
 
-/// The exposure for a reading of the light meter.
-fn from_reading(reading: &MeterReading) -> Exposure {
-    let mut subjects = reading.subjects.clone();
-    let contribution = |m: &MeteredSubject| m.weight.powi(WEIGHT_EXPONENT);
-    let total_contribution: f64 = subjects.iter().map(contribution).sum();
-    let log_white: f64 = subjects.iter().map(|m| contribution(m) / total_contribution * m.white().ln()).sum();
-    let subjects_white = log_white.exp();
-    // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey. So the upper limit of the median
-    // glare depends on the subjects' radiance relative to it: the inverse of the limit is blended between the inverses of the three values. The median depends
-    // on white, because a Sun that is drawn as a point has a sprite whose size does.
-    let glare = reading.glare.median(subjects_white);
-    // About the mean radiance of the subjects, relative to the glare.
-    let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / glare;
-    // Rises from 0 to 1 as the subjects become fainter relative to the glare; 1/2 where their radiance divided by the glare's is `ratio`.
+/// The smooth maximum of white levels.
+fn smooth_max(whites: [f64; 2]) -> f64 {
+    whites.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT))
+}
+
+/// The radiance that is white in an image of a subject alone, with the Sun's glare in front of it. Glare has little effect in front of brighter subjects; in
+/// front of a dark sky it would make the image grey. So the upper limit of the median glare depends on the subject's radiance relative to it: the inverse of
+/// the limit is blended between the inverses of the three values. The median depends on white, because a Sun that is drawn as a point has a sprite whose size
+/// does.
+fn white_behind_glare(glare: &FrameGlare, subject_white: f64) -> f64 {
+    let glare = glare.median(subject_white);
+    // About the subject's mean radiance, relative to the glare.
+    let subject_per_glare = subject_white * AUTO_EXPOSED_MEAN / glare;
+    // Rises from 0 to 1 as the subject becomes fainter relative to the glare; 1/2 where its radiance divided by the glare's is `ratio`.
     let weight_below = |ratio: f64| 1.0 / (1.0 + (subject_per_glare / ratio).powi(2));
     let [bright, faint, lost] = MAX_MEDIAN_GLARE;
     let white_per_glare =
         bright.recip().lerp(faint.recip(), weight_below(1.0)) * 1.0_f64.lerp(faint / lost, weight_below(LOST_SUBJECT_RATIO));
-    let glare_white = glare * white_per_glare;
-    let whites = [subjects_white, glare_white, darkest_white()];
-    let white = whites.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
+    smooth_max([subject_white, glare * white_per_glare])
+}
+
+/// The exposure for a reading of the light meter. The glare limits each subject, not their mean: while the Moon covers the last of the Sun, the weight passes
+/// from the Sun to the sky and the corona, which are at first lost in the glare. A mean of Sun and sky is brighter than the glare; limited as such a subject,
+/// the exposure rose by some stops before the limit took effect.
+fn from_reading(reading: &MeterReading) -> Exposure {
+    let mut subjects = reading.subjects.clone();
+    let contribution = |m: &MeteredSubject| m.weight.powi(WEIGHT_EXPONENT);
+    let total_contribution: f64 = subjects.iter().map(contribution).sum();
+    let share = |m: &MeteredSubject| contribution(m) / total_contribution;
+    let mean_of = |white_of: &dyn Fn(&MeteredSubject) -> f64| subjects.iter().map(|m| share(m) * white_of(m).ln()).sum::<f64>().exp();
+    let whites = Whites {
+        subjects: mean_of(&MeteredSubject::white),
+        behind_glare: mean_of(&|m: &MeteredSubject| white_behind_glare(&reading.glare, m.white())),
+        night: darkest_white(),
+        sky: reading.least_white_for_sky,
+    };
+    // Not the smooth maximum: a sky that is not too bright changes nothing.
+    let white = smooth_max([whites.behind_glare, whites.night]).max(whites.sky);
     subjects.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    Exposure::of(-white.log2(), reason_of(&subjects, |m| contribution(m) / total_contribution, whites, white))
+    Exposure::of(-white.log2(), reason_of(&subjects, share, &whites, white))
+}
+
+/// The radiances that the parts of a frame require as white.
+struct Whites {
+    subjects: f64,
+    /// What the subjects require behind the glare.
+    behind_glare: f64,
+    night: f64,
+    /// The least that the sky around the camera allows.
+    sky: f64,
 }
 
 /// Whether the light in the frame determines the exposure: not if the user has set it, nor in pixel views other than the final image.
@@ -183,43 +210,42 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
 
 /// The reason for a metered exposure: the main subject with its luminance and the level at which the image shows it; its target level, if that differs; and
 /// what moves the exposure, in stops: other subjects, and a limit. `subjects`: the one with the greatest weight first; `share`: a subject's contribution to the
-/// exposure, 0 to 1. The array: the radiances that the subjects, the glare and the night sky each require as white. `white`: the radiance that the image shows
-/// as white.
-fn reason_of(
-    subjects: &[MeteredSubject],
-    share: impl Fn(&MeteredSubject) -> f64,
-    [subjects_white, glare_white, night_white]: [f64; 3],
-    white: f64,
-) -> Reason {
+/// exposure, 0 to 1. `white`: the radiance that the image shows as white.
+fn reason_of(subjects: &[MeteredSubject], share: impl Fn(&MeteredSubject) -> f64, whites: &Whites, white: f64) -> Reason {
     let Some(first) = subjects.first() else { return reason!("exposure-nothing") };
     let luminance_argument = |radiance: f64| rounded(radiance * CD_M2_PER_RADIANCE, 3, 0.01..1e4);
     let level_argument = |level: f64| rounded(level, 2, 0.001..1e3);
     // Without the sign of a rounded 0.
     let stops_argument = |stops: f64| Argument::Number(format!("{:+.2}", (100.0 * stops).round() / 100.0 + 0.0));
-    let (subject, luminance) = (first.name.clone(), luminance_argument(first.radiance));
+    let (subject, luminance) = (first.name.clone(), luminance_argument(first.drawn_radiance()));
     // As a fraction of white.
     let level = first.radiance / white;
+    let drawn_level = level_argument(level * first.drawn_part);
     let main = if (level / first.target_level).log2().abs() > NAMED_STOPS {
-        let target_level = level_argument(first.target_level);
-        reason!("exposure-moved", subject = subject, luminance = luminance, level = level_argument(level), aim = target_level)
+        let target_level = level_argument(first.target_level * first.drawn_part);
+        reason!("exposure-moved", subject = subject, luminance = luminance, level = drawn_level, aim = target_level)
     } else {
-        reason!("exposure-metered", subject = subject, luminance = luminance, level = level_argument(level))
+        reason!("exposure-metered", subject = subject, luminance = luminance, level = drawn_level)
     };
     let others = subjects.iter().skip(1).filter_map(|other| {
         let part = share(other);
         // Positive: this subject makes the image brighter.
         let moved_stops = part * (first.white() / other.white()).log2();
         (part > NAMED_SHARE || moved_stops.abs() > NAMED_STOPS).then(|| {
-            let (luminance, percent) = (luminance_argument(other.radiance), rounded(100.0 * part, 2, 0.01..1e3));
+            let (luminance, percent) = (luminance_argument(other.drawn_radiance()), rounded(100.0 * part, 2, 0.01..1e3));
             let stops = stops_argument(moved_stops);
             reason!("exposure-second", part = percent, subject = other.name.clone(), luminance = luminance, stops = stops)
         })
     });
     // Negative: limits make the image darker.
-    let limit_stops = (subjects_white / white).log2();
+    let limit_stops = (whites.subjects / white).log2();
+    // The glare makes the subjects' white greater, more than the night does.
+    let is_by_glare = whites.behind_glare > whites.night && whites.behind_glare / whites.subjects > white / whites.behind_glare;
     let limit = (limit_stops < -NAMED_STOPS).then(|| {
         let stops = stops_argument(limit_stops);
-        if glare_white > night_white {
+        if whites.sky >= white {
+            reason!("exposure-sky", stops = stops)
+        } else if is_by_glare {
             reason!("exposure-glare", stops = stops)
         } else {
             reason!("exposure-night", ev = DARKEST_EV, stops = stops)

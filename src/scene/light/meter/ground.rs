@@ -41,6 +41,11 @@ const RELIEF_HEIGHT_RADII: f64 = 0.02;
 /// its field of view is narrow.
 const BRIGHT_GROUND_HEIGHT_RADII: f64 = 0.1;
 
+/// The part of the metered light of ground and clouds that images show, where clouds are drawn over a map of the bare ground: the Earth, which has 0.42, 0.35
+/// and 0.52 at phase angles of 0, 60 and 120 degrees, seen from 60 radii. It is metered with its published albedo, because white clouds on a dark sea need a
+/// darker image than their mean: with the drawn light as the mean, the clouds would be white areas.
+const DRAWN_PART_WITH_CLOUDS: f64 = 0.42;
+
 /// How much the clouds that are drawn hide the ground from the camera, 0 to 1: see [`GROUND_TO_PLANET_CLOUD_HEIGHTS`].
 fn cloudiness(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f64 {
     let clouds = p.body.clouds.as_ref().filter(|_| effects.override_of_body(p.body, Effect::Clouds) != Some(false));
@@ -81,7 +86,7 @@ fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
 /// Factors from light to the radiance of a body's ground, brightest channel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Albedo {
-    /// For the Sun and other bodies: factor on irradiance times [`photometry::reflectance`].
+    /// For a light at the phase angle for which the albedo was computed: factor on irradiance times [`photometry::reflectance`].
     pub of_lights: f64,
     /// For skylight: factor on the radiance that the light meter takes for the sky (`SurroundingAir::exposure_radiance`). Over a whole planet the sky counts as
     /// uniform, so that its irradiance equals its radiance, and the factor is the geometric albedo. A clear sky's irradiance is only
@@ -91,21 +96,26 @@ pub(crate) struct Albedo {
     pub ground_fraction: f64,
     /// See [`bright_ground_weight`].
     pub bright_ground_weight: f64,
+    /// The part of `of_lights` that images show: [`DRAWN_PART_WITH_CLOUDS`], or 1.
+    pub drawn_part: f64,
 }
 
 impl Albedo {
-    /// The albedo of what the camera sees of a body. `effects`: those of the request; `diameter_px`: of the body's disc.
-    pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64) -> Self {
+    /// The albedo of what the camera sees of a body. `effects`: those of the request; `diameter_px`: of the body's disc; `phase_angle_rad`: of the light. The
+    /// published phase law, part of the albedo, may give a thousandth for the Sun behind a new Moon, and almost 1 for the light of the Earth on it.
+    pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64, phase_angle_rad: f64) -> Self {
         let body = p.body;
         let is_off = |effect: Effect| effects.override_of_body(body, effect) == Some(false);
-        let haze_factor = || disc_light::meter_gain_for_haze(body, p.phase_angle_rad, p.distance_km / body.radii_km.x);
+        let haze_factor = || disc_light::meter_gain_for_haze(body, phase_angle_rad, p.distance_km / body.radii_km.x);
         // One channel is enough: the channels of this scale differ only for emissive bodies.
-        let scale = p.radiance_scale().x * if is_off(Effect::Atmosphere) { 1.0 } else { haze_factor() };
+        let of_model = photometry::albedo_normalisation(body).x * p.phase_brightness_of_light(phase_angle_rad);
+        let scale = of_model * if is_off(Effect::Atmosphere) { 1.0 } else { haze_factor() };
         let whole = Self {
             of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()),
             of_sky: body.geometric_albedo,
             ground_fraction: 1.0,
             bright_ground_weight: bright_ground_weight(p, effects),
+            drawn_part: 1.0,
         };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
         let height_km = air::camera_height_km(body, &p.placement);
@@ -115,13 +125,16 @@ impl Albedo {
         let clear_of_lights = ground + air_light;
         let clear_of_sky = CLEAR_SKY_IRRADIANCE_PER_RADIANCE * ground;
         // A body drawn as a point has the light of the whole planet.
-        let weight = (1.0 - cloudiness(p, effects)) * drawn_disc_fraction(effects.override_of_body(body, Effect::Points), p, diameter_px);
+        let (cloudiness, disc_fraction) =
+            (cloudiness(p, effects), drawn_disc_fraction(effects.override_of_body(body, Effect::Points), p, diameter_px));
+        let weight = (1.0 - cloudiness) * disc_fraction;
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);
         Self {
             of_lights: blend(whole.of_lights, clear_of_lights),
             of_sky: blend(whole.of_sky, clear_of_sky),
             // Without any light of the ground the fraction does not matter.
             ground_fraction: ground / clear_of_lights.max(f64::MIN_POSITIVE),
+            drawn_part: DRAWN_PART_WITH_CLOUDS.powf(cloudiness * disc_fraction),
             ..whole
         }
     }
@@ -132,6 +145,23 @@ impl Albedo {
     }
 }
 
+/// Radiance of ground: as it counts for the exposure, and as images show it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GroundRadiance {
+    pub metered: f64,
+    pub drawn: f64,
+}
+
+impl GroundRadiance {
+    pub(crate) fn times(self, factor: f64) -> Self {
+        Self { metered: self.metered * factor, drawn: self.drawn * factor }
+    }
+
+    pub(crate) fn plus(self, radiance: f64) -> Self {
+        Self { metered: self.metered + radiance, drawn: self.drawn + radiance }
+    }
+}
+
 /// A body's ground with all lights on it: the inputs of the ground's radiance.
 pub(crate) struct Ground<'g> {
     pub body: &'g Body,
@@ -139,6 +169,7 @@ pub(crate) struct Ground<'g> {
     pub night_lights: Option<&'g NightLights>,
     /// Factor on the radiance of the night map: the weight of city lights, times the part that a camera at this height sees.
     pub city_light_weight: f64,
+    /// For sunlight and skylight.
     pub albedo: Albedo,
     /// Ground brighter than the mean; `None` if all ground is metered as the mean.
     pub bright_ground: Option<&'g BrightGround>,
@@ -147,7 +178,7 @@ pub(crate) struct Ground<'g> {
     /// Unit vector towards the Sun, body axes.
     pub sun: DVec3,
     pub sun_irradiance: f64,
-    /// Planet-shine: unit vector towards each body that gives it, body axes, and irradiance.
+    /// Planet-shine: unit vector towards each body that gives it, body axes, and irradiance times the [`Albedo::of_lights`] for its phase angle.
     pub secondary_lights: Vec<(DVec3, f64)>,
     /// Radiance that the light meter takes for the sky above the ground, if the camera is in the body's air; else 0.
     pub sky_exposure_radiance: f64,
@@ -166,13 +197,14 @@ impl Ground<'_> {
         viewer: DVec3,
         shadow: Option<&ApproximateShadow<'_>>,
         ring_transmittance: f64,
-    ) -> f64 {
+    ) -> GroundRadiance {
         let body = self.body;
-        let reflected = |towards: DVec3, irradiance: f64| {
+        // `light`: irradiance times albedo.
+        let reflected = |towards: DVec3, light: f64| {
             let cos_smooth = normal.dot(towards).max(0.0);
             let cos_incidence = cos_smooth + self.relief_weight * (mean_cosine_on_relief(normal.dot(towards)) - cos_smooth);
             // A positive cosine of emission, because `reflectance` is 0 at the limb.
-            irradiance * photometry::reflectance(&body.photometry, cos_incidence, normal.dot(viewer).max(1e-3), towards.dot(viewer))
+            light * photometry::reflectance(&body.photometry, cos_incidence, normal.dot(viewer).max(1e-3), towards.dot(viewer))
         };
         let sunlight_fraction = match shadow {
             // Elsewhere the ground reflects no sunlight, so the fraction does not matter.
@@ -182,18 +214,16 @@ impl Ground<'_> {
             }
             _ => 1.0,
         };
-        let secondary: f64 = self.secondary_lights.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
+        let secondary: f64 = self.secondary_lights.iter().map(|(towards, light)| reflected(*towards, *light)).sum();
         let night_weight = night_lights::lit_fraction(normal.dot(self.sun)) * self.city_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if night_weight > 0.0 { night_weight * l.radiance_at(point) } else { 0.0 });
         let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
         let [lights_factor, sky_factor] =
             self.bright_ground.map_or([1.0; 2], |map| self.albedo.local_factors(map.relative_radiance(point)));
-        lights_factor
-            * self.albedo.of_lights
-            * (reflected(self.sun, self.sun_irradiance * sunlight_fraction * ring_transmittance) + secondary)
-            + sky_factor * self.albedo.of_sky * self.sky_exposure_radiance
-            + night_lights
-            + ring_shine
+        let sunlight = self.sun_irradiance * sunlight_fraction * ring_transmittance;
+        let by_lights = lights_factor * (reflected(self.sun, self.albedo.of_lights * sunlight) + secondary);
+        let others = sky_factor * self.albedo.of_sky * self.sky_exposure_radiance + night_lights + ring_shine;
+        GroundRadiance { metered: by_lights, drawn: by_lights * self.albedo.drawn_part }.plus(others)
     }
 }
 

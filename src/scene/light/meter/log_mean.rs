@@ -4,6 +4,7 @@
 //! are.
 
 use super::MeteredSubject;
+use super::ground::GroundRadiance;
 use crate::catalog::NaifId;
 use crate::message::Argument;
 
@@ -19,12 +20,19 @@ pub(super) struct LogMean {
     pub weight: f64,
     /// Sum of weight times the logarithm of radiance.
     pub log_sum: f64,
+    /// Sum of weight times the logarithm of the part of the radiance that images show.
+    drawn_part_log_sum: f64,
 }
 
 impl LogMean {
     /// Adds a part of a subject. `share`: the part's share of the frame, times other weights. `foreground_radiance`: radiance of the light added in front of
     /// the part, which lowers its contrast.
     pub fn add(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
+        self.add_ground(share, GroundRadiance { metered: radiance, drawn: radiance }, foreground_radiance);
+    }
+
+    /// The same for ground.
+    pub fn add_ground(&mut self, share: f64, GroundRadiance { metered: radiance, drawn }: GroundRadiance, foreground_radiance: f64) {
         if share > 0.0 && radiance > 0.0 {
             let contrast = radiance / (radiance + foreground_radiance);
             let weight = share * radiance.min(WEIGHT_RADIANCE_CAP).powf(RADIANCE_WEIGHT_EXPONENT) * contrast * contrast;
@@ -33,6 +41,7 @@ impl LogMean {
             if log.is_finite() {
                 self.weight += weight;
                 self.log_sum += log;
+                self.drawn_part_log_sum += weight * (drawn / radiance).ln();
             }
         }
     }
@@ -46,13 +55,15 @@ impl LogMean {
 
     /// The same mean with its weight multiplied.
     pub fn times(&self, factor: f64) -> Self {
-        Self { weight: self.weight * factor, log_sum: self.log_sum * factor }
+        let drawn_part_log_sum = self.drawn_part_log_sum * factor;
+        Self { weight: self.weight * factor, log_sum: self.log_sum * factor, drawn_part_log_sum }
     }
 
     /// Adds the parts of another mean.
     pub fn merge(&mut self, other: &Self) {
         self.weight += other.weight;
         self.log_sum += other.log_sum;
+        self.drawn_part_log_sum += other.drawn_part_log_sum;
     }
 
     /// The mean as a subject; `None` if no part counts. `target_level`: see [`MeteredSubject`].
@@ -64,6 +75,7 @@ impl LogMean {
             radiance,
             target_level,
             weight: self.weight,
+            drawn_part: (self.drawn_part_log_sum / self.weight).exp(),
         })
     }
 }

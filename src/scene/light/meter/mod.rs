@@ -48,11 +48,12 @@ use geometry::{
 };
 use glam::{DVec2, DVec3, FloatExt};
 pub(crate) use ground::bright_ground_weight;
-use ground::{Albedo, Ground};
+use ground::{Albedo, Ground, GroundRadiance};
 use log_mean::LogMean;
 use reading::FrameLight;
 pub(crate) use reading::MeterReading;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+pub(crate) use sun_glare::FrameGlare;
 #[doc(hidden)]
 pub use twilight::{corrected_twilight_rows, metered_twilight};
 
@@ -94,12 +95,19 @@ pub(crate) struct MeteredSubject {
     pub target_level: f64,
     /// How much the subject counts relative to the other subjects.
     pub weight: f64,
+    /// The part of `radiance` that images show: 1 for all but the Earth ([`ground::Albedo::drawn_part`]). It has no effect on the exposure.
+    pub drawn_part: f64,
 }
 
 impl MeteredSubject {
     /// The radiance that is white in an image that shows this subject at its target level.
     pub fn white(&self) -> f64 {
         self.radiance / self.target_level
+    }
+
+    /// The radiance that images show.
+    pub fn drawn_radiance(&self) -> f64 {
+        self.radiance * self.drawn_part
     }
 }
 
@@ -217,8 +225,12 @@ impl<'a> MeteredFrame<'_, 'a> {
                 return (mean, 0.0);
             }
         }
-        let secondary_lights = self.planet_shine_on(p);
+        let albedo_at = |phase_angle_rad: f64| Albedo::of(p, &self.meter.context.request.effects, diameter_px, phase_angle_rad);
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
+        let of_planet_shine = |l: &IncidentLight| {
+            let phase_angle_rad = crate::ephemeris::angle_rad(l.direction, -p.placement.centre_km);
+            (to_body_frame(l.direction), l.irradiance.max_element() * albedo_at(phase_angle_rad).of_lights)
+        };
         let city_light_weight = self.meter.city_light_weight * city_lights::factor(p);
         let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| city_light_weight > 0.0);
         let ground = Ground {
@@ -227,11 +239,11 @@ impl<'a> MeteredFrame<'_, 'a> {
             city_light_weight,
             bright_ground: self.meter.context.resources.bright_grounds.get(&p.body.id).map(AsRef::as_ref),
             ring_shine: self.ring_shine_on(p, diameter_px),
-            albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
+            albedo: albedo_at(p.phase_angle_rad),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
             sun: to_body_frame(p.body_to_sun_km),
             sun_irradiance: self.sun_irradiance_on(p),
-            secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
+            secondary_lights: self.planet_shine_on(p).iter().map(of_planet_shine).collect(),
             sky_exposure_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.light.ground_exposure_radiance),
         };
         let mut sum = |shadow: Option<&ApproximateShadow<'_>>| {
@@ -246,7 +258,11 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let disc_share = share * disc_weight * visible_weight;
                 if disc_weight > 0.0 {
                     self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
-                        mean.add(disc_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
+                        mean.add_ground(
+                            disc_share * area_fraction / dilution,
+                            radiance.times(dilution * transmittance),
+                            foreground_radiance,
+                        )
                     });
                 }
                 // `sum_rim` weights each part of the rim by its place in the frame.
@@ -276,7 +292,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         ground: &Ground<'_>,
         shadow: Option<&ApproximateShadow<'_>>,
         diameter_px: f64,
-        mut add: impl FnMut(f64, f64),
+        mut add: impl FnMut(f64, GroundRadiance),
     ) {
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
         let phase_angle_rad = crate::ephemeris::angle_rad(viewer, ground.sun);

@@ -36,6 +36,8 @@ pub(super) struct FrameLight {
 pub(crate) struct MeterReading {
     pub subjects: Vec<MeteredSubject>,
     pub glare: FrameGlare,
+    /// The least radiance that may be white ([`MeteredFrame::least_white_for_sky`]).
+    pub least_white_for_sky: f64,
     light: FrameLight,
     /// The mean radiance of each body but the Sun, rings included, in the order of [`Meter::bodies`].
     means: Vec<LogMean>,
@@ -93,21 +95,23 @@ impl<'a> Meter<'_, 'a> {
             radiance: least_sky_radiance.max(night_white * AUTO_EXPOSED_MEAN),
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
+            drawn_part: 1.0,
         });
         let subjects = frame.subjects(&means, &others);
-        MeterReading { subjects, glare: frame.frame_glare(), light: frame.light, means, others }
+        let least_white_for_sky = frame.least_white_for_sky();
+        MeterReading { subjects, glare: frame.frame_glare(), least_white_for_sky, light: frame.light, means, others }
     }
 
     /// The reading with city lights: `reading` is one of the same frame without them. The share of the frame that a body covers does not depend on them.
     pub(crate) fn add_city_lights(&self, reading: MeterReading) -> MeterReading {
-        let MeterReading { glare, light, mut means, others, .. } = reading;
+        let MeterReading { glare, least_white_for_sky, light, mut means, others, .. } = reading;
         let frame = self.frame(light);
         for (p, mean) in self.bodies().zip(&mut means) {
             if self.context.resources.night_lights.contains_key(&p.body.id) {
                 (*mean, _) = frame.body_with_rings(p);
             }
         }
-        MeterReading { subjects: frame.subjects(&means, &others), glare, light: frame.light, means, others }
+        MeterReading { subjects: frame.subjects(&means, &others), glare, least_white_for_sky, light: frame.light, means, others }
     }
 }
 

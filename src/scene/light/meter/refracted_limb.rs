@@ -73,7 +73,7 @@ impl MeteredFrame<'_, '_> {
             let arc_disc_share = limb.arc_disc_sr / frame_sr;
             let weight_as_subject = arc_disc_share / (arc_disc_share + sun_half_weight_share(is_target));
             let weight = limb.drawn_fraction * weight_as_subject * if is_target { SUN_WEIGHT } else { 1.0 };
-            let mean = LogMean { weight: mean.weight * weight, log_sum: mean.log_sum * weight };
+            let mean = mean.times(weight);
             if mean.weight > max_weight {
                 (max_weight, dominant) = (mean.weight, Some(p.body));
             }

@@ -4,8 +4,9 @@
 //! which are equal near the ground; and how much darker surroundings are shown in dusk. From the sky's exposure radiance follow its weight and the contrast of
 //! what is behind it; from the ground's, the light on the ground. Both are greater than the radiance that is drawn, the more so the darker the sky is
 //! (`SurroundingAir::exposure_radiance`), so a darker sky is shown at a lower level. The subject states the radiance that is drawn in the frame's part of the
-//! sky, and this level. Always: continuous in time (tests/atmosphere/dusk.rs) and in height (tests/atmosphere/top_of_air.rs); no sky is shown at a higher level
-//! because its light is less (dusk.rs, with the camera at eye level).
+//! sky, and this level. Whatever else is in the frame, the exposure shows neither the mean of its sky nor the Sun's aureole too bright (`least_white_for_sky`).
+//! Always: continuous in time (tests/atmosphere/dusk.rs) and in height (tests/atmosphere/top_of_air.rs); no sky is shown at a higher level because its light is
+//! less (dusk.rs, with the camera at eye level).
 
 use super::geometry::{ray_and_limb, visible_fraction_behind_body};
 use super::{FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject};
@@ -18,7 +19,7 @@ use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE};
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Luminance of the sky around sunset, cd/m2. Below it, images of sky and ground are made darker by so many stops per factor of ten in luminance, up to a
 /// maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
@@ -27,6 +28,13 @@ const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
 /// Share of the frame from which on its light counts fully for the exposure of a sky near the top of the air.
 const FULL_SKY_SHARE: f64 = 0.1;
+/// Highest levels, as fractions of white, of the sky in the frame: of its mean, and of the aureole [`AUREOLE_DEG`] from the Sun. In dusk both are lowered by
+/// [`dusk_factor`]. Chosen: the meter exposes the sky by day for a table made for the Earth, which shows the mean of its sky at 0.1 to 0.3 of white. Dust that
+/// scatters forwards would be white around the Sun, as would be a sky over dark ground that is the target.
+const MAX_SKY_LEVEL: f64 = 0.4;
+const MAX_AUREOLE_LEVEL: f64 = 0.75;
+/// Angle from the Sun, degrees, within which the aureole may be white.
+const AUREOLE_DEG: f64 = 6.0;
 /// Least radiance of a sky, far below that of any night. With 0, the subject's white (radiance / level) would be 0 / 0.
 const MIN_SKY_RADIANCE: f64 = 1e-30;
 
@@ -167,9 +175,35 @@ impl<'a> MeteredFrame<'_, 'a> {
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.light.sky_exposure_radiance).powf(air.sky_weight());
         let by_weight = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
         let exposed = MeteredSubject { radiance: by_weight.radiance.max(least_radiance), ..by_weight };
+        Some(with_drawn_radiance(exposed, self.drawn_sky_radiance(air)))
+    }
+
+    /// The mean radiance that is drawn in the frame's part of the sky.
+    fn drawn_sky_radiance(&self, air: &SurroundingAir<'_>) -> f64 {
         let scattered =
             self.sum_over_lights_of_sky(self.light.sunlight_in_air.frame, |_, light, irradiance| light.scattered_radiance(irradiance));
-        Some(with_drawn_radiance(exposed, scattered + air.night_sky_radiance()))
+        scattered + air.night_sky_radiance()
+    }
+
+    /// Angle between the Sun and the nearest direction in the frame, degrees; 180 for a Sun behind the camera.
+    fn angle_from_sun_deg(&self, towards_sun: DVec3) -> f64 {
+        let camera = self.meter.camera;
+        let Some(clip) = camera.clip(towards_sun) else { return 180.0 };
+        crate::ephemeris::angle_rad(camera.ray(clip.clamp(DVec2::NEG_ONE, DVec2::ONE)), towards_sun).to_degrees()
+    }
+
+    /// The least radiance that may be white, so that the sky in the frame is not brighter than [`MAX_SKY_LEVEL`] and [`MAX_AUREOLE_LEVEL`], whatever the image
+    /// is exposed for; 0 without a sky. Falls to 0 as the sky leaves the frame.
+    pub(super) fn least_white_for_sky(&self) -> f64 {
+        let (Some(air), Some(sunlight)) = (self.meter.air, self.light.lights_of_sky.first()) else { return 0.0 };
+        let part_of_frame = smoothstep(self.sky_fraction() / FULL_SKY_SHARE);
+        if part_of_frame <= 0.0 {
+            return 0.0;
+        }
+        let angle_deg = self.angle_from_sun_deg(sunlight.towards).max(AUREOLE_DEG);
+        let aureole = sunlight.irradiance * self.light.sunlight_in_air.frame * air.radiance_above_light(sunlight.towards, angle_deg);
+        let dusk = dusk_factor(self.light.sky_exposure_radiance).powf(air.sky_weight());
+        part_of_frame / dusk * (self.drawn_sky_radiance(air) / MAX_SKY_LEVEL).max(aureole / MAX_AUREOLE_LEVEL)
     }
 }
 

@@ -229,10 +229,10 @@ impl MeteredFrame<'_, '_> {
             let ring_transmittance = ring_shadow.as_ref().map_or(1.0, |rings| rings.transmittance(sample.point, visible.spacing));
             let of_surface = ground.radiance(sample.point, normal, to_viewer, shadow, ring_transmittance);
             let of_air = twilight_air.as_ref().map_or(0.0, |air| air.radiance(normal.dot(ground.sun), normal.dot(to_viewer)));
-            let radiance = (of_surface + of_air * ground.sun_irradiance) * transmittance;
+            let radiance = of_surface.plus(of_air * ground.sun_irradiance).times(transmittance);
             let foreground_radiance = self.foreground_radiance(sample.direction, p.body.id);
-            of_ground.add(share * frame_position_weight(sample.clip.abs().max_element().min(1.0)), radiance, foreground_radiance);
-            let full_weight = LogMean::weight_of_full_frame(radiance, foreground_radiance);
+            of_ground.add_ground(share * frame_position_weight(sample.clip.abs().max_element().min(1.0)), radiance, foreground_radiance);
+            let full_weight = LogMean::weight_of_full_frame(radiance.metered, foreground_radiance);
             even_weight += share * full_weight;
             even_weight_sq += share * full_weight * full_weight;
         }
