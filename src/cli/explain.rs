@@ -3,7 +3,7 @@
 //! In: a view (`view_args`). Out: text or JSON on standard output. Nothing is drawn. Not here: the decisions and their reasons (`scene`).
 
 use super::output::{print_message, print_result};
-use super::view_args::ViewArgs;
+use super::view_args::{ViewArgs, below_horizon_message};
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog};
 use crate::message::Message;
@@ -45,6 +45,7 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
         return print_result(&session.passes(&request, SamplingQuality::of(common.quality))?);
     }
     let scene = session.scene(&request)?;
+    below_horizon_message(&request, &scene).iter().for_each(|message| print_message(message));
     let bodies: Vec<&BodyReport> = scene.bodies.iter().filter(|b| args.all || b.appearance != Appearance::NotShown).collect();
     let text = if args.json {
         let value = json!({

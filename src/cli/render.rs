@@ -8,7 +8,7 @@ use super::frames::{FrameOutput, existing_frames, parse_shard, step_seconds};
 use super::output::{print_message, print_result, print_to_stderr, progress};
 use super::render_views::Views;
 use super::video_output::VideoOutput;
-use super::view_args::{ViewArgs, is_now, parse_size};
+use super::view_args::{ViewArgs, below_horizon_message, is_now, parse_size};
 use super::{CliError, Common};
 use crate::files::is_same_file;
 use crate::measure::{check_has_bounds, error_bounds};
@@ -22,12 +22,12 @@ use std::time::{Duration, Instant as WallInstant};
 
 const EXAMPLES: &str = "Examples:
   orrery render --target earth --time 2024-04-08T18:17:16Z -o earth.png
-  orrery render --target moon --from earth --at 51.5,-0.1 --fov 1 --up zenith -o moon.png
+  orrery render --target moon --from earth --at 51.5,-0.1 --time 2024-04-23T22:00:00Z --fov 1 -o moon.png
   orrery render --target jupiter --distance-radii 60 --layers +orbits -o orbits.png
   orrery render --target jupiter --distance-radii 40 --time 2026-11-28 --frames 240 --step 10m -o out-%05d.png
   orrery render --target io --frames 240 --step 60s -o - | ffmpeg -i - io.mp4
   orrery render --target saturn --stereo anaglyph -o saturn-red-cyan.png
-  orrery render --target moon --from earth --at 51.5,-0.1 --projection fisheye --dome-zenith \
+  orrery render --target moon --from earth --at 51.5,-0.1 --time 2024-04-23T22:00:00Z --projection fisheye --dome-zenith \
     --size 4096x4096 -o dome.png
   orrery render --target mars --from earth --projection equirectangular --up celestial \
     --size 4096x2048 -o sky.png
@@ -166,6 +166,8 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let bar = frame_progress(numbers().count() as u64);
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
+    // Said only if the target is hidden in every frame: in a sequence it may rise or set.
+    let (mut hidden_frames, mut hidden_message) = (0, None);
     for number in numbers() {
         let path = output.path(number);
         if kept_frames.contains(&number) {
@@ -178,6 +180,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let drawn = session.draw(&request, sampling, images)?;
         time_to_first_frame.get_or_insert_with(|| run_start.elapsed());
         drawn_frames += 1;
+        if let Some(message) = below_horizon_message(&request, &drawn.scene) {
+            hidden_frames += 1;
+            hidden_message.get_or_insert(message);
+        }
         drawn_by = Some(drawn.drawn_by.clone());
         let cpu_before = if args.time_report { process_cpu() } else { None };
         let start = WallInstant::now();
@@ -197,6 +203,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     }
     video.finish()?;
     bar.finish_and_clear();
+    if let Some(message) = hidden_message.filter(|_| hidden_frames == drawn_frames) {
+        print_message(&message);
+    }
     if !args.error.is_empty() {
         let bounds = error_bounds(&session, &error_bound_request)?;
         for path in &args.error {

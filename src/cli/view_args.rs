@@ -6,10 +6,13 @@ use super::CliError;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::files::read_text;
+use crate::scene::Scene;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::{Effect, EffectOverrides};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
-use crate::scene::request::{CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
+use crate::scene::request::{
+    CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Look, Position, ToneMap, ViewRequest, up_by_name,
+};
 use crate::time::{Instant, TimeError};
 use crate::wording::{echo, suggestion_or_list};
 use std::path::PathBuf;
@@ -242,6 +245,20 @@ impl ViewArgs {
             (None, towards) => Position::AboveTarget { towards, distance_radii: self.distance_radii },
         })
     }
+}
+
+/// The message for an image in which the ground below the camera hides the entire target; `None` if the target is above the horizon or the camera not on the
+/// ground.
+pub(super) fn below_horizon_message(request: &ViewRequest, scene: &Scene) -> Option<String> {
+    let Position::Ground { body: ground, .. } = request.position else { return None };
+    let target = request.target.filter(|_| request.look == Look::Target)?;
+    let below_deg = scene.degrees_below_ground(target, ground)?;
+    let name = |id: NaifId| scene.body(id).map_or("the target", |body| body.name.as_str());
+    Some(format!(
+        "{}: {below_deg:.1} degrees below the horizon, hidden by the ground of {}; choose another --time or --at",
+        name(target),
+        name(ground)
+    ))
 }
 
 /// The height at which a point above a place on the ground is `distance_km` from the body's centre. `ground_km`: the place relative to that centre, body axes.

@@ -7,11 +7,13 @@ mod composition;
 mod ephemeris;
 mod error_bound;
 mod frames;
+mod horizon;
 mod hostile;
 mod lunar_heights;
 mod measure;
 mod messages;
 mod position_sources;
+mod readme;
 mod verbs;
 
 /// What the program wrote to standard error.
