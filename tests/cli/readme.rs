@@ -25,12 +25,12 @@ fn the_first_example_prints_what_readme_shows() {
         .take_while(|line| line.starts_with("    "))
         .map(|line| &line[4..])
         .collect();
-    let mut commands = Vec::new();
+    let mut commands: Vec<(&str, String)> = Vec::new();
     for line in &example {
-        match (line.strip_prefix("$ orrery "), commands.last_mut()) {
-            (Some(command), _) => commands.push((command, String::new())),
-            (None, Some((_, shown))) => *shown += &format!("{line}\n"),
-            (None, None) => unreachable!("the first line is a command"),
+        if let Some(command) = line.strip_prefix("$ orrery ") {
+            commands.push((command, String::new()));
+        } else if let Some((_, shown)) = commands.last_mut() {
+            shown.push_str(&format!("{line}\n"));
         }
     }
     let [(keys, shown_keys), (emit, shown_module)] = &commands[..] else { panic!("two commands expected: {commands:?}") };
