@@ -9,6 +9,7 @@ mod error_bound;
 mod frames;
 mod horizon;
 mod hostile;
+mod library_and_doctor;
 mod lunar_heights;
 mod measure;
 mod messages;
