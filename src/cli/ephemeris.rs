@@ -7,7 +7,7 @@
 use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
 use super::frames::step_seconds;
-use super::output::print_result;
+use super::output::{print_message, print_result};
 use super::stdin_lines::answer_lines;
 use super::view_args::parse_time_or_now;
 use super::{CliError, Common, inputs};
@@ -119,6 +119,12 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
         return print_result(&if args.json { format!("{value}\n") } else { format!("{value:#}\n") });
     }
     let answer = query.state(&catalog, &ephemeris).map_err(CliError::Failed)?;
+    if let Some(requested) = source.filter(|requested| *requested != answer.source) {
+        let [requested, found] = [requested, answer.source].map(source_name);
+        print_message(&format!(
+            "--source {requested}: a part of this position has no such source; the least accurate source used is {found}"
+        ));
+    }
     let text = if args.json { format!("{}\n", as_json(&answer)) } else { as_text(&answer) };
     print_result(&text)
 }
@@ -271,15 +277,19 @@ fn as_json(answer: &SourcedState) -> Value {
     })
 }
 
+/// The name of a source, as `--source` has it.
+fn source_name(source: Source) -> String {
+    json!(source).as_str().unwrap_or_default().to_owned()
+}
+
 fn as_text(answer: &SourcedState) -> String {
     let [x, y, z] = answer.state.pos_km.to_array();
     let [vx, vy, vz] = answer.state.vel_km_s.to_array();
-    let source = json!(answer.source);
     let error = if answer.error_km.is_finite() { format!("within {:.3} km", answer.error_km) } else { "error unknown".to_owned() };
     format!(
         "position  {x:.6} {y:.6} {z:.6} km\nvelocity  {vx:.9} {vy:.9} {vz:.9} km/s\ndistance  {:.6} km\nsource    {}, {error}\n",
         answer.state.pos_km.length(),
-        source.as_str().unwrap_or("")
+        source_name(answer.source)
     )
 }
 
