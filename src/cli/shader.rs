@@ -162,7 +162,8 @@ the greatest change of their images of the sample body, and their cost before an
 
 /// Parses a shader key or the name of a simple shader, for clap.
 fn module_id(text: &str) -> Result<ModuleId, String> {
-    text.parse().map_err(|e: key::KeyTextError| e.to_string())
+    // clap quotes the text itself.
+    text.parse().map_err(|e: key::KeyTextError| e.without_key())
 }
 
 fn failed(e: impl std::fmt::Display) -> CliError {
