@@ -29,7 +29,10 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
         return Err(time_error("a day number without its kind: write a Julian date (TDB) after jd_tdb:, that is an MJD plus 2400000.5"));
     }
     // No zone follows a date without a time of day.
-    if trimmed.strip_suffix(['Z', 'z']).is_some_and(|date| date.ends_with(|c: char| c.is_ascii_digit()) && !date.contains([':', 'T', 't', ' '])) {
+    if trimmed
+        .strip_suffix(['Z', 'z'])
+        .is_some_and(|date| date.ends_with(|c: char| c.is_ascii_digit()) && !date.contains([':', 'T', 't', ' ']))
+    {
         return Err(time_error("a Z without a time of day; a date alone is 00:00:00 UTC"));
     }
     let (date, clock) = match trimmed.split_once(['T', 't', ' ']) {
