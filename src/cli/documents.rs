@@ -52,7 +52,7 @@ fn command_named(words: &[String]) -> Result<Command, CliError> {
             } else {
                 suggestion_or_list(word, &known_verbs)
             };
-            return Err(CliError::Failed(format!("man {}: no such command; {hint}", echo(&words.join(" ")))));
+            return Err(CliError::Usage(format!("man {}: no such command; {hint}", echo(&words.join(" ")))));
         };
         page_name = format!("{page_name}-{verb}");
         command = found.display_name(page_name.clone()).version(env!("CARGO_PKG_VERSION"));

@@ -101,8 +101,26 @@ impl EphemerisArgs {
     }
 }
 
+/// Checks bodies, times, step and place of the options, so that a wrong word is not taken for a failure.
+fn check_words(catalog: &Catalog, args: &EphemerisArgs) -> Result<(), CliError> {
+    for (option, name) in [("--body", &args.body), ("--center", &args.center)] {
+        if let Some(name) = name {
+            body_id(catalog, option, name).map_err(CliError::Usage)?;
+        }
+    }
+    for (option, time) in [("--time", &args.time), ("--from", &args.from), ("--to", &args.to)] {
+        if let Some(time) = time {
+            parse_time(time).map_err(|e| CliError::Usage(format!("{option}: {e}")))?;
+        }
+    }
+    args.step.as_deref().map(step_seconds).transpose()?;
+    args.at.as_deref().map(parse_place).transpose().map_err(CliError::Usage)?;
+    Ok(())
+}
+
 pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     let catalog = inputs::catalog(common)?;
+    check_words(&catalog, args)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
     let source = args.source;
     let quantity = args.quantity();

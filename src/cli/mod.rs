@@ -2,9 +2,8 @@
 //!
 //! Exit status:
 //! - 0: success, even if the reader of standard output closes it early;
-//! - 1: failure, or a command rejects the value of an option. A line on standard error states the reason and what to do; invalid catalog files get a line per
-//!   invalid field;
-//! - 2: clap rejects the arguments.
+//! - 1: failure. A line on standard error states the reason and what to do; invalid catalog files get a line per invalid field;
+//! - 2: the arguments are wrong, whether clap rejects them or a command: a word that is not known, a number out of range, options that exclude each other.
 //!
 //! Each command's arguments and function are in a file of its name (`documents` for `completions` and `man`). The commands parse, call other modules and
 //! format: the results themselves are computed by the modules below the command line.
@@ -173,6 +172,9 @@ pub(crate) enum CliError {
     /// A failure without a variant of its own: one line that states the reason and what to do.
     #[error("{0}")]
     Failed(String),
+    /// Wrong arguments: one line that names the option.
+    #[error("{0}")]
+    Usage(String),
     /// Invalid fields of catalog files, one per line.
     #[error(transparent)]
     Catalog(#[from] CatalogError),
@@ -334,6 +336,10 @@ fn exit_code(result: Result<(), CliError>) -> ExitCode {
         Err(CliError::Catalog(problems)) => {
             output::print_messages(&problems.to_string());
             ExitCode::FAILURE
+        }
+        Err(CliError::Usage(why)) => {
+            output::print_message(&why);
+            ExitCode::from(2)
         }
         Err(e) => {
             output::print_message(&e.to_string());

@@ -107,7 +107,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let step_s = step_seconds(&args.step)?;
     let (first_number, stride) = parse_shard(args.shard.as_deref())?;
     if matches!(output, FrameOutput::Stream | FrameOutput::Animation(..)) && stride > 1 {
-        return Err(CliError::Failed(
+        return Err(CliError::Usage(
             "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
         ));
     }
@@ -131,14 +131,14 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         print_message(&format!("--shard {first_number}/{stride}: this shard has no frames; the sequence has only {count}"));
     }
     if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
-        return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
+        return Err(CliError::Usage("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
     }
     let is_odd_pair = |request: &ViewRequest| {
         request.width % 2 == 1 && request.composition.stereo.is_some_and(|stereo| stereo.layout == StereoLayout::SideBySide)
     };
     if numbers().any(|number| is_odd_pair(&views.request(number))) {
         let size = &args.view.size;
-        return Err(CliError::Failed(format!("--size {size}: a side-by-side pair has an even width, half of it for each eye")));
+        return Err(CliError::Usage(format!("--size {size}: a side-by-side pair has an even width, half of it for each eye")));
     }
     let lacks_its_outline = |request: &ViewRequest| request.layers.outline && request.composition.projection != Projection::Perspective;
     if numbers().next().is_some_and(|number| lacks_its_outline(&views.request(number))) {
@@ -252,17 +252,17 @@ fn check_error_files(
     starts_now: bool,
 ) -> Result<(), CliError> {
     if !args.error.is_empty() && args.frames > 1 {
-        return Err(CliError::Failed("--error is for one frame: leave out --frames".into()));
+        return Err(CliError::Usage("--error is for one frame: leave out --frames".into()));
     }
     if !args.error.is_empty() {
-        check_has_bounds(request).map_err(|e| CliError::Failed(format!("--error: {e}")))?;
+        check_has_bounds(request).map_err(|e| CliError::Usage(format!("--error: {e}")))?;
     }
     for path in &args.error {
         if output.path(0).is_some_and(|image| is_same_file(&image, path)) {
-            return Err(CliError::Failed(format!("--error {}: -o writes the image into this file", echo(&path.display().to_string()))));
+            return Err(CliError::Usage(format!("--error {}: -o writes the image into this file", echo(&path.display().to_string()))));
         }
         if !is_exr(path) && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-            return Err(CliError::Failed(format!("--error {}: the name must end in .png or .exr", echo(&path.display().to_string()))));
+            return Err(CliError::Usage(format!("--error {}: the name must end in .png or .exr", echo(&path.display().to_string()))));
         }
     }
     let requested_files = args.error.iter().map(|path| (0, path.clone(), session.provenance(request).of_error_bound()));

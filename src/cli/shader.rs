@@ -278,7 +278,7 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             match *lang {
                 _ if *layout => print_result(&layout_text(&module)),
                 Language::Wgsl if *annotate => print_result(&annotated_text(&module.wgsl, &module.source_map)),
-                _ if *annotate => Err(CliError::Failed("--annotate works for WGSL only; omit --lang".into())),
+                _ if *annotate => Err(CliError::Usage("--annotate works for WGSL only; omit --lang".into())),
                 language => print_result(&translate(&module, language).map_err(failed)?),
             }
         }

@@ -3,6 +3,7 @@
 mod bench;
 #[cfg(unix)]
 mod bounded;
+mod camera_files;
 mod composition;
 mod ephemeris;
 mod error_bound;
