@@ -32,8 +32,14 @@ pub(crate) struct ManArgs {
 }
 
 pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
+    let mut command = Cli::command();
+    // Without a command the options are those of `view`.
+    let of_view: Vec<clap::Arg> = command
+        .find_subcommand("view")
+        .map_or(Vec::new(), |view| view.get_arguments().filter(|arg| !arg.is_positional()).cloned().collect());
+    command = command.args(of_view);
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "orrery", &mut script);
+    clap_complete::generate(args.shell, &mut command, "orrery", &mut script);
     print_result(&String::from_utf8_lossy(&script))
 }
 

@@ -89,13 +89,20 @@ fn as_json(body: &BodyReport, estimate_notes: &[Message]) -> Value {
     value
 }
 
+/// A distance with seven digits, as a plain number up to a hundred light years, in kilometres.
+fn kilometres(km: f64) -> String {
+    let digits_before_point = km.abs().max(1e-3).log10().floor() as i32 + 1;
+    let decimals = (7 - digits_before_point).clamp(0, 9) as usize;
+    if km.abs() < 1e15 { format!("{km:.decimals$} km") } else { format!("{km:.6e} km") }
+}
+
 /// Distance, size, phase and magnitude of a body, and its sub-observer and sub-solar points: two lines of text after an empty one; without the second line if
 /// the points are not defined.
 fn seen_by_the_camera(body: &BodyReport) -> String {
     let heading = if body.has_direction() {
         let magnitude = body.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
-        let (distance_km, diameter_px, phase_angle_deg) = (body.distance_km, body.diameter_px, body.phase_angle_deg);
-        format!("{distance_km:.6e} km away, {diameter_px:.3} px across, phase angle {phase_angle_deg:.2} deg, magnitude {magnitude}")
+        let (distance, diameter_px, phase_angle_deg) = (kilometres(body.distance_km), body.diameter_px, body.phase_angle_deg);
+        format!("{distance} away, {diameter_px:.3} px across, phase angle {phase_angle_deg:.2} deg, magnitude {magnitude}")
     } else if body.distance_km == 0.0 {
         "the camera is at its centre".to_owned()
     } else {

@@ -11,6 +11,7 @@ use crate::session::{ExistingImage, Provenance};
 use crate::units::SECONDS_PER_DAY;
 use crate::wording::echo;
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 /// Where frames are written.
@@ -27,6 +28,20 @@ pub(crate) enum FrameOutput {
 }
 
 impl FrameOutput {
+    /// As [`Self::parse`], for any name that the system allows. A name that is not UTF-8 has no place for a frame number.
+    pub(crate) fn of_option(name: Option<&OsStr>, frame_count: Option<u32>) -> Result<Self, CliError> {
+        let Some(not_utf8) = name.filter(|name| name.to_str().is_none()) else {
+            return Self::parse(name.and_then(OsStr::to_str), frame_count);
+        };
+        let path = PathBuf::from(not_utf8);
+        // The extension decides which kind of file it is, as for any other name.
+        let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+        match Self::parse(Some(&format!("file.{extension}")), frame_count)? {
+            Self::Animation(_, format) => Ok(Self::Animation(path, format)),
+            _ => Ok(Self::One(path)),
+        }
+    }
+
     /// The output that `-o` names. `frame_count`: `None` stands for several frames whose number is not known yet.
     pub(crate) fn parse(text: Option<&str>, frame_count: Option<u32>) -> Result<Self, CliError> {
         let Some(text) = text else { return Err(CliError::Usage("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };

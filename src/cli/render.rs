@@ -17,6 +17,7 @@ use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Projection, Purpose, StereoLayout, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
 use crate::wording::{counted, echo};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as WallInstant};
 
@@ -69,7 +70,7 @@ pub(crate) struct RenderArgs {
     composition: CompositionArgs,
     /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, an animation (.apng is lossless, .gif has 256 colours), or - for a y4m stream
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT_HEADING)]
-    output: Option<String>,
+    output: Option<OsString>,
     /// Number of frames
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT_HEADING)]
     frames: u32,
@@ -103,7 +104,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let mut time_to_first_frame = None;
     let tour_file = args.tour_file();
     // The number of frames of a tour is not known before its file has been read.
-    let output = FrameOutput::parse(args.output.as_deref(), tour_file.is_none().then_some(args.frames))?;
+    let output = FrameOutput::of_option(args.output.as_deref(), tour_file.is_none().then_some(args.frames))?;
     let step_s = step_seconds(&args.step)?;
     let (first_number, stride) = parse_shard(args.shard.as_deref())?;
     if matches!(output, FrameOutput::Stream | FrameOutput::Animation(..)) && stride > 1 {

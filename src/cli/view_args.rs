@@ -31,11 +31,11 @@ fn effects_help() -> String {
 #[command(next_help_heading = "View")]
 pub(crate) struct ViewArgs {
     /// Body to look at: a name, or a NAIF code such as 599
-    #[arg(long, value_name = "BODY")]
+    #[arg(long, value_name = "BODY", value_hint = clap::ValueHint::Other)]
     pub target: Option<String>,
     /// Look from this body's centre (with --distance-radii: from that distance from the target, on the side of this body; with --at: from this body's surface)
     /// [default: the direction of the Earth, or of the Sun for the Earth]
-    #[arg(long, value_name = "BODY")]
+    #[arg(long, value_name = "BODY", value_hint = clap::ValueHint::Other)]
     pub from: Option<String>,
     /// Distance from the target's centre in its equatorial radii [default: the disc fills 3/4 of the image height]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]

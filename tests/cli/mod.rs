@@ -14,6 +14,7 @@ mod library_and_doctor;
 mod lunar_heights;
 mod measure;
 mod messages;
+mod output_names;
 mod position_sources;
 mod readme;
 mod verbs;
