@@ -137,7 +137,8 @@ pub(crate) struct Common {
     /// SPICE SPK file, such as DE440, that takes precedence over the embedded kernel
     #[arg(long, global = true, value_name = "FILE")]
     pub kernel: Option<PathBuf>,
-    /// Stars in place of the embedded ones: CSV with named columns (ra_deg, ra_hours or rarad; dec_deg or decrad; v_mag; ...) such as the HYG database, or Hipparcos' hip2.dat
+    /// Stars in place of the embedded ones: CSV with named columns (ra_deg, ra_hours or rarad; dec_deg or decrad; v_mag; ...) such as
+    /// the HYG database, or Hipparcos' hip2.dat
     #[arg(long, global = true, value_name = "FILE")]
     pub stars: Option<PathBuf>,
     /// Minor planets and comets in place of the embedded ones: CSV with named columns (e, a_au or q_au, i_deg, node_deg, argp_deg, M_deg and epoch_mjd or tp_jd, H or M1),

@@ -66,8 +66,8 @@ static FIELDS: [Field; FIELD_COUNT] = [
     field("rv_km_s", &["rvkms", "radialvelocitykms", "rv"], [-1e4, 1e4], "kilometres a second"),
 ];
 
-/// Columns of other names or units that are read if a table lacks the one of [`FIELDS`]: the index of the field, the column, and the factor to the field's unit.
-/// Earlier ones have precedence: the HYG database has `rarad` beside an `ra` in hours.
+/// Columns of other names or units that are read if a table lacks the one of [`FIELDS`]: the index of the field, the column, and the factor to the unit
+/// of the field. Earlier ones have precedence: the HYG database has `rarad` beside an `ra` in hours.
 static OTHER_COLUMNS: [(usize, Field, f64); 5] = [
     (RA, field("rarad", &["rarad"], [0.0, TAU], "radians"), DEG_PER_RAD),
     (RA, field("ra_hours", &["rahours"], [0.0, 24.0], "hours"), DEG_PER_HOUR),
