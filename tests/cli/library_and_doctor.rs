@@ -75,11 +75,9 @@ fn maps_with_misspelt_names_are_named() {
         stderr_text(&out)
     };
     let checked = || json(&cache, &["doctor", "--textures", path_text(&maps), "--json"]);
-    let about_unused = |report: &Value| {
+    let about_unused = |report: &Value| -> Vec<String> {
         let lines = report["lines"].as_array().expect("lines").iter();
-        let found: Vec<String> =
-            lines.filter_map(|l| l["text"].as_str()).filter(|l| l.starts_with("not used")).map(str::to_owned).collect();
-        found
+        lines.filter_map(|l| l["text"].as_str()).filter(|l| l.starts_with("not used")).map(str::to_owned).collect()
     };
     assert_eq!(explained(), "", "an empty folder is one that the user may still fill");
     save("mras.jpg");
@@ -88,7 +86,8 @@ fn maps_with_misspelt_names_are_named() {
     save("mars.jpg");
     assert_eq!(explained(), "", "one map is replaced");
     let report = checked();
-    let [unused] = &about_unused(&report)[..] else { panic!("{report}") };
+    let unused_lines = about_unused(&report);
+    let [unused] = &unused_lines[..] else { panic!("{report}") };
     assert!(unused.contains("mras.jpg") && report["problems"] == 1, "{report}");
     std::fs::remove_file(maps.join("mras.jpg")).expect("removed");
     let report = checked();

@@ -40,7 +40,7 @@ struct CoordinateSystem {
 impl CoordinateSystem {
     /// Whether its positions are those of ICRS, to the precision of this program. A system without name is FK5 (VOTable 1.1 to 1.3), and without equinox J2000.
     fn is_icrs_or_fk5_j2000(&self) -> bool {
-        let is_j2000 = || self.equinox.is_empty() || self.equinox.trim_start_matches('J').parse() == Ok(2000.0);
+        let is_j2000 = || self.equinox.is_empty() || self.equinox.trim_start_matches('J').parse::<f64>() == Ok(2000.0);
         match self.system.as_str() {
             "ICRS" => true,
             "" | "eq_FK5" | "FK5" => is_j2000(),
@@ -111,7 +111,7 @@ impl Table {
             }
             // A field without a valid reference may have any of the systems.
             let referenced = self.systems.iter().filter(|system| !system.id.is_empty() && system.id == field.reference).collect::<Vec<_>>();
-            let possible = if referenced.is_empty() { self.systems.iter().collect() } else { referenced };
+            let possible: Vec<&CoordinateSystem> = if referenced.is_empty() { self.systems.iter().collect() } else { referenced };
             let is_supported = self.on_body || possible.iter().any(|system| system.is_icrs_or_fk5_j2000());
             if let Some(CoordinateSystem { system, equinox, .. }) = possible.first().filter(|_| !is_supported) {
                 let name = echo_within(format!("{system} {equinox}").trim(), 40);
