@@ -149,7 +149,8 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
         let mut first_lines = BTreeMap::new();
         for id in root.sections("body").into_iter().filter_map(|table| body(table, &mut drafts)) {
             if let Some(first) = first_lines.get(&id.value) {
-                let why = format!("[[body]] with the id {}: this file has one already in line {first}; put their fields together", id.value);
+                let why =
+                    format!("[[body]] with the id {}: this file has one already in line {first}; put their fields together", id.value);
                 problems.add(&id.source_line, why);
             }
             first_lines.entry(id.value).or_insert(id.source_line.line);
