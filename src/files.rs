@@ -219,6 +219,26 @@ pub(crate) fn try_output_path(path: &Path) -> std::result::Result<(), WriteError
     write_temporary(path, FileAccess::All, |_| Ok(())).map(drop).map_err(|e| write_error(path, &e))
 }
 
+/// Checks whether files can be written below a folder that need not exist: tries to create one in it, or else in the nearest folder above it that exists.
+///
+/// # Errors
+/// The folder in which no file can be created, and the reason.
+pub(crate) fn try_folder(folder: &Path) -> std::result::Result<(), WriteError> {
+    let refused = |folder: &Path, why: String| Err(WriteError { path: echo(&folder.display().to_string()), why });
+    // The last ancestor of a relative path is empty.
+    let named = |path: &Path| if path.as_os_str().is_empty() { PathBuf::from(".") } else { path.to_owned() };
+    let Some(existing) = folder.ancestors().map(named).find(|path| is_there(path)) else {
+        return refused(folder, "there is no such folder".into());
+    };
+    if !existing.is_dir() {
+        return refused(&existing, "not a folder".into());
+    }
+    match write_temporary(&existing.join("file"), FileAccess::Owner, |_| Ok(())) {
+        Ok(_) => Ok(()),
+        Err(e) => refused(&existing, format!("no file can be created in it ({e})")),
+    }
+}
+
 /// Whether two paths name the same file, which need not exist.
 pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
     let folder_and_name = |path: &Path| Some((folder_of(path).canonicalize().ok()?, path.file_name()?.to_owned()));

@@ -146,8 +146,14 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
             all_are_toml = false;
             continue;
         };
-        for table in root.sections("body") {
-            body(table, &mut drafts);
+        let mut first_lines = BTreeMap::new();
+        for id in root.sections("body").into_iter().filter_map(|table| body(table, &mut drafts)) {
+            if let Some(first) = first_lines.get(&id.value) {
+                let why =
+                    format!("[[body]] with the id {}: this file has one already in line {first}; put their fields together", id.value);
+                problems.add(&id.source_line, why);
+            }
+            first_lines.entry(id.value).or_insert(id.source_line.line);
         }
         rings.extend(rings_of_file(root.sections("ring")));
         overlays.extend(root.sections("overlay").into_iter().filter_map(overlay::overlay));

@@ -249,7 +249,7 @@ fn estimates(mut table: TableReader) -> Estimates {
 }
 
 /// Reads one `[[body]]` table and merges it into the draft of the same body, if there is one.
-pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) {
+pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) -> Option<WithLine<i32>> {
     let given = NEEDED_FIELDS.into_iter().filter(|field| table.has(field)).collect();
     let name = table.optional("name", ALLOWED_NAME, is_name);
     let source_line = table.source_line.clone();
@@ -300,7 +300,7 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
         estimates: table.section("estimates").map(estimates).unwrap_or_default(),
     };
     table.finish();
-    let Some(id) = id else { return };
+    let id = id?;
     if let Some(earlier) = drafts.remove(&id.value) {
         // An estimated error belongs to the value given in the same file. If this file replaces the value, the earlier error is dropped.
         let estimate = |new: Option<f64>, is_value_new: bool, earlier: Option<f64>| new.or(earlier.filter(|_| !is_value_new));
@@ -342,6 +342,7 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
         draft.sources = earlier.sources.into_iter().chain(draft.sources).collect();
     }
     drafts.insert(id.value, draft);
+    Some(id)
 }
 
 #[cfg(test)]

@@ -98,7 +98,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let mut scenes = standard_scenes(width, height);
     let names: Vec<&str> = scenes.iter().map(|s| s.name).collect();
     if let Some(unknown) = args.scene.iter().find(|name| !names.contains(&name.as_str())) {
-        return Err(CliError::Failed(format!("--scene {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
+        return Err(CliError::Usage(format!("--scene {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
     }
     scenes.iter_mut().for_each(|s| s.request.quality = common.quality);
     scenes.retain(|s| args.scene.is_empty() || args.scene.iter().any(|name| name == s.name));

@@ -52,10 +52,10 @@ fn read_image(path: &Path, max_megapixels: u32) -> Result<DisplayImage, CliError
 
 pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     if let Some(t) = args.tolerance.filter(|t| !(0.0..=255.0).contains(t)) {
-        return Err(CliError::Failed(format!("--tolerance {t:?}: must be 0 to 255")));
+        return Err(CliError::Usage(format!("--tolerance {t:?}: must be 0 to 255")));
     }
     if let Some(path) = args.output.as_ref().filter(|path| !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))) {
-        return Err(CliError::Failed(format!("-o {}: the name must end in .png", echo(&path.display().to_string()))));
+        return Err(CliError::Usage(format!("-o {}: the name must end in .png", echo(&path.display().to_string()))));
     }
     let (a, b) = (read_image(&args.a, common.max_megapixels)?, read_image(&args.b, common.max_megapixels)?);
     let error_with_names = |e: image::ImageError| {

@@ -58,7 +58,7 @@ impl CompositionArgs {
             stereo: self.stereo.map(|layout| Stereo { layout, eye_separation_km: self.eye_separation_km }),
             warp: warp.transpose()?,
         };
-        composition.check().map_err(|e| CliError::Failed(e.to_string()))?;
+        composition.check().map_err(|e| CliError::Usage(e.to_string()))?;
         Ok(composition)
     }
 }

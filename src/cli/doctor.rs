@@ -1,48 +1,98 @@
 //! `orrery doctor`: checks adapters, data files and caches.
 //!
-//! In: the common options, whose files are read. Out: a report as text. Always: a problem is a line of the report and does not change the exit status.
+//! In: the common options, whose files are read. Out: a report as text or JSON. Always: a problem is a line of the report and does not change the exit
+//! status; in JSON it is marked.
 
 use super::{CliError, Common};
 use crate::catalog::{BodyKind, Catalog};
+use crate::files::try_folder;
 use crate::image::{MapOrigin, MapStore, TexelFormat};
 use crate::render::software::Options;
 use crate::render::software::kernels::KernelClass;
-use crate::session::{Meshes, RendererPreference, Session, SessionError, Sources, cache_folder, read_catalog};
+use crate::session::{
+    Meshes, RendererPreference, Session, SessionError, Sources, TextureFolder, cache_folder, read_catalog, with_surfaces,
+};
 use crate::wording::counted;
 use std::collections::BTreeSet;
 
-/// Appends a line to the report. `run` prints the report once, at its end.
-macro_rules! push_line {
-    ($out:expr, $($args:tt)*) => { $out.push_str(&format!("{}\n", format_args!($($args)*))) };
+#[derive(clap::Args, Debug, Default)]
+#[command(
+    after_help = "Examples:\n  orrery doctor\n  orrery doctor --textures maps/ --catalogs bodies/\n  orrery doctor --json\n\nJSON: {\"problems\": their number, \"lines\": [{\"topic\", \"text\", \"problem\": true or false}]}."
+)]
+pub(crate) struct DoctorArgs {
+    /// Print one JSON value
+    #[arg(long)]
+    json: bool,
 }
 
-#[derive(clap::Args, Debug, Default)]
-#[command(after_help = "Examples:\n  orrery doctor\n  orrery doctor --textures maps/ --catalogs bodies/")]
-pub(crate) struct DoctorArgs {}
+/// A line of the report.
+#[derive(serde::Serialize)]
+struct Line {
+    topic: &'static str,
+    text: String,
+    /// Whether something is missing, invalid or not used as the user wants.
+    problem: bool,
+    /// Whether the text belongs to the line before it; the topic is then not printed again.
+    #[serde(skip)]
+    continues: bool,
+}
+
+/// The report, which `run` prints once, at its end.
+#[derive(Default)]
+struct Report {
+    lines: Vec<Line>,
+}
+
+impl Report {
+    fn fact(&mut self, topic: &'static str, text: impl Into<String>) {
+        self.lines.push(Line { topic, text: text.into(), problem: false, continues: false });
+    }
+
+    /// A fact about the line before it.
+    fn detail(&mut self, topic: &'static str, text: impl Into<String>) {
+        self.lines.push(Line { topic, text: text.into(), problem: false, continues: true });
+    }
+
+    fn problem(&mut self, topic: &'static str, text: impl Into<String>) {
+        self.lines.push(Line { topic, text: text.into(), problem: true, continues: false });
+    }
+
+    fn to_text(&self) -> String {
+        let line = |line: &Line| format!("{:<9} {}\n", if line.continues { "" } else { line.topic }, line.text);
+        self.lines.iter().map(line).collect()
+    }
+
+    fn to_json(&self) -> serde_json::Value {
+        let problems = self.lines.iter().filter(|line| line.problem).count();
+        serde_json::json!({ "problems": problems, "lines": self.lines })
+    }
+}
 
 /// Checks the catalog files. Returns the catalog for the other checks: the embedded one if a file is invalid.
-fn report_catalogs(common: &Common, out: &mut String) -> Catalog {
+fn report_catalogs(common: &Common, out: &mut Report) -> Catalog {
     let folder = common.catalogs.as_ref().map(|f| f.display().to_string());
     match read_catalog(common.catalogs.as_deref()) {
         Ok(catalog) => {
             let overridden_by = folder.map_or(String::new(), |f| format!(", overridden by the files of {f}"));
-            push_line!(out, "catalogs  embedded{overridden_by}, {} bodies", catalog.bodies().len());
+            out.fact("catalogs", format!("embedded{overridden_by}, {} bodies", catalog.bodies().len()));
             catalog
         }
         Err(SessionError::Catalog(e)) => {
-            push_line!(out, "catalogs  {}:", counted(e.problems.len(), "invalid field"));
-            e.to_string().lines().for_each(|problem| push_line!(out, "          {problem}"));
+            // The number of fields is a heading; each field is a problem of its own.
+            out.fact("catalogs", format!("{}:", counted(e.problems.len(), "invalid field")));
+            let of_field = |line: &str| Line { topic: "catalogs", text: line.to_owned(), problem: true, continues: true };
+            out.lines.extend(e.to_string().lines().map(of_field));
             Catalog::embedded()
         }
         Err(e) => {
-            push_line!(out, "catalogs  {e}; give a readable folder with --catalogs");
+            out.problem("catalogs", format!("{e}; give a readable folder with --catalogs"));
             Catalog::embedded()
         }
     }
 }
 
 /// Lists the number and the names of the bodies of each kind, and the bodies without a stated source.
-fn report_bodies(catalog: &Catalog, out: &mut String) {
+fn report_bodies(catalog: &Catalog, out: &mut Report) {
     let kinds = [
         (BodyKind::Star, "star"),
         (BodyKind::Planet, "planet"),
@@ -53,47 +103,51 @@ fn report_bodies(catalog: &Catalog, out: &mut String) {
     for (kind, kind_name) in kinds {
         let names: Vec<&str> = catalog.bodies().iter().filter(|b| b.kind == kind).map(|b| b.name.as_str()).collect();
         if !names.is_empty() {
-            push_line!(out, "bodies    {}: {}", counted(names.len(), kind_name), names.join(", "));
+            out.fact("bodies", format!("{}: {}", counted(names.len(), kind_name), names.join(", ")));
         }
     }
     let without_source: Vec<&str> = catalog.bodies().iter().filter(|b| b.sources.is_empty()).map(|b| b.name.as_str()).collect();
     if !without_source.is_empty() {
-        push_line!(out, "          no source stated ([body.sources]): {}", without_source.join(", "));
+        out.detail("bodies", format!("no source stated ([body.sources]): {}", without_source.join(", ")));
     }
 }
 
 /// Lists the number of built-in shader sources, and of those that the user's files replace or add.
-fn report_shaders(common: &Common, out: &mut String) {
+fn report_shaders(common: &Common, catalog: &Catalog, out: &mut Report) {
     match super::inputs::fragments(common) {
         Ok(fragments) => {
             let folder = common.shaders.as_ref().map(|folder| folder.display().to_string());
             let surface = (!common.surface.is_empty()).then(|| "--surface".to_owned());
             let origins: Vec<String> = folder.into_iter().chain(surface).collect();
-            push_line!(out, "shaders   {} built-in sources", crate::shader::fragments::FRAGMENTS.len());
+            out.fact("shaders", format!("{} built-in sources", crate::shader::fragments::FRAGMENTS.len()));
             if !origins.is_empty() {
-                push_line!(out, "          {} replaced or added by {}", fragments.replaced_or_added().count(), origins.join(" and "));
+                out.detail("shaders", format!("{} replaced or added by {}", fragments.replaced_or_added().count(), origins.join(" and ")));
             }
         }
-        Err(e) => push_line!(out, "shaders   {e}"),
+        Err(e) => out.problem("shaders", e.to_string()),
+    }
+    // The bodies of --surface.
+    if let Err(e) = with_surfaces(catalog.clone(), &common.surface) {
+        out.problem("shaders", e.to_string());
     }
 }
 
 /// Checks the ephemeris kernel.
-fn report_ephemeris_kernel(common: &Common, catalog: &Catalog, out: &mut String) {
+fn report_ephemeris_kernel(common: &Common, catalog: &Catalog, out: &mut Report) {
     match super::inputs::ephemeris(common, catalog) {
         Ok(_) => match &common.kernel {
-            Some(path) => push_line!(out, "kernel    {} takes precedence over the embedded one (1900 to 2100)", path.display()),
-            None => push_line!(out, "kernel    embedded, 1900 to 2100; series and mean elements outside"),
+            Some(path) => out.fact("kernel", format!("{} takes precedence over the embedded one (1900 to 2100)", path.display())),
+            None => out.fact("kernel", "embedded, 1900 to 2100; series and mean elements outside"),
         },
         // One line per error. If a body has no source of positions, the line names its catalog file first.
-        Err(e) => e.to_string().lines().for_each(|line| push_line!(out, "kernel    {line}")),
+        Err(e) => e.to_string().lines().for_each(|line| out.problem("kernel", line)),
     }
 }
 
 /// Checks maps and shape models, and lists the bodies without a map.
-fn report_textures(common: &Common, catalog: &Catalog, out: &mut String) {
+fn report_textures(common: &Common, catalog: &Catalog, out: &mut Report) {
     if let Some(folder) = common.textures.as_ref().filter(|folder| !folder.is_dir()) {
-        push_line!(out, "textures  {}: there is no such folder; --textures takes a folder of maps", folder.display());
+        out.problem("textures", format!("{}: there is no such folder; --textures takes a folder of maps", folder.display()));
     }
     let store = MapStore::with_limit(common.textures.clone(), common.max_megapixels);
     let meshes = Meshes::new(common.textures.iter().chain(&common.catalogs).cloned());
@@ -114,31 +168,34 @@ fn report_textures(common: &Common, catalog: &Catalog, out: &mut String) {
                     if folder_files.insert(file)
                         && let Err(why) = decoded()
                     {
-                        push_line!(out, "textures  {why}");
+                        out.problem("textures", why.to_string());
                     }
                 }
                 MapOrigin::Missing => {
-                    push_line!(out, "textures  {file} of {} is missing; put it into the folder of --textures", body.name)
+                    out.problem("textures", format!("{file} of {} is missing; put it into the folder of --textures", body.name))
                 }
             }
         }
         if body.mesh.is_some()
             && let Err(why) = meshes.model(body)
         {
-            push_line!(out, "textures  {}: {why}", body.name);
+            out.problem("textures", format!("{}: {why}", body.name));
         }
         if body.maps.albedo.is_none() && body.kind != BodyKind::Star {
             without_map.push(body.name.as_str());
         }
     }
-    push_line!(out, "textures  {} embedded, {} from --textures", embedded_files.len(), folder_files.len());
+    out.fact("textures", format!("{} embedded, {} from --textures", embedded_files.len(), folder_files.len()));
     if !without_map.is_empty() {
-        push_line!(out, "          no map, drawn in their mean colour: {}", without_map.join(", "));
+        out.detail("textures", format!("no map, drawn in their mean colour: {}", without_map.join(", ")));
+    }
+    if let Some(unused) = common.textures.as_ref().and_then(|folder| TextureFolder::of(folder, catalog).unused_text(catalog)) {
+        out.problem("textures", format!("not used: {unused}"));
     }
 }
 
 /// Checks that the files of `--stars`, `--minor-planets`, `--lunar-heights` and `--sky` can be read.
-fn report_data_files(common: &Common, out: &mut String) {
+fn report_data_files(common: &Common, out: &mut Report) {
     let given = common.sources();
     let (stars, minor_planets) = (given.stars.is_some(), given.minor_planets.is_some());
     let (lunar_heights, sky) = (given.lunar_heights.is_some(), given.sky.is_some());
@@ -158,79 +215,96 @@ fn report_data_files(common: &Common, out: &mut String) {
     ];
     for (option, _, sources) in options.into_iter().filter(|(_, is_given, _)| *is_given) {
         match Session::open(&sources, |_| {}) {
-            Ok(_) => push_line!(out, "data      the file of {option} can be read"),
+            Ok(_) => out.fact("data", format!("the file of {option} can be read")),
             // Some errors are `FILE: --lunar-heights: REASON`. The option is removed from the error, because the line already names it.
-            Err(e) => push_line!(out, "data      {option}: {}", e.to_string().replacen(&format!(": {option}: "), ": ", 1)),
+            Err(e) => out.problem("data", format!("{option}: {}", e.to_string().replacen(&format!(": {option}: "), ": ", 1))),
         }
     }
 }
 
 /// Names the renderer that `--renderer` selects, and lists the graphics adapters.
 #[cfg(feature = "gpu")]
-fn report_adapters(common: &Common, out: &mut String) {
+fn report_adapters(common: &Common, out: &mut Report) {
     use crate::render::gpu::{AdapterKind, GpuRenderer, adapters};
     let found = adapters();
-    let selected = match common.renderer {
-        RendererPreference::Software => "software (--renderer software)".to_owned(),
+    match common.renderer {
+        RendererPreference::Software => out.fact("renderer", "software (--renderer software)"),
         preference => {
             let accept_software = preference == RendererPreference::Gpu;
             match GpuRenderer::open(accept_software) {
-                Ok(gpu) => format!("GPU: {}", gpu.facts()),
-                Err(e) if preference == RendererPreference::Gpu => format!("none: {e}; omit --renderer to draw in software"),
-                Err(e) => format!("software: {e}"),
+                Ok(gpu) => out.fact("renderer", format!("GPU: {}", gpu.facts())),
+                Err(e) if preference == RendererPreference::Gpu => {
+                    out.problem("renderer", format!("none: {e}; omit --renderer to draw in software"));
+                }
+                Err(e) => out.fact("renderer", format!("software: {e}")),
             }
         }
-    };
-    push_line!(out, "renderer  {selected}");
+    }
     for facts in &found {
         let kind = match facts.kind {
             AdapterKind::Hardware => "hardware",
             AdapterKind::Unknown => "kind unknown to the driver",
             AdapterKind::Software => "software driver; used only with --renderer gpu",
         };
-        push_line!(out, "adapter   {facts}: {kind}");
+        out.fact("adapter", format!("{facts}: {kind}"));
     }
     if found.is_empty() {
-        push_line!(out, "adapter   none found (Vulkan, Metal, DX12, GL)");
+        out.fact("adapter", "none found (Vulkan, Metal, DX12, GL)");
     }
 }
 
 #[cfg(not(feature = "gpu"))]
-fn report_adapters(common: &Common, out: &mut String) {
+fn report_adapters(common: &Common, out: &mut Report) {
     match common.renderer {
-        RendererPreference::Gpu => push_line!(out, "renderer  none: this build has no GPU renderer; omit --renderer to draw in software"),
-        _ => push_line!(out, "renderer  software: this build has no GPU renderer"),
+        RendererPreference::Gpu => {
+            out.problem("renderer", "none: this build has no GPU renderer; omit --renderer to draw in software");
+        }
+        _ => out.fact("renderer", "software: this build has no GPU renderer"),
     }
 }
 
 /// Names the kernel class of the software renderer (the instruction set of its compiled functions), and the other classes that this machine can run.
-fn report_kernel_classes(used: KernelClass, available: &[KernelClass], threads: usize, out: &mut String) {
-    push_line!(out, "software  {} kernels on {threads} threads", used.name());
+fn report_kernel_classes(used: KernelClass, available: &[KernelClass], threads: usize, out: &mut Report) {
+    out.fact("software", format!("{} kernels on {threads} threads", used.name()));
     let others: Vec<_> = available.iter().filter(|k| **k != used).map(|k| k.name()).collect();
     if !others.is_empty() {
-        push_line!(out, "          also available: {}; select one with ORRERY_KERNELS", others.join(", "));
+        out.detail("software", format!("also available: {}; select one with ORRERY_KERNELS", others.join(", ")));
     }
 }
 
-pub(crate) fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
+/// Checks the cache folder: whether it exists and can be written.
+fn report_cache(common: &Common, out: &mut Report) {
+    let folder = match cache_folder(common.cache.as_deref()) {
+        Ok(cache) => cache.join("orrery"),
+        Err(why) => return out.problem("cache", why.to_string()),
+    };
+    if let Err(why) = try_folder(&folder) {
+        let unusable = format!("{} cannot be written: {why}; everything is kept in memory only", folder.display());
+        return out.problem("cache", unusable);
+    }
+    let note = if folder.is_dir() { "" } else { " does not exist yet; it is created with the first image" };
+    out.fact("cache", format!("{}{note}", folder.display()));
+}
+
+pub(crate) fn run(common: &Common, args: &DoctorArgs) -> Result<(), CliError> {
     // The renderer interprets `--threads` in the same way: 0, or no option, means one thread per core.
     let threads =
         common.threads.filter(|threads| *threads > 0).unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    let out = &mut String::new();
+    let mut report = Report::default();
+    let out = &mut report;
     report_adapters(common, out);
     report_kernel_classes(Options::default().kernel_class, &KernelClass::available(), threads, out);
+    if let Some(why) = KernelClass::unavailable_choice() {
+        out.problem("software", why);
+    }
     let catalog = report_catalogs(common, out);
     report_bodies(&catalog, out);
     report_ephemeris_kernel(common, &catalog, out);
     report_textures(common, &catalog, out);
     report_data_files(common, out);
-    report_shaders(common, out);
-    match cache_folder(common.cache.as_deref()).map(|cache| cache.join("orrery")) {
-        Ok(folder) if folder.is_dir() => push_line!(out, "cache     {}", folder.display()),
-        Ok(folder) => push_line!(out, "cache     {} does not exist yet; it is created with the first image", folder.display()),
-        Err(why) => push_line!(out, "cache     {why}"),
-    }
-    super::output::print_result(out)
+    report_shaders(common, &catalog, out);
+    report_cache(common, out);
+    super::output::print_result(&if args.json { format!("{}\n", report.to_json()) } else { report.to_text() })
 }
 
 #[cfg(test)]
@@ -240,9 +314,9 @@ mod tests {
     #[test]
     fn other_kernel_classes_are_listed_only_if_there_are_any() {
         let report = |available: &[KernelClass]| {
-            let mut out = String::new();
+            let mut out = Report::default();
             report_kernel_classes(KernelClass::Portable, available, 2, &mut out);
-            out
+            out.to_text()
         };
         assert_eq!(report(&[KernelClass::Portable]), "software  portable kernels on 2 threads\n");
         let both = report(&[KernelClass::Neon, KernelClass::Portable]);

@@ -32,8 +32,14 @@ pub(crate) struct ManArgs {
 }
 
 pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
+    let mut command = Cli::command();
+    // Without a command the options are those of `view`.
+    let of_view: Vec<clap::Arg> = command
+        .find_subcommand("view")
+        .map_or(Vec::new(), |view| view.get_arguments().filter(|arg| !arg.is_positional()).cloned().collect());
+    command = command.args(of_view);
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "orrery", &mut script);
+    clap_complete::generate(args.shell, &mut command, "orrery", &mut script);
     print_result(&String::from_utf8_lossy(&script))
 }
 
@@ -52,7 +58,7 @@ fn command_named(words: &[String]) -> Result<Command, CliError> {
             } else {
                 suggestion_or_list(word, &known_verbs)
             };
-            return Err(CliError::Failed(format!("man {}: no such command; {hint}", echo(&words.join(" ")))));
+            return Err(CliError::Usage(format!("man {}: no such command; {hint}", echo(&words.join(" ")))));
         };
         page_name = format!("{page_name}-{verb}");
         command = found.display_name(page_name.clone()).version(env!("CARGO_PKG_VERSION"));

@@ -113,12 +113,13 @@ pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     let EclipseVerb::Find(args) = &args.verb;
     // Checked before the search, which takes minutes for a span of centuries.
     if args.path.as_deref() == Some(Path::new("-")) {
-        return Err(CliError::Failed("--path -: standard output has the table; name a file, such as path.geojson".into()));
+        return Err(CliError::Usage("--path -: standard output has the table; name a file, such as path.geojson".into()));
     }
     args.path.as_deref().map(check_output_path).transpose()?;
+    let question = Question::of(args).map_err(CliError::Usage)?;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
-    let Found { rows, lunar_by_almanacs, path_file_result } = find(&catalog, &ephemeris, args).map_err(CliError::Failed)?;
+    let Found { rows, lunar_by_almanacs, path_file_result } = find(&catalog, &ephemeris, args, &question).map_err(CliError::Failed)?;
     if args.json {
         let list: Vec<String> = rows.iter().map(|row| format!("  {row}")).collect();
         print_result(&if list.is_empty() { "[]\n".to_owned() } else { format!("[\n{}\n]\n", list.join(",\n")) })?;
@@ -126,6 +127,27 @@ pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
         print_result(&as_text(&catalog, &rows, &lunar_by_almanacs))?;
     }
     path_file_result.map_err(CliError::Failed)
+}
+
+/// The span and the place of the options.
+struct Question {
+    from: Instant,
+    to: Instant,
+    observer: Option<GeodeticPosition>,
+}
+
+impl Question {
+    fn of(args: &FindArgs) -> Result<Self, String> {
+        let time = |name: &str, text: &str| parse_time_or_now(text).map_err(|e| format!("--{name}: {e}"));
+        let (from, to) = (time("from", &args.from)?, time("to", &args.to)?);
+        if from >= to {
+            return Err(format!("--from {} is not before --to {}: swap them", echo(&args.from), echo(&args.to)));
+        }
+        if args.path.is_some() && !args.kind.contains(&Kind::Solar) {
+            return Err("--path: only eclipses of the Sun have a path; add solar to --kind".into());
+        }
+        Ok(Self { from, to, observer: args.at.as_deref().map(parse_place).transpose()? })
+    }
 }
 
 /// What [`find`] found.
@@ -139,13 +161,8 @@ struct Found {
 }
 
 /// Finds the events of the span, and writes the file of `--path`.
-fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Found, String> {
-    let time = |name: &str, text: &str| parse_time_or_now(text).map_err(|e| format!("--{name}: {e}"));
-    let (from, to) = (time("from", &args.from)?, time("to", &args.to)?);
-    if from >= to {
-        return Err(format!("--from {} is not before --to {}: swap them", echo(&args.from), echo(&args.to)));
-    }
-    let observer = args.at.as_deref().map(parse_place).transpose()?;
+fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs, question: &Question) -> Result<Found, String> {
+    let Question { from, to, observer } = *question;
     let radii = catalog.eclipse_radii();
     let mut rows: Vec<(Instant, Value)> = Vec::new();
     let mut lunar_by_almanacs = Vec::new();
@@ -164,8 +181,6 @@ fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<Fou
         if let Some(file) = &args.path {
             path_file_result = write_eclipse_paths(file, &found, radii.name(), args.overwrite);
         }
-    } else if args.path.is_some() {
-        return Err("--path: only eclipses of the Sun have a path; add solar to --kind".into());
     }
     if is_wanted(Kind::Lunar) {
         let found = events::lunar_eclipses(catalog, ephemeris, from, to).map_err(|e| e.to_string())?;

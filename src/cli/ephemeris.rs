@@ -7,7 +7,7 @@
 use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
 use super::frames::step_seconds;
-use super::output::print_result;
+use super::output::{print_message, print_result};
 use super::stdin_lines::answer_lines;
 use super::view_args::parse_time_or_now;
 use super::{CliError, Common, inputs};
@@ -104,8 +104,26 @@ impl EphemerisArgs {
     }
 }
 
+/// Checks bodies, times, step and place of the options, so that a wrong word is not taken for a failure.
+fn check_words(catalog: &Catalog, args: &EphemerisArgs) -> Result<(), CliError> {
+    for (option, name) in [("--body", &args.body), ("--center", &args.center)] {
+        if let Some(name) = name {
+            body_id(catalog, option, name).map_err(CliError::Usage)?;
+        }
+    }
+    for (option, time) in [("--time", &args.time), ("--from", &args.from), ("--to", &args.to)] {
+        if let Some(time) = time {
+            parse_time(time).map_err(|e| CliError::Usage(format!("{option}: {e}")))?;
+        }
+    }
+    args.step.as_deref().map(step_seconds).transpose()?;
+    args.at.as_deref().map(parse_place).transpose().map_err(CliError::Usage)?;
+    Ok(())
+}
+
 pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     let catalog = inputs::catalog(common)?;
+    check_words(&catalog, args)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
     let source = args.source;
     let quantity = args.quantity();
@@ -122,6 +140,12 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
         return print_result(&if args.json { format!("{value}\n") } else { format!("{value:#}\n") });
     }
     let answer = query.state(&catalog, &ephemeris).map_err(CliError::Failed)?;
+    if let Some(requested) = source.filter(|requested| *requested != answer.source) {
+        let [requested, found] = [requested, answer.source].map(source_name);
+        print_message(&format!(
+            "--source {requested}: a part of this position has no such source; the least accurate source used is {found}"
+        ));
+    }
     let text = if args.json { format!("{}\n", as_json(&answer)) } else { as_text(&answer) };
     print_result(&text)
 }
@@ -274,15 +298,19 @@ fn as_json(answer: &SourcedState) -> Value {
     })
 }
 
+/// The name of a source, as `--source` has it.
+fn source_name(source: Source) -> String {
+    json!(source).as_str().unwrap_or_default().to_owned()
+}
+
 fn as_text(answer: &SourcedState) -> String {
     let [x, y, z] = answer.state.pos_km.to_array();
     let [vx, vy, vz] = answer.state.vel_km_s.to_array();
-    let source = json!(answer.source);
     let error = if answer.error_km.is_finite() { format!("within {:.3} km", answer.error_km) } else { "error unknown".to_owned() };
     format!(
         "position  {x:.6} {y:.6} {z:.6} km\nvelocity  {vx:.9} {vy:.9} {vz:.9} km/s\ndistance  {:.6} km\nsource    {}, {error}\n",
         answer.state.pos_km.length(),
-        source.as_str().unwrap_or("")
+        source_name(answer.source)
     )
 }
 

@@ -3,7 +3,7 @@
 //! In: a view (`view_args`). Out: text or JSON on standard output. Nothing is drawn. Not here: the decisions and their reasons (`scene`).
 
 use super::output::{print_message, print_result};
-use super::view_args::ViewArgs;
+use super::view_args::{ViewArgs, below_horizon_message};
 use super::{CliError, Common};
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::message::Message;
@@ -45,6 +45,7 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
         return print_result(&session.passes(&request, SamplingQuality::of(common.quality))?);
     }
     let scene = session.scene(&request)?;
+    below_horizon_message(&request, &scene).iter().for_each(|message| print_message(message));
     let bodies: Vec<&BodyReport> = scene.bodies.iter().filter(|b| args.all || b.appearance != Appearance::NotShown).collect();
     let text = if args.json {
         let value = json!({
@@ -88,14 +89,21 @@ fn as_json(body: &BodyReport, estimate_notes: &[Message]) -> Value {
     value
 }
 
+/// A distance with seven digits, as a plain number up to a hundred light years, in kilometres.
+fn kilometres(km: f64) -> String {
+    let digits_before_point = km.abs().max(1e-3).log10().floor() as i32 + 1;
+    let decimals = (7 - digits_before_point).clamp(0, 9) as usize;
+    if km.abs() < 1e15 { format!("{km:.decimals$} km") } else { format!("{km:.6e} km") }
+}
+
 /// Distance, size, phase and magnitude of a body, and its sub-observer and sub-solar points: two lines of text after an empty one; without the second line if
 /// the points are not defined.
 fn seen_by_the_camera(body: &BodyReport) -> String {
     let heading = if body.has_direction() {
         let none = if body.id == NaifId::SUN { "none (entirely hidden)" } else { "none (in full shadow)" };
         let magnitude = body.magnitude.map_or(none.to_owned(), |m| format!("{m:.2}"));
-        let (distance_km, diameter_px, phase_angle_deg) = (body.distance_km, body.diameter_px, body.phase_angle_deg);
-        format!("{distance_km:.6e} km away, {diameter_px:.3} px across, phase angle {phase_angle_deg:.2} deg, magnitude {magnitude}")
+        let (distance, diameter_px, phase_angle_deg) = (kilometres(body.distance_km), body.diameter_px, body.phase_angle_deg);
+        format!("{distance} away, {diameter_px:.3} px across, phase angle {phase_angle_deg:.2} deg, magnitude {magnitude}")
     } else if body.distance_km == 0.0 {
         "the camera is at its centre".to_owned()
     } else {

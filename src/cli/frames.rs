@@ -11,6 +11,7 @@ use crate::session::{ExistingImage, Provenance};
 use crate::units::SECONDS_PER_DAY;
 use crate::wording::echo;
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 /// Where frames are written.
@@ -27,10 +28,24 @@ pub(crate) enum FrameOutput {
 }
 
 impl FrameOutput {
+    /// As [`Self::parse`], for any name that the system allows. A name that is not UTF-8 has no place for a frame number.
+    pub(crate) fn of_option(name: Option<&OsStr>, frame_count: Option<u32>) -> Result<Self, CliError> {
+        let Some(not_utf8) = name.filter(|name| name.to_str().is_none()) else {
+            return Self::parse(name.and_then(OsStr::to_str), frame_count);
+        };
+        let path = PathBuf::from(not_utf8);
+        // The extension decides which kind of file it is, as for any other name.
+        let extension = path.extension().and_then(OsStr::to_str).unwrap_or_default();
+        match Self::parse(Some(&format!("file.{extension}")), frame_count)? {
+            Self::Animation(_, format) => Ok(Self::Animation(path, format)),
+            _ => Ok(Self::One(path)),
+        }
+    }
+
     /// The output that `-o` names. `frame_count`: `None` stands for several frames whose number is not known yet.
     pub(crate) fn parse(text: Option<&str>, frame_count: Option<u32>) -> Result<Self, CliError> {
-        let Some(text) = text else { return Err(CliError::Failed("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
-        let invalid = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
+        let Some(text) = text else { return Err(CliError::Usage("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
+        let invalid = |why: &str| Err(CliError::Usage(format!("-o {}: {why}", echo(text))));
         if text == "-" {
             return Ok(Self::Stream);
         }
@@ -45,7 +60,7 @@ impl FrameOutput {
         if extension.is_none_or(|e| e != "png" && e != "exr") {
             return invalid("the name must have the extension .png, .exr, .gif or .apng");
         }
-        match NumberedName::of(text).map_err(|e| CliError::Failed(format!("-o {e}")))? {
+        match NumberedName::of(text).map_err(|e| CliError::Usage(format!("-o {e}")))? {
             None if frame_count != Some(1) => {
                 let count = frame_count.map_or("several".to_owned(), |n| n.to_string());
                 invalid(&format!("for {count} frames the name needs a number, such as out-%05d.png"))
@@ -76,7 +91,7 @@ pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
         _ => None,
     };
     let seconds = unit_s.zip(number.trim().parse::<f64>().ok()).map(|(unit_s, n)| unit_s * n).filter(|s| s.is_finite());
-    seconds.ok_or_else(|| CliError::Failed(format!("--step {}: write a number with s, m, h or d, such as 60s", echo(text))))
+    seconds.ok_or_else(|| CliError::Usage(format!("--step {}: write a number with s, m, h or d, such as 60s", echo(text))))
 }
 
 /// Parses `--shard i/n` as (i, n), with 0 <= i < n: of a sequence that n processes share, this process draws the frames i, i + n, i + 2 n ... Without the
@@ -86,7 +101,7 @@ pub(crate) fn parse_shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let parsed = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
     parsed
         .filter(|(i, n)| i < n)
-        .ok_or_else(|| CliError::Failed(format!("--shard {}: write i/n with i from 0 to n-1, such as 0/4", echo(text))))
+        .ok_or_else(|| CliError::Usage(format!("--shard {}: write i/n with i from 0 to n-1, such as 0/4", echo(text))))
 }
 
 /// The error for an existing file that this request must not replace; `None` if the path is free or holds the requested image. `starts_now`: the sequence

@@ -81,7 +81,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     }
     let known: Vec<&str> = CHOICES.iter().map(|(name, _)| *name).chain(["renderer"]).collect();
     if let Some(unknown) = args.choice.iter().find(|given| !known.iter().any(|name| given.eq_ignore_ascii_case(name))) {
-        return Err(CliError::Failed(format!("--choice {}: {}", echo(unknown), crate::wording::suggestion_or_list(unknown, &known))));
+        return Err(CliError::Usage(format!("--choice {}: {}", echo(unknown), crate::wording::suggestion_or_list(unknown, &known))));
     }
     let effort = if args.short { Effort::Short } else { Effort::Full };
     let session = Session::open(&common.sources_for_drawing(), print_message)?;
@@ -123,14 +123,14 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
 
 /// Measures the qualities in the view of `--body`, and names the lowest sufficient quality.
 fn measure_one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -> Result<(), CliError> {
-    let body = session.catalog().body_named(body).map_err(|e| CliError::Failed(format!("--body: {e}")))?;
+    let body = session.catalog().body_named(body).map_err(|e| CliError::Usage(format!("--body: {e}")))?;
     // clap demands the time if the body is given.
     let time = parse_time_option(args.time.as_deref().unwrap_or("now"))?;
     let (width, height) = parse_size(&args.size)?;
     // `towards: None`: seen from the direction of the Earth, or of the Sun if the body is the Earth.
     let position = Position::AboveTarget { towards: None, distance_radii: args.distance_radii };
     let request = ViewRequest { width, height, position, ..ViewRequest::of(body.id, time) };
-    request.check().map_err(|e| CliError::Failed(e.to_string()))?;
+    request.check().map_err(|e| CliError::Usage(format!("--distance-radii: {e}")))?;
     let measured = measure_view(session, &request, effort)?;
     let choices = std::slice::from_ref(&measured.qualities);
     let sufficient = measured.sufficient.name();
@@ -228,7 +228,7 @@ fn plot_format(path: &Path) -> Result<PlotFormat, CliError> {
     match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
         Some("png") => Ok(PlotFormat::Png),
         Some("svg") => Ok(PlotFormat::Svg),
-        _ => Err(CliError::Failed(format!("-o {}: the name must end in .png or .svg", echo(&path.display().to_string())))),
+        _ => Err(CliError::Usage(format!("-o {}: the name must end in .png or .svg", echo(&path.display().to_string())))),
     }
 }
 

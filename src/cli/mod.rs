@@ -2,9 +2,8 @@
 //!
 //! Exit status:
 //! - 0: success, even if the reader of standard output closes it early;
-//! - 1: failure, or a command rejects the value of an option. A line on standard error states the reason and what to do; invalid catalog files get a line per
-//!   invalid field;
-//! - 2: clap rejects the arguments.
+//! - 1: failure. A line on standard error states the reason and what to do; invalid catalog files get a line per invalid field;
+//! - 2: the arguments are wrong, whether clap rejects them or a command: a word that is not known, a number out of range, options that exclude each other.
 //!
 //! Each command's arguments and function are in a file of its name (`documents` for `completions` and `man`). The commands parse, call other modules and
 //! format: the results themselves are computed by the modules below the command line.
@@ -138,7 +137,8 @@ pub(crate) struct Common {
     /// SPICE SPK file, such as DE440, that takes precedence over the embedded kernel
     #[arg(long, global = true, value_name = "FILE")]
     pub kernel: Option<PathBuf>,
-    /// Stars in place of the embedded ones: CSV with named columns (ra_deg, dec_deg, v_mag, ...) or Hipparcos' hip2.dat
+    /// Stars in place of the embedded ones: CSV with named columns (ra_deg, ra_hours or rarad; dec_deg or decrad; v_mag; ...) such as
+    /// the HYG database, or Hipparcos' hip2.dat
     #[arg(long, global = true, value_name = "FILE")]
     pub stars: Option<PathBuf>,
     /// Minor planets and comets in place of the embedded ones: CSV with named columns (e, a_au or q_au, i_deg, node_deg, argp_deg, M_deg and epoch_mjd or tp_jd, H or M1),
@@ -173,6 +173,9 @@ pub(crate) enum CliError {
     /// A failure without a variant of its own: one line that states the reason and what to do.
     #[error("{0}")]
     Failed(String),
+    /// Wrong arguments: one line that names the option.
+    #[error("{0}")]
+    Usage(String),
     /// Invalid fields of catalog files, one per line.
     #[error(transparent)]
     Catalog(#[from] CatalogError),
@@ -334,6 +337,10 @@ fn exit_code(result: Result<(), CliError>) -> ExitCode {
         Err(CliError::Catalog(problems)) => {
             output::print_messages(&problems.to_string());
             ExitCode::FAILURE
+        }
+        Err(CliError::Usage(why)) => {
+            output::print_message(&why);
+            ExitCode::from(2)
         }
         Err(e) => {
             output::print_message(&e.to_string());

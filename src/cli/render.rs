@@ -8,7 +8,7 @@ use super::frames::{FrameOutput, existing_frames, parse_shard, step_seconds};
 use super::output::{print_message, print_result, print_to_stderr, progress};
 use super::render_views::Views;
 use super::video_output::VideoOutput;
-use super::view_args::{ViewArgs, is_now, parse_size};
+use super::view_args::{ViewArgs, below_horizon_message, is_now, parse_size};
 use super::{CliError, Common};
 use crate::files::is_same_file;
 use crate::measure::{check_has_bounds, error_bounds};
@@ -17,17 +17,18 @@ use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Projection, Purpose, StereoLayout, ViewRequest};
 use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
 use crate::wording::{counted, echo};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant as WallInstant};
 
 const EXAMPLES: &str = "Examples:
   orrery render --target earth --time 2024-04-08T18:17:16Z -o earth.png
-  orrery render --target moon --from earth --at 51.5,-0.1 --fov 1 --up zenith -o moon.png
+  orrery render --target moon --from earth --at 51.5,-0.1 --time 2024-04-23T22:00:00Z --fov 1 -o moon.png
   orrery render --target jupiter --distance-radii 60 --layers +orbits -o orbits.png
   orrery render --target jupiter --distance-radii 40 --time 2026-11-28 --frames 240 --step 10m -o out-%05d.png
   orrery render --target io --frames 240 --step 60s -o - | ffmpeg -i - io.mp4
   orrery render --target saturn --stereo anaglyph -o saturn-red-cyan.png
-  orrery render --target moon --from earth --at 51.5,-0.1 --projection fisheye --dome-zenith \
+  orrery render --target moon --from earth --at 51.5,-0.1 --time 2024-04-23T22:00:00Z --projection fisheye --dome-zenith \
     --size 4096x4096 -o dome.png
   orrery render --target mars --from earth --projection equirectangular --up celestial \
     --size 4096x2048 -o sky.png
@@ -69,7 +70,7 @@ pub(crate) struct RenderArgs {
     composition: CompositionArgs,
     /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, an animation (.apng is lossless, .gif has 256 colours), or - for a y4m stream
     #[arg(short, long, value_name = "FILE", help_heading = OUTPUT_HEADING)]
-    output: Option<String>,
+    output: Option<OsString>,
     /// Number of frames
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT_HEADING)]
     frames: u32,
@@ -103,11 +104,11 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let mut time_to_first_frame = None;
     let tour_file = args.tour_file();
     // The number of frames of a tour is not known before its file has been read.
-    let output = FrameOutput::parse(args.output.as_deref(), tour_file.is_none().then_some(args.frames))?;
+    let output = FrameOutput::of_option(args.output.as_deref(), tour_file.is_none().then_some(args.frames))?;
     let step_s = step_seconds(&args.step)?;
     let (first_number, stride) = parse_shard(args.shard.as_deref())?;
     if matches!(output, FrameOutput::Stream | FrameOutput::Animation(..)) && stride > 1 {
-        return Err(CliError::Failed(
+        return Err(CliError::Usage(
             "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
         ));
     }
@@ -131,14 +132,14 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         print_message(&format!("--shard {first_number}/{stride}: this shard has no frames; the sequence has only {count}"));
     }
     if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
-        return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
+        return Err(CliError::Usage("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
     }
     let is_odd_pair = |request: &ViewRequest| {
         request.width % 2 == 1 && request.composition.stereo.is_some_and(|stereo| stereo.layout == StereoLayout::SideBySide)
     };
     if numbers().any(|number| is_odd_pair(&views.request(number))) {
         let size = &args.view.size;
-        return Err(CliError::Failed(format!("--size {size}: a side-by-side pair has an even width, half of it for each eye")));
+        return Err(CliError::Usage(format!("--size {size}: a side-by-side pair has an even width, half of it for each eye")));
     }
     let lacks_its_outline = |request: &ViewRequest| request.layers.outline && request.composition.projection != Projection::Perspective;
     if numbers().next().is_some_and(|number| lacks_its_outline(&views.request(number))) {
@@ -166,6 +167,8 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let bar = frame_progress(numbers().count() as u64);
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
+    // Said only if the target is hidden in every frame: in a sequence it may rise or set.
+    let (mut hidden_frames, mut hidden_message) = (0, None);
     for number in numbers() {
         let path = output.path(number);
         if kept_frames.contains(&number) {
@@ -178,6 +181,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let drawn = session.draw(&request, sampling, images)?;
         time_to_first_frame.get_or_insert_with(|| run_start.elapsed());
         drawn_frames += 1;
+        if let Some(message) = below_horizon_message(&request, &drawn.scene) {
+            hidden_frames += 1;
+            hidden_message.get_or_insert(message);
+        }
         drawn_by = Some(drawn.drawn_by.clone());
         let cpu_before = if args.time_report { process_cpu() } else { None };
         let start = WallInstant::now();
@@ -197,6 +204,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     }
     video.finish()?;
     bar.finish_and_clear();
+    if let Some(message) = hidden_message.filter(|_| hidden_frames == drawn_frames) {
+        print_message(&message);
+    }
     if !args.error.is_empty() {
         let bounds = error_bounds(&session, &error_bound_request)?;
         for path in &args.error {
@@ -243,17 +253,17 @@ fn check_error_files(
     starts_now: bool,
 ) -> Result<(), CliError> {
     if !args.error.is_empty() && args.frames > 1 {
-        return Err(CliError::Failed("--error is for one frame: leave out --frames".into()));
+        return Err(CliError::Usage("--error is for one frame: leave out --frames".into()));
     }
     if !args.error.is_empty() {
-        check_has_bounds(request).map_err(|e| CliError::Failed(format!("--error: {e}")))?;
+        check_has_bounds(request).map_err(|e| CliError::Usage(format!("--error: {e}")))?;
     }
     for path in &args.error {
         if output.path(0).is_some_and(|image| is_same_file(&image, path)) {
-            return Err(CliError::Failed(format!("--error {}: -o writes the image into this file", echo(&path.display().to_string()))));
+            return Err(CliError::Usage(format!("--error {}: -o writes the image into this file", echo(&path.display().to_string()))));
         }
         if !is_exr(path) && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-            return Err(CliError::Failed(format!("--error {}: the name must end in .png or .exr", echo(&path.display().to_string()))));
+            return Err(CliError::Usage(format!("--error {}: the name must end in .png or .exr", echo(&path.display().to_string()))));
         }
     }
     let requested_files = args.error.iter().map(|path| (0, path.clone(), session.provenance(request).of_error_bound()));

@@ -53,7 +53,7 @@ impl Views {
         let rate = f64::from(rate);
         if tour.length_s() * rate > MAX_TOUR_FRAMES {
             // A tour lasts at most an hour, so only a rate above 60 frames per second can exceed the limit.
-            return Err(CliError::Failed(format!(
+            return Err(CliError::Usage(format!(
                 "--rate {rate}: {:.0} frames, more than {MAX_TOUR_FRAMES}; this tour of {:.1} s can have --rate {:.0}",
                 (tour.length_s() * rate).ceil(),
                 tour.length_s(),

@@ -9,7 +9,7 @@ use super::shader_export::{ExportOptions, keys_of_default_view};
 use super::{CliError, Common};
 use crate::files::{FileAccess, check_output_path, read_bytes, read_text, write_atomic};
 use crate::session::{Session, TapeCost, ms_per_megapixel, tape_costs};
-use crate::shader::compare::{difference, ir_cost};
+use crate::shader::compare::{EmittedLine, FeatureDiff, difference, ir_cost};
 use crate::shader::emit::emit_module_with;
 use crate::shader::fragments::FRAGMENTS;
 use crate::shader::id::SIMPLE_MODULES;
@@ -91,6 +91,9 @@ enum ShaderVerb {
         /// The module to compare with it
         #[arg(value_parser = module_id)]
         second: ModuleId,
+        /// Print one JSON value
+        #[arg(long)]
+        json: bool,
     },
     /// Count operations, texture reads and registers, and time the software renderer per megapixel
     #[command(after_help = "Example:\n  orrery shader cost lambert.albedo.sun1.ellipsoid")]
@@ -159,7 +162,8 @@ the greatest change of their images of the sample body, and their cost before an
 
 /// Parses a shader key or the name of a simple shader, for clap.
 fn module_id(text: &str) -> Result<ModuleId, String> {
-    text.parse().map_err(|e: key::KeyTextError| e.to_string())
+    // clap quotes the text itself.
+    text.parse().map_err(|e: key::KeyTextError| e.without_key())
 }
 
 fn failed(e: impl std::fmt::Display) -> CliError {
@@ -187,15 +191,26 @@ fn annotated_text(wgsl: &str, map: &crate::shader::SourceMap) -> String {
 }
 
 /// The text of `diff`: for each feature, the lines that only one module has.
-fn difference_text(a: &crate::shader::Emitted, b: &crate::shader::Emitted) -> String {
+fn difference_text(differences: &[FeatureDiff]) -> String {
     let mut text = String::new();
-    for d in difference(a, b) {
+    for d in differences {
         let _ = writeln!(text, "{}", d.feature);
         for (sign, lines) in [('-', &d.only_first), ('+', &d.only_second)] {
             lines.iter().for_each(|l| text.push_str(&format!("  {sign} {}  ({}:{})\n", l.text, l.fragment, l.line)));
         }
     }
     text
+}
+
+/// The JSON value of `diff`: a list of features, each with its lines.
+fn difference_json(differences: &[FeatureDiff]) -> serde_json::Value {
+    let lines = |lines: &[EmittedLine]| -> Vec<serde_json::Value> {
+        lines.iter().map(|l| serde_json::json!({ "text": l.text, "fragment": l.fragment, "line": l.line })).collect()
+    };
+    differences
+        .iter()
+        .map(|d| serde_json::json!({ "feature": d.feature, "only_first": lines(&d.only_first), "only_second": lines(&d.only_second) }))
+        .collect()
 }
 
 /// The text of `cost`. `tapes`: the cost of the tapes of the vertex and of the fragment stage. `ms_per_megapixel`: `None` if the module was not timed.
@@ -263,14 +278,18 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             match *lang {
                 _ if *layout => print_result(&layout_text(&module)),
                 Language::Wgsl if *annotate => print_result(&annotated_text(&module.wgsl, &module.source_map)),
-                _ if *annotate => Err(CliError::Failed("--annotate works for WGSL only; omit --lang".into())),
+                _ if *annotate => Err(CliError::Usage("--annotate works for WGSL only; omit --lang".into())),
                 language => print_result(&translate(&module, language).map_err(failed)?),
             }
         }
-        ShaderVerb::Diff { first, second } => {
+        ShaderVerb::Diff { first, second, json } => {
             let fragments = fragments(common)?;
             let emitted = |id| emit_module_with(&fragments, id).map_err(failed);
-            print_result(&difference_text(&emitted(first)?, &emitted(second)?))
+            let differences = difference(&emitted(first)?, &emitted(second)?);
+            if *json {
+                return print_result(&format!("{}\n", difference_json(&differences)));
+            }
+            print_result(&difference_text(&differences))
         }
         ShaderVerb::Cost { key, json } => {
             let start = WallInstant::now();

@@ -22,7 +22,7 @@ use std::path::Path;
 /// The keys of every draw in the default view of a body.
 pub(crate) fn keys_of_default_view(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
     let session = Session::open(&common.sources(), print_message)?;
-    let id = session.catalog().body_named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
+    let id = session.catalog().body_named(body).map_err(|e| CliError::Usage(format!("--for: {e}")))?.id;
     let time = parse_time_option(time)?;
     let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, time) })?;
     Ok(key::keys_of(scene.draws.iter().map(|d| d.features)).into_iter().collect())

@@ -47,7 +47,7 @@ pub(crate) struct StabilityArgs {
 pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError> {
     let names: Vec<&str> = SWEEPS.iter().map(|s| s.name).collect();
     if let Some(unknown) = args.sweep.iter().find(|name| !names.contains(&name.as_str())) {
-        return Err(CliError::Failed(format!("--sweep {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
+        return Err(CliError::Usage(format!("--sweep {}: {}", echo(unknown), suggestion_or_list(unknown, &names))));
     }
     let chosen: Vec<&Sweep> = SWEEPS.iter().filter(|s| args.sweep.is_empty() || args.sweep.iter().any(|n| n == s.name)).collect();
     let session = Session::open(&common.sources(), print_message)?;

@@ -105,7 +105,7 @@ mod windowed {
 
     pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
         let language =
-            args.language.as_deref().map(Language::by_code).transpose().map_err(|e| CliError::Failed(format!("--language {e}")))?;
+            args.language.as_deref().map(Language::by_code).transpose().map_err(|e| CliError::Usage(format!("--language {e}")))?;
         let mut composition = args.composition.composition()?;
         // A view state stores no warp mesh: the window warps every view.
         let warp = composition.warp.take();
@@ -204,7 +204,7 @@ mod windowed {
     /// The view of a new window at `--target` and `--time`.
     fn view_of_options(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
         let catalog = session.catalog();
-        let target = catalog.body_named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
+        let target = catalog.body_named(&args.target).map_err(|e| CliError::Usage(format!("--target: {e}")))?.id;
         let view = initial_view(catalog, &SessionPositions(session), target, parse_time_option(&args.time)?);
         view.map_err(|e| CliError::Failed(format!("--target {}: {e}", echo(&args.target))))
     }

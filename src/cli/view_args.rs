@@ -6,10 +6,13 @@ use super::CliError;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::files::read_text;
+use crate::scene::Scene;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::{Effect, EffectOverrides};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
-use crate::scene::request::{CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Position, ToneMap, ViewRequest, up_by_name};
+use crate::scene::request::{
+    CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Look, Position, ToneMap, ViewRequest, up_by_name,
+};
 use crate::time::{Instant, TimeError};
 use crate::wording::{echo, suggestion_or_list};
 use std::path::PathBuf;
@@ -28,11 +31,11 @@ fn effects_help() -> String {
 #[command(next_help_heading = "View")]
 pub(crate) struct ViewArgs {
     /// Body to look at: a name, or a NAIF code such as 599
-    #[arg(long, value_name = "BODY")]
+    #[arg(long, value_name = "BODY", value_hint = clap::ValueHint::Other)]
     pub target: Option<String>,
     /// Look from this body's centre (with --distance-radii: from that distance from the target, on the side of this body; with --at: from this body's surface)
     /// [default: the direction of the Earth, or of the Sun for the Earth]
-    #[arg(long, value_name = "BODY")]
+    #[arg(long, value_name = "BODY", value_hint = clap::ValueHint::Other)]
     pub from: Option<String>,
     /// Distance from the target's centre in its equatorial radii [default: the disc fills 3/4 of the image height]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
@@ -93,7 +96,7 @@ pub(super) fn is_now(text: &str) -> bool {
 pub(crate) fn parse_time_option(text: &str) -> Result<Instant, CliError> {
     let utc_now = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let text = if is_now(text) { utc_now() } else { text.to_owned() };
-    Instant::parse(&text).map_err(|e| CliError::Failed(format!("--time: {e}")))
+    Instant::parse(&text).map_err(|e| CliError::Usage(format!("--time: {e}")))
 }
 
 /// Parses a time that may come from another option or from standard input: as [`parse_time_option`], but the error does not name `--time`, and `now` is to the
@@ -106,7 +109,7 @@ pub(super) fn parse_time_or_now(text: &str) -> Result<Instant, TimeError> {
 }
 
 fn invalid_option(option: &str, value: &str, allowed: &str) -> CliError {
-    CliError::Failed(format!("{option} {}: {allowed}", echo(value)))
+    CliError::Usage(format!("{option} {}: {allowed}", echo(value)))
 }
 
 /// Width and height, in pixels, from a text such as `1024x768`. The range is checked here, because the views of a tour clamp the size silently.
@@ -147,19 +150,26 @@ impl ViewArgs {
     /// As [`Self::request`], for an image with this composition.
     pub(crate) fn request_with(&self, catalog: &Catalog, composition: Composition) -> Result<ViewRequest, CliError> {
         let body_of_option =
-            |option: &str, name: &String| catalog.body_or_barycenter(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
+            |option: &str, name: &String| catalog.body_or_barycenter(name).map_err(|e| CliError::Usage(format!("{option}: {e}")));
         let time = parse_time_option(&self.time)?;
         let target = self.target.as_ref().map(|name| body_of_option("--target", name)).transpose()?;
         let mut request = ViewRequest::of(target.unwrap_or(NaifId::EARTH), time);
         request.target = target;
         request.composition = composition;
         if let Some(file) = &self.camera_json {
+            if file.as_os_str() == "-" {
+                return Err(invalid_option("--camera-json", "-", "standard input is not read; name a file"));
+            }
             let file_name = echo(&file.display().to_string());
             let text = read_text(file, MAX_CAMERA_FILE_BYTES).map_err(|e| CliError::Failed(format!("{file_name}: {e}")))?;
             let camera = CameraFile::parse(&file_name, &text).map_err(|e| CliError::Failed(e.to_string()))?;
-            camera.resolve(catalog, &mut request).map_err(|e| CliError::Failed(e.to_string()))?;
+            camera.resolve(catalog, &mut request).map_err(|e| {
+                // The message names the field; the file has a name of its own.
+                let why = e.to_string();
+                CliError::Failed(format!("{file_name}: {}", why.trim_start_matches("camera file, ")))
+            })?;
         } else {
-            let target = target.ok_or_else(|| CliError::Failed("no target: give --target BODY or --camera-json FILE".into()))?;
+            let target = target.ok_or_else(|| CliError::Usage("no target: give --target BODY or --camera-json FILE".into()))?;
             if catalog.body(target).is_none() {
                 let name = self.target.as_deref().unwrap_or("");
                 return Err(invalid_option("--target", name, "a barycentre cannot be drawn: name a body"));
@@ -172,7 +182,7 @@ impl ViewArgs {
             request.fov_deg = self.fov;
         }
         if let Some(up) = &self.up {
-            request.up = up_by_name(up).map_err(|e| CliError::Failed(e.to_string()))?;
+            request.up = up_by_name(up).map_err(|e| CliError::Usage(format!("--up: {e}")))?;
         }
         (request.width, request.height) = parse_size(&self.size)?;
         if !self.exposure.eq_ignore_ascii_case("auto") {
@@ -180,30 +190,51 @@ impl ViewArgs {
             request.exposure = ExposureRequest::Stops(stops);
         }
         if let Some(effects) = &self.effects {
-            request.effects = EffectOverrides::parse(effects).map_err(|e| CliError::Failed(e.to_string()))?;
+            request.effects = EffectOverrides::parse(effects).map_err(|e| CliError::Usage(format!("--effects: {e}")))?;
         }
         if let Some(layers) = &self.layers {
-            request.layers = Layers::parse(layers).map_err(|e| CliError::Failed(e.to_string()))?;
+            request.layers = Layers::parse(layers).map_err(|e| CliError::Usage(format!("--layers: {e}")))?;
         }
         request.stars_boost_stops = self.stars_boost;
         let unknown_tone_map =
             || invalid_option("--tone-map", &self.tone_map, &suggestion_or_list(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
         request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(unknown_tone_map)?;
         request.pixel_view = parse_pixel_view(&self.pixels)?;
-        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError::Failed(e.to_string()))?;
+        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| self.request_error(&e.to_string()))?;
         Ok(request)
+    }
+
+    /// The error of a request that has a number out of its range. If the number is an option's, the message begins with the option.
+    fn request_error(&self, why: &str) -> CliError {
+        // The starts of the messages of `ViewRequest::check`. With a camera file, `--fov` may be missing.
+        let options = [
+            ("field of view ", "--fov", self.fov.is_some()),
+            ("distance ", "--distance-radii", self.distance_radii.is_some()),
+            ("height ", "--height-km", self.height_km.is_some()),
+            ("exposure ", "--exposure", true),
+            ("stars boost ", "--stars-boost", true),
+            ("effects: ", "--effects", true),
+        ];
+        match options.iter().find(|(start, _, is_given)| *is_given && why.starts_with(start)) {
+            Some((_, option, _)) => CliError::Usage(format!("{option}: {}", why.trim_start_matches("effects: "))),
+            None if self.camera_json.is_some() => CliError::Failed(why.to_owned()),
+            None => CliError::Usage(why.to_owned()),
+        }
     }
 
     /// The camera's position, from `--at`, `--height-km` and `--distance-radii`. `from`: the body of `--from`.
     fn position(&self, catalog: &Catalog, target: NaifId, from: Option<NaifId>) -> Result<Position, CliError> {
         let ground = self.at.as_deref().map(parse_place_on_ground).transpose()?;
+        if let Some(height_km) = self.height_km.filter(|height_km| !height_km.is_finite()) {
+            return Err(CliError::Usage(format!("--height-km {height_km:?}: must be a number")));
+        }
         if ground.is_some() && self.distance_radii.is_some() {
             if from.is_some() {
                 let why = "--distance-radii: with --from and --at, the camera stands on that body; give --height-km instead, or neither";
-                return Err(CliError::Failed(why.into()));
+                return Err(CliError::Usage(why.into()));
             }
             if self.height_km.is_some() {
-                return Err(CliError::Failed("--distance-radii and --height-km both say how high the camera is: give one of them".into()));
+                return Err(CliError::Usage("--distance-radii and --height-km both say how high the camera is: give one of them".into()));
             }
         }
         Ok(match (ground, from) {
@@ -222,7 +253,7 @@ impl ViewArgs {
                         let distance_radii = distance_radii.unwrap_or(DEFAULT_DISTANCE_ABOVE_PLACE_RADII);
                         let distance_km = distance_radii * radius_km;
                         if distance_km <= ground_km.length() {
-                            return Err(CliError::Failed(format!(
+                            return Err(CliError::Usage(format!(
                                 "--distance-radii {distance_radii:?}: the camera is inside {name}, whose ground there is {:.4} radii from its centre",
                                 ground_km.length() / radius_km
                             )));
@@ -231,8 +262,8 @@ impl ViewArgs {
                     }
                 };
                 if height_km <= 0.0 {
-                    return Err(CliError::Failed(format!(
-                        "a camera {height_km:?} km above the surface is inside {name}: give a greater height"
+                    return Err(CliError::Usage(format!(
+                        "--height-km: a camera {height_km:?} km above the surface is inside {name}: give a greater height"
                     )));
                 }
                 let offset_km = ground_km + normal * height_km;
@@ -242,6 +273,20 @@ impl ViewArgs {
             (None, towards) => Position::AboveTarget { towards, distance_radii: self.distance_radii },
         })
     }
+}
+
+/// The message for an image in which the ground below the camera hides the entire target; `None` if the target is above the horizon or the camera not on the
+/// ground.
+pub(super) fn below_horizon_message(request: &ViewRequest, scene: &Scene) -> Option<String> {
+    let Position::Ground { body: ground, .. } = request.position else { return None };
+    let target = request.target.filter(|_| request.look == Look::Target)?;
+    let below_deg = scene.degrees_below_ground(target, ground)?;
+    let name = |id: NaifId| scene.body(id).map_or("the target", |body| body.name.as_str());
+    Some(format!(
+        "{}: {below_deg:.1} degrees below the horizon, hidden by the ground of {}; choose another --time or --at",
+        name(target),
+        name(ground)
+    ))
 }
 
 /// The height at which a point above a place on the ground is `distance_km` from the body's centre. `ground_km`: the place relative to that centre, body axes.

@@ -149,7 +149,10 @@ pub(super) static TRANSMISSION: QueryKind = QueryKind {
     name: "ring-transmission",
     description: "the fraction of the Sun's light that a ring transmits to a point; lengths in equatorial radii, body-fixed axes, pole +z",
     fields: &[
-        alternative("profile", "a list of {\"r_in\", \"r_out\", \"tau_normal\"}, with r_out below 1e6 and tau_normal from 0 to 1e4"),
+        alternative(
+            "profile",
+            "a list of {\"r_in\", \"r_out\", \"tau_normal\"}, with r_out below 1e6 and tau_normal from 0 to 1e4; where two overlap, the later in the list counts",
+        ),
         alternative("body", "a body's name: its rings in the catalog"),
         required("point", "[x, y, z], each below 1e6"),
         required("sun", "[x, y, z] towards the Sun, of any length"),

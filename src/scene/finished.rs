@@ -90,6 +90,22 @@ impl Scene {
         self.bodies.iter().find(|b| b.id == id)
     }
 
+    /// How far below the horizontal plane of the camera the centre of a body is, degrees, if the ground of `ground`, near which the camera is, hides the entire
+    /// disc; `None` if some of the disc is above the horizon. Not tested: rings and air of the body.
+    pub fn degrees_below_ground(&self, body: NaifId, ground: NaifId) -> Option<f64> {
+        let (body, ground) = (self.body(body)?, self.body(ground)?);
+        if body.id == ground.id || !body.has_direction() || ground.placement.camera_is_inside() {
+            return None;
+        }
+        let direction = body.placement.centre_km.try_normalize()?;
+        let is_farther = body.distance_km > ground.placement.ground_along(direction)?.length();
+        let is_hidden = is_farther && ground.placement.covers_disc(direction, 0.5 * body.angular_diameter_deg.to_radians());
+        // The gradient of the ellipsoid through the camera.
+        let gradient = ground.placement.camera_in_unit_sphere() / ground.placement.radii_km;
+        let zenith = ground.placement.body_from_icrf.transpose() * gradient.try_normalize()?;
+        is_hidden.then(|| -direction.dot(zenith).clamp(-1.0, 1.0).asin().to_degrees())
+    }
+
     /// Rectangles of all texts and bars in the image except the names of bodies.
     #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "only the window asks for them"))]
     pub(crate) fn text_and_bar_rects(&self) -> Vec<Rect> {

@@ -15,7 +15,7 @@ use std::sync::{Arc, OnceLock};
 /// Largest number of tables in memory.
 const MAX_TABLES: usize = 64;
 /// The first bytes of a table's file.
-const MAGIC: &Magic = b"ORRAIR01";
+pub(super) const MAGIC: &Magic = b"ORRAIR01";
 /// Length of a table, bytes: for each of its nodes (a height and a zenith angle of the Sun) a `Vec4`, in which the last component is unused.
 const TABLE_BYTES: usize = 16 * multi_scatter_table::NODES;
 

@@ -34,7 +34,9 @@ mod stages;
 mod standard_scenes;
 mod star_and_body_files;
 mod stored_tables;
+mod table_folders;
 mod tape_cost;
+mod texture_folder;
 mod window_surface;
 
 pub use cache_folder::cache_folder;
@@ -59,7 +61,9 @@ pub use sample_body::{
 pub use sources::Sources;
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
+pub(crate) use table_folders::{StoredTables, StoredTablesStatus};
 pub use tape_cost::{TapeCost, tape_costs};
+pub(crate) use texture_folder::TextureFolder;
 pub use window_surface::{DeviceSurface, DisplayError, DisplayPreference, PresenterChange, WindowHandle};
 
 use crate::catalog::constellations::Constellations;
@@ -73,6 +77,7 @@ use crate::image::{DEFAULT_MAX_MEGAPIXELS, GlyphAtlas, MapDecoding, MapStore, Sh
 use crate::memo::Memo;
 use crate::render::frame::Frame;
 use crate::render::plan::{self, GpuImage, PlanError, ResourceProvider, SimpleDraw};
+use crate::render::software::kernels::KernelClass;
 use crate::render::software::{RenderError, SoftwareRenderer};
 use crate::scene::bright_ground::BrightGround;
 use crate::scene::draw::RingTable;
@@ -211,6 +216,19 @@ pub fn open_library(cache: Option<&Path>, lowering: Lowering, notify: Arc<dyn Fn
     }
 }
 
+/// Reports what the user named and the program does not use: a folder of maps of which no file replaces any, and unknown kernels of the software renderer.
+fn report_ignored(sources: &Sources, catalog: &Catalog, notify: &dyn Fn(&str)) {
+    if let Some(folder) = &sources.textures {
+        let found = TextureFolder::of(folder, catalog);
+        if let Some(unused) = found.unused_text(catalog).filter(|_| !found.is_used) {
+            notify(&format!("--textures {}: replaces no map: {unused}", echo(&folder.display().to_string())));
+        }
+    }
+    if let Some(why) = KernelClass::unavailable_choice() {
+        notify(&why);
+    }
+}
+
 impl Session {
     /// Reads the user's files, and opens the shader library. Maps of bodies are read later, when a view needs them.
     pub fn open(sources: &Sources, notify: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
@@ -233,6 +251,7 @@ impl Session {
         let catalog = catalog.with_stars(stars).with_small_bodies(small_bodies).with_lunar_heights(lunar_heights);
         let catalog = with_surfaces(catalog, &sources.surfaces)?;
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
+        report_ignored(sources, &catalog, &*notify);
         let cache = cache_folder(sources.cache.as_deref()).map_err(|e| notify(&e.to_string())).ok();
         let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));
         let maps = maps.with_disk_cache(cache.as_deref().map(StoredMaps::new));

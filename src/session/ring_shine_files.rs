@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 /// The first bytes of a table's file.
-const MAGIC: &Magic = b"ORRSHN01";
+pub(super) const MAGIC: &Magic = b"ORRSHN01";
 /// Length of the texels, bytes: four floats per column and row, for both sides of the rings.
 const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;
 /// Length of the header, bytes: two f64, which are the fields `max_height` (the |z| of ground in the unit-sphere frame from which no ring is above the horizon)

@@ -25,6 +25,16 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
         }
         return Ok(Instant::from_jd_tdb(jd));
     }
+    if is_other_day_number(trimmed) {
+        return Err(time_error("a day number without its kind: write a Julian date (TDB) after jd_tdb:, that is an MJD plus 2400000.5"));
+    }
+    // No zone follows a date without a time of day.
+    if trimmed
+        .strip_suffix(['Z', 'z'])
+        .is_some_and(|date| date.ends_with(|c: char| c.is_ascii_digit()) && !date.contains([':', 'T', 't', ' ']))
+    {
+        return Err(time_error("a Z without a time of day; a date alone is 00:00:00 UTC"));
+    }
     let (date, clock) = match trimmed.split_once(['T', 't', ' ']) {
         Some((date, clock)) if date.ends_with(|c: char| c.is_ascii_digit()) => (date, clock),
         // A date without a time of day; or a word with a T, such as `tomorrow`, which the error is to quote in full.
@@ -52,16 +62,25 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     }
     let clock = UTC_SUFFIXES.into_iter().find_map(|suffix| clock.strip_suffix(suffix)).unwrap_or(clock);
     if clock.contains(['+', '-']) {
-        return Err(time_error("an offset from UTC"));
+        return Err(time_error("an offset from UTC; convert the time to UTC, and end it with Z or nothing"));
+    }
+    if let Some(at) = clock.find(|c: char| !(c.is_ascii_digit() || matches!(c, ':' | '.'))) {
+        let other = echo_within(clock[at..].trim(), 40);
+        return Err(time_error(&format!("`{other}` in the time of day, which is hours:minutes:seconds in UTC")));
     }
     let mut clock_parts = clock.split(':');
-    let hour =
-        clock_parts.next().and_then(|p| exact_digits(p, 2)).filter(|h| *h < 24).ok_or_else(|| time_error("the hour is not 00 to 23"))?;
-    let minute =
-        clock_parts.next().and_then(|p| exact_digits(p, 2)).filter(|m| *m < 60).ok_or_else(|| time_error("the minute is not 00 to 59"))?;
+    let mut clock_field = |name: &str, limit: i64| -> Result<i64, TimeError> {
+        let part = clock_parts.next().filter(|part| !part.is_empty()).ok_or_else(|| time_error(&format!("the {name} is missing")))?;
+        let value = exact_digits(part, 2).filter(|value| *value < limit);
+        value.ok_or_else(|| time_error(&format!("the {name} `{}` is not 00 to {}", echo_within(part, 40), limit - 1)))
+    };
+    let (hour, minute) = (clock_field("hour", 24)?, clock_field("minute", 60)?);
     let second = match clock_parts.next() {
         None => 0.0,
-        Some(p) => seconds(p).filter(|s| *s < 61.0).ok_or_else(|| time_error("the second is not 00 to 60"))?,
+        Some(p) => {
+            let value = seconds(p).filter(|s| *s < 61.0);
+            value.ok_or_else(|| time_error(&format!("the second `{}` is not 00 to 60, with a fraction or without", echo_within(p, 40))))?
+        }
     };
     if clock_parts.next().is_some() {
         return Err(time_error("more than hours, minutes and seconds"));
@@ -77,6 +96,16 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
         return Ok(minute_start.plus_seconds(second));
     }
     Ok(Instant::from_utc_seconds(start_of_minute_s + second))
+}
+
+/// Whether a text is a count of days in another form than `jd_tdb:DAY`, such as `JD2460409.5`, `mjd 60408` or `2460409.5`.
+fn is_other_day_number(text: &str) -> bool {
+    let lower = text.to_ascii_lowercase();
+    let with_unit = lower.strip_prefix("mjd").or_else(|| lower.strip_prefix("jd"));
+    let number = with_unit.unwrap_or(&lower).trim_start_matches(|c: char| !c.is_ascii_digit());
+    // More digits than a year has, and fewer than a date.
+    let is_long = || number.split('.').next().is_some_and(|whole| (5..=7).contains(&whole.len())) || number.contains('.');
+    number.parse::<f64>().is_ok() && (with_unit.is_some() || lower.starts_with(|c: char| c.is_ascii_digit()) && is_long())
 }
 
 /// Parses exactly `digits` ASCII digits; `None` for any other text.
@@ -178,6 +207,36 @@ fn calendar_date(days_past_2000: i64) -> (i64, i64, i64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A message names what is wrong, and not a field that is right. Negative control: the last lines are times.
+    #[test]
+    fn messages_name_what_is_wrong_with_a_time() {
+        for (text, message_part) in [
+            ("2024-04-08T18:17:16 UTC", "`UTC` in the time of day"),
+            ("2024-04-08T18:17:16 EST", "`EST` in the time of day"),
+            ("2024-04-08T18:17:16,5Z", "`,5` in the time of day"),
+            ("2024-04-08T18:17:16.Z", "the second `16.` is not 00 to 60"),
+            ("2024-04-08T18:17:61", "the second `61` is not 00 to 60"),
+            ("2024-04-08T18", "the minute is missing"),
+            ("2024-04-08T18Z", "the minute is missing"),
+            ("2024-04-08T18:7", "the minute `7` is not 00 to 59"),
+            ("2024-04-08T", "the hour is missing"),
+            ("2024-04-08T24:00", "the hour `24` is not 00 to 23"),
+            ("2024-04-08Z", "a Z without a time of day"),
+            ("2024-04-08T18:17+02:00", "convert the time to UTC"),
+            ("JD2460409.5", "after jd_tdb:"),
+            ("mjd 60408", "after jd_tdb:"),
+            ("2460409.5", "after jd_tdb:"),
+            ("2024", "the month is missing"),
+            ("jdx", "the year `jdx`"),
+        ] {
+            let message = parse(text).expect_err(text).to_string();
+            assert!(message.contains(message_part) && message.ends_with(ALLOWED), "{text}: {message}");
+        }
+        for text in ["2024-04-08T18:17:16.5Z", "2024-04-08 18:17", "2024-04-08T18:17z", "jd_tdb:2460409.5"] {
+            assert!(parse(text).is_ok(), "{text}");
+        }
+    }
 
     #[test]
     fn calendar_and_day_numbers_are_inverse() {

@@ -109,3 +109,16 @@ fn a_refused_value_is_not_reported_as_missing() {
     // The field that is missing follows from a line of the user's, not from the shipped file.
     assert_eq!(problems("[[body]]\nid = 10\nkind = \"planet\"\n"), ["mine.toml:3: Sun.parent is missing: all bodies but stars have one"]);
 }
+
+/// Of two tables of one body in one file the later would have replaced fields of the earlier without a word. In two files that is how values are overridden.
+#[test]
+fn a_file_has_one_table_for_each_body() {
+    let body = |id: i32, albedo: f64| format!("[[body]]\nid = {id}\ngeometric_albedo = {albedo}\n");
+    assert_eq!(problems(&format!("{}{}", body(401, 0.1), body(402, 0.2))), Vec::<String>::new());
+    let twice = problems(&format!("{}{}", body(401, 0.1), body(401, 0.2)));
+    let [line] = &twice[..] else { panic!("{twice:?}") };
+    assert!(line.contains("[[body]] with the id 401: this file has one already in line 2"), "{line}");
+    let files = [("a.toml", body(401, 0.1)), ("b.toml", body(401, 0.2))].map(|(name, text)| (name.to_owned(), text));
+    let overridden = Catalog::with_files(&files).expect("two files");
+    assert_eq!(overridden.body(NaifId(401)).expect("Phobos").geometric_albedo, 0.2);
+}

@@ -158,6 +158,6 @@ fn bodies_have_naif_codes_too() {
     for unknown in ["-5", "498", "11", "5.0"] {
         let out = orrery(&[&format!("--body={unknown}"), "--center", "sun", "--time", "2024-04-08"]);
         let message = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(out.status.code() == Some(1) && message.contains("no body or barycentre is called"), "{message}");
+        assert!(out.status.code() == Some(2) && message.contains("--body: no body or barycentre is called"), "{message}");
     }
 }

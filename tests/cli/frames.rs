@@ -311,11 +311,11 @@ fn a_tour_is_rendered_as_a_sequence() {
     // A width or height outside the range is refused, not clamped.
     for size in ["0x10", "12x16385"] {
         let out = render(&["--tour", path_text(&tour), "--size", size, "-o", path_text(&pattern)]);
-        assert!(out.status.code() == Some(1) && stderr_text(&out).contains("each side must be 1 to 16384"), "{}", stderr_text(&out));
+        assert!(out.status.code() == Some(2) && stderr_text(&out).contains("each side must be 1 to 16384"), "{}", stderr_text(&out));
     }
     let too_many = render(&["--tour", path_text(&tour), "--size", "12x10", "--rate", "100000", "-o", path_text(&pattern)]);
     let message = "--rate 100000: 300000 frames, more than 216000; this tour of 3.0 s can have --rate 72000";
-    assert!(too_many.status.code() == Some(1) && stderr_text(&too_many).contains(message), "{}", stderr_text(&too_many));
+    assert!(too_many.status.code() == Some(2) && stderr_text(&too_many).contains(message), "{}", stderr_text(&too_many));
     std::fs::write(&tour, r#"{"title":"T","stops":[{"view":"orrery://view?target=Nibiru"}]}"#).expect("a file");
     let refused = render(&args);
     assert!(
@@ -404,16 +404,16 @@ fn a_stop_that_cannot_be_drawn_is_named() {
     std::fs::write(&mesh, "2\n2 2\n-1.2 -1 0 0 1\n1.2 -1 1 0 1\n-1.2 1 0 1 1\n1.2 1 1 1 1\n").expect("written");
     write_tour(&tour, &["{}", r#"{"stereo":"anaglyph"}"#]);
     // A mesh excludes a stereo pair, and a pair has no linear light for an EXR file.
-    for (output, options, message_part) in [
-        ("out-%d.png", &["--warp", path_text(&mesh)][..], "tour.json: stop 2: stereo requires"),
-        ("out-%d.exr", &[], "display values"),
-        ("out-%d.png", &["--dome-zenith"], "zenith requires --projection fisheye"),
+    for (output, options, code, message_part) in [
+        ("out-%d.png", &["--warp", path_text(&mesh)][..], 1, "tour.json: stop 2: stereo requires"),
+        ("out-%d.exr", &[], 2, "display values"),
+        ("out-%d.png", &["--dome-zenith"], 2, "zenith requires --projection fisheye"),
     ] {
         let pattern = folder.path().join(output);
         let args = ["--tour", path_text(&tour), "--size", "12x10", "--rate", "1", "-o", path_text(&pattern)];
         let out = render(&[&args[..], options].concat());
         let line = stderr_text(&out);
-        assert!(out.status.code() == Some(1) && line.contains(message_part) && line.trim().lines().count() == 1, "{options:?}: {line}");
+        assert!(out.status.code() == Some(code) && line.contains(message_part) && line.trim().lines().count() == 1, "{options:?}: {line}");
     }
     assert_eq!(files(folder.path()).len(), 2, "no frame was written");
 }
@@ -457,14 +457,14 @@ fn an_animation_has_the_frames_of_a_sequence() {
     }
     // The overwritten files have the same bytes.
     assert_eq!(files(folder.path()), before);
-    for (extra_options, message_part) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 100")] {
+    for (extra_options, code, message_part) in [(&["--shard", "0/2"][..], 2, "--shard"), (&["--rate", "400"], 1, "1 to 100")] {
         let mut args = args_for(&path_of("other.gif"));
         if extra_options[0] == "--rate" {
             args.retain(|w| w != "--rate" && w != "10");
         }
         let out = render(&[&args.iter().map(String::as_str).collect::<Vec<_>>()[..], extra_options].concat());
         assert!(
-            out.status.code() == Some(1) && stderr_text(&out).contains(message_part) && !path_of("other.gif").exists(),
+            out.status.code() == Some(code) && stderr_text(&out).contains(message_part) && !path_of("other.gif").exists(),
             "{}",
             stderr_text(&out)
         );

@@ -297,32 +297,6 @@ fn a_distance_beyond_all_sources_names_its_limit() {
 }
 
 #[test]
-fn errors_in_camera_files_name_the_line_in_plain_words() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let file = folder.path().join("camera.json");
-    for (camera, line_number, message_part) in [
-        ("[]", 1, "expected an object {\"position\""),
-        ("3", 1, "expected an object {\"position\""),
-        ("\n\n\"a\"", 3, "expected an object {\"position\""),
-        ("{}", 1, "position"),
-        ("{\"position\": [],\n \"look\": {\"at\": \"mars\"}}", 1, "expected an object {\"body\""),
-        ("{\"position\": {\"body\": \"mars\", \"radii\": [3,0,0]},\n\"look\": []}", 2, "expected an object {\"at\""),
-        ("{\"position\": {\"body\": \"mars\", \"radii\": [3,0]},\n\"look\": {\"at\": \"mars\"}}", 1, "a list of 3 values"),
-        ("{\"position\": {\"body\": \"mars\",\n\"radii\": [3,0,\"a\"]},\"look\": {\"at\": \"mars\"}}", 2, "expected a number"),
-        ("{\"position\": {\"body\": \"mars\",\n\n\"radius\": 3},\"look\": {\"at\": \"mars\"}}", 3, "radius"),
-        ("{\"position\":", 1, "EOF"),
-        ("", 1, "EOF"),
-    ] {
-        std::fs::write(&file, camera).expect("written");
-        let out = orrery(&["explain", "--camera-json", path_text(&file)]);
-        let line = stderr_text(&out);
-        assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{camera:?}: {line}");
-        assert!(line.contains(&format!("camera.json:{line_number}:")) && line.contains(message_part), "{camera:?}: {line}");
-        assert!(!line.contains("struct ") && !line.contains("sequence") && !line.contains("f64"), "{camera:?}: {line}");
-    }
-}
-
-#[test]
 fn arguments_without_a_verb_belong_to_view() {
     let no_window = if crate::support::program::has_view() { "no window can be opened here" } else { "this build has no window" };
     for (args, code, message_part) in [

@@ -3,15 +3,20 @@
 mod bench;
 #[cfg(unix)]
 mod bounded;
+mod camera_files;
 mod composition;
 mod ephemeris;
 mod error_bound;
 mod frames;
+mod horizon;
 mod hostile;
+mod library_and_doctor;
 mod lunar_heights;
 mod measure;
 mod messages;
+mod output_names;
 mod position_sources;
+mod readme;
 mod verbs;
 
 /// What the program wrote to standard error.

@@ -101,3 +101,20 @@ fn every_shipped_body_has_a_position_source() {
     let ephemeris = orrery::ephemeris::Ephemeris::embedded(&catalog).expect("the shipped kernel");
     assert_eq!(ephemeris.unsupported_fields(&catalog), Vec::new());
 }
+
+/// Io has no kernel and Ceres no series: another source answers, which is not silent. Negative control: the Moon has all three.
+#[test]
+fn a_source_that_a_body_lacks_is_reported() {
+    let stderr_for = |body: &str, source: &str| {
+        let out = orrery(&["ephemeris", "--body", body, "--center", "sun", "--time", "2024-04-08", "--source", source]);
+        assert!(out.status.success(), "{}", stderr_text(&out));
+        stderr_text(&out)
+    };
+    for (body, source, used) in [("io", "kernel", "series"), ("ceres", "series", "mean")] {
+        let line = stderr_for(body, source);
+        assert!(line.starts_with(&format!("orrery: --source {source}: ")) && line.ends_with(&format!("{used}\n")), "{line}");
+    }
+    for source in ["mean", "series", "kernel"] {
+        assert_eq!(stderr_for("moon", source), "", "{source}");
+    }
+}

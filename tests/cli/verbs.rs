@@ -94,21 +94,38 @@ fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
     for args in [&["paint"][..], &["render", "--sise", "3"], &["shader", "emit"], &["shader", "emit", "phong.sun1.sphere"]] {
         assert_eq!(orrery(args).status.code(), Some(2), "{args:?}");
     }
-    for (args, message_part) in [
-        (&["render", "--target", "nibiru", "-o", "/dev/null/x.png"][..], "nibiru"),
-        (&["render", "--target", "earth", "--size", "0x9", "-o", "x.png"], "0"),
-        (&["render", "--target", "earth", "--time", "someday", "-o", "x.png"], "someday"),
-        (&["render", "--target", "earth", "--effects", "+fog", "-o", "x.png"], "fog"),
-        (&["shader", "keys", "--for", "nibiru"], "nibiru"),
-        (&["ephemeris", "--body", "moon", "--center", "earth", "--time", "soon"], "soon"),
-        (&["probe", "{}"], "\"q\""),
-        (&["explain", "--target", "earth", "--kernel", "/nowhere.bsp"], "/nowhere.bsp"),
-        (&["explain", "--target", "earth", "--catalogs", "/nowhere"], "/nowhere: there is no such folder; --catalogs takes"),
-        (&["explain", "--target", "earth", "--shaders", "/nowhere"], "/nowhere: there is no such folder; `orrery shader export`"),
+    for (args, code, message_part) in [
+        (&["render", "--target", "nibiru", "-o", "/dev/null/x.png"][..], 2, "--target: no body"),
+        (&["render", "--target", "earth", "--size", "0x9", "-o", "x.png"], 2, "--size 0x9"),
+        (&["render", "--target", "earth", "--time", "someday", "-o", "x.png"], 2, "--time: time `someday`"),
+        (&["render", "--target", "earth", "--effects", "+fog", "-o", "x.png"], 2, "--effects: "),
+        (&["explain", "--target", "earth", "--layers", "+fog"], 2, "--layers: "),
+        (&["explain", "--target", "earth", "--up", "down"], 2, "--up: "),
+        (&["explain", "--target", "earth", "--fov", "0"], 2, "--fov: field of view 0.0"),
+        (&["explain", "--target", "earth", "--exposure", "100"], 2, "--exposure: "),
+        (&["explain", "--target", "earth", "--stars-boost", "100"], 2, "--stars-boost: "),
+        (&["explain", "--target", "earth", "--distance-radii", "nan"], 2, "--distance-radii: "),
+        (&["explain", "--target", "earth", "--at", "0,0", "--height-km", "nan"], 2, "--height-km"),
+        (&["explain", "--target", "moon", "--from", "earth", "--at", "0,0", "--height-km", "-1"], 2, "--height-km: height -1.0"),
+        (&["explain", "--target", "earth", "--tone-map", "film-noir"], 2, "--tone-map film-noir"),
+        (&["render", "--target", "earth", "-o", "x.bmp"], 2, "-o x.bmp"),
+        (&["render", "--target", "earth", "--step", "soon", "-o", "x.png"], 2, "--step soon"),
+        (&["explain"], 2, "--target"),
+        (&["shader", "keys", "--for", "nibiru"], 2, "--for: no body"),
+        (&["ephemeris", "--body", "moon", "--center", "earth", "--time", "soon"], 2, "--time: time `soon`"),
+        (&["ephemeris", "--body", "moon", "--center", "nibiru", "--time", "now"], 2, "--center: no body"),
+        (&["bench", "--scene", "nothing"], 2, "--scene nothing"),
+        (&["man", "nothing"], 2, "man nothing"),
+        (&["probe", "{}"], 1, "\"q\""),
+        (&["render", "--target", "earth", "-o", "/dev/null/x.png"], 1, "/dev/null"),
+        (&["ephemeris", "--body", "moon", "--center", "earth", "--time", "9000-01-01"], 1, "9000-01-01"),
+        (&["explain", "--target", "earth", "--kernel", "/nowhere.bsp"], 1, "/nowhere.bsp"),
+        (&["explain", "--target", "earth", "--catalogs", "/nowhere"], 1, "/nowhere: there is no such folder; --catalogs takes"),
+        (&["explain", "--target", "earth", "--shaders", "/nowhere"], 1, "/nowhere: there is no such folder; `orrery shader export`"),
     ] {
         let out = orrery(args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);
-        assert_eq!(out.status.code(), Some(1), "{args:?}: {stderr_text}");
+        assert_eq!(out.status.code(), Some(code), "{args:?}: {stderr_text}");
         assert!(stderr_text.trim().lines().count() == 1 && stderr_text.contains(message_part), "{args:?}: {stderr_text}");
         assert!(out.stdout.is_empty(), "{args:?} printed a result");
     }
@@ -266,18 +283,18 @@ fn compare_reports_differences_and_refuses_unequal_sizes() {
     assert!(difference.get_pixel(0, 0).0 == [255; 3] && difference.get_pixel(5, 5).0 == [0; 3]);
     let compare = |args: &[&str]| orrery(&[&["compare"], args].concat());
     assert_eq!(compare(&[&path("a.png"), &path("b.png"), "--tolerance", "20"]).status.code(), Some(0));
-    for (args, message_part) in [
-        (&[&*path("a.png"), &*path("b.png"), "--tolerance", "19"][..], "20 levels"),
-        (&[&path("a.png"), &path("wide.png")], "10x10 and 11x10"),
-        (&[&path("a.png"), &path("none.png")], "none.png"),
-        (&[&path("a.png"), &path("b.png"), "--tolerance", "-1"], "--tolerance -1"),
-        (&[&path("a.png"), &path("b.png"), "-o", &path("d.jpg")], "must end in .png"),
-        (&[&path("a.png"), &path("b.png"), "-o", "-"], "must end in .png"),
+    for (args, code, message_part) in [
+        (&[&*path("a.png"), &*path("b.png"), "--tolerance", "19"][..], 1, "20 levels"),
+        (&[&path("a.png"), &path("wide.png")], 1, "10x10 and 11x10"),
+        (&[&path("a.png"), &path("none.png")], 1, "none.png"),
+        (&[&path("a.png"), &path("b.png"), "--tolerance", "-1"], 2, "--tolerance -1"),
+        (&[&path("a.png"), &path("b.png"), "-o", &path("d.jpg")], 2, "must end in .png"),
+        (&[&path("a.png"), &path("b.png"), "-o", "-"], 2, "must end in .png"),
     ] {
         let out = compare(args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);
         assert!(
-            out.status.code() == Some(1) && stderr_text.trim().lines().count() == 1 && stderr_text.contains(message_part),
+            out.status.code() == Some(code) && stderr_text.trim().lines().count() == 1 && stderr_text.contains(message_part),
             "{args:?}: {stderr_text}"
         );
     }

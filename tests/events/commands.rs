@@ -184,7 +184,7 @@ fn a_span_may_begin_or_end_now() {
         let list = json(&[&span[..], &["--kind", "transit"]].concat());
         assert!(list.as_array().is_some_and(|events| !events.is_empty()), "{span:?}: {list}");
     }
-    assert_eq!(find(&["--from", "now", "--to", "1990-01-01"]).status.code(), Some(1));
+    assert_eq!(find(&["--from", "now", "--to", "1990-01-01"]).status.code(), Some(2));
 }
 
 /// No eclipse is possible in these spans by mean elements, which are good for any year; beyond the ephemeris that is no answer.
@@ -226,7 +226,9 @@ fn invalid_arguments_get_one_clear_line() {
     ] {
         let out = find(&args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);
-        assert_eq!(out.status.code(), Some(1), "{args:?}: {stderr_text}");
+        // The words of the other cases are right, but there is no answer.
+        let is_failure = ["no central eclipse", "not at", "there is no folder nowhere"].contains(&message_part);
+        assert_eq!(out.status.code(), Some(if is_failure { 1 } else { 2 }), "{args:?}: {stderr_text}");
         assert!(stderr_text.contains(message_part) && stderr_text.trim_end().lines().count() == 1, "{args:?}: {stderr_text}");
     }
     assert_eq!(find(&["--from", "2024-04-01"]).status.code(), Some(2));

@@ -232,6 +232,19 @@ fn views_of_eclipse_ring_and_air_show_transmittance_and_optical_depth() {
     let limb_depth = air.hdr.iter().map(|p| p[2]).fold(0.0, larger);
     assert!(f64::from(limb_depth) > 4.0 * b, "{limb_depth} along the limb");
 
+    // Where nothing eclipses the rings, they are as white as the globe, except for their transparency. They were black.
+    let unshadowed = drawn(699, 5.0, "2017-05-17T00:00:00Z", PixelView::Eclipse);
+    let is_eclipsed = unshadowed.scene.bodies.iter().flat_map(|b| &b.features).any(|f| f.eclipse.occluders > 0);
+    assert!(!is_eclipsed, "the view does not test rings without an eclipse");
+    let globe_radius_px = 0.5 * unshadowed.scene.body(NaifId(699)).expect("Saturn").diameter_px;
+    let is_outside_globe = |k: usize| {
+        let (x, y) = ((k % SIDE as usize) as f64 - 48.0, (k / SIDE as usize) as f64 - 48.0);
+        x.hypot(y) > 1.15 * globe_radius_px
+    };
+    let on_rings = unshadowed.hdr.iter().enumerate().filter(|(k, _)| is_outside_globe(*k)).map(|(_, p)| p[1]);
+    let brightest = on_rings.fold(0.0, larger);
+    assert!((0.7..1.001).contains(&brightest), "{brightest}");
+
     // The B ring is nearly opaque (normal depth 1 to 2.5 and more) and the Cassini Division is not; the image contains both.
     let rings = drawn(699, 5.0, "2017-05-17T00:00:00Z", PixelView::OpticalDepth);
     let greatest_depth = rings.hdr.iter().map(|p| p[1]).fold(0.0, larger);

@@ -286,6 +286,35 @@ mod tests {
         assert!(read("a.vot", IN_SKY, &"<a>".repeat(100)).expect_err("deep").contains("more than 64 elements"));
     }
 
+    /// Positions of B1950 are 0.6 degrees from those of J2000. A field without a reference may have any system of the document.
+    #[test]
+    fn positions_of_votables_are_icrs_or_refused() {
+        let with = |systems: &str, reference: &str| {
+            let text = VOTABLE
+                .replace("<RESOURCE>", &format!("<RESOURCE>{systems}"))
+                .replace("unit=\"deg\"", &format!("unit=\"deg\" {reference}"));
+            read("a.vot", IN_SKY, &text).map(|layer| layer.points[0].lon_deg)
+        };
+        let [icrs, fk5, fk4, galactic] = [
+            r#"<COOSYS ID="i" system="ICRS" epoch="J2016.0"/>"#,
+            r#"<COOSYS ID="f5" system="eq_FK5" equinox="J2000.0"/>"#,
+            r#"<COOSYS ID="f4" system="eq_FK4" equinox="B1950"/>"#,
+            r#"<COOSYS ID="g" system="galactic"/>"#,
+        ];
+        let [fk4_and_fk5, fk4_and_icrs] = [fk5, icrs].map(|other| format!("{fk4}{other}"));
+        let supported: [(&str, &str); 5] = [(icrs, ""), (fk5, "ref=\"f5\""), (fk5, ""), (&fk4_and_fk5, "ref=\"f5\""), (&fk4_and_icrs, "")];
+        for (systems, reference) in supported {
+            assert_eq!(with(systems, reference), Ok(10.5), "{systems} {reference}");
+        }
+        let fk5_of_1975 = fk5.replace("2000.0", "1975");
+        let refused: [(&str, &str); 4] = [(fk4, ""), (galactic, ""), (&fk5_of_1975, ""), (&fk4_and_fk5, "ref=\"f4\"")];
+        for (systems, reference) in refused {
+            let why = with(systems, reference).expect_err(systems);
+            assert!(why.contains("field alpha (line 6): the coordinate system (COOSYS) is "), "{why}");
+        }
+        assert!(with(fk4, "").expect_err("B1950").contains("is eq_FK4 B1950; only ICRS and FK5 J2000"));
+    }
+
     #[test]
     fn nulls_of_votables_are_no_values() {
         // The first column becomes the size. `field`: the rest of its FIELD; `null`: a text that means that there is no value.

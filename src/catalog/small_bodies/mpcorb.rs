@@ -1,7 +1,7 @@
 //! MPCORB.DAT of the Minor Planet Center: fixed columns, packed dates.
 //!
 //! In: one line. Out: a [`SmallBody`], or the field that is wrong. Columns are those of the Center's "Export format for minor-planet orbits". Everything down
-//! to the first line of dashes is the heading, unless the first line is a body: then there is no heading, and dashes further down are an error.
+//! to the first line of dashes is the heading, unless one of the first two lines is a body: then there is no heading, and dashes further down are an error.
 
 use super::SmallBody;
 use super::rows::{
@@ -31,12 +31,12 @@ const EPOCH_COLUMNS: Range<usize> = 20..25;
 /// Byte range of the number in brackets and the name; a line may end within or before it.
 const READABLE_DESIGNATION: Range<usize> = 166..194;
 
-/// Whether the first line can be read as a body.
+/// Whether one of the first two lines can be read as a body. If only the second can, the first has a mistake, which is then reported.
 fn starts_with_body(text: &str) -> bool {
-    text.lines().next().is_some_and(|line| !line.contains(',') && body(line).is_ok())
+    text.lines().take(2).any(|line| !line.contains(',') && body(line).is_ok())
 }
 
-/// Whether a text is in this format: a line of dashes ends its heading (of at most 100 lines), or its first line can be read as a body.
+/// Whether a text is in this format: a line of dashes ends its heading (of at most 100 lines), or one of its first two lines can be read as a body.
 pub(super) fn is_mpcorb(text: &str) -> bool {
     let is_dashes = |line: &str| line.len() > 100 && line.bytes().all(|b| b == b'-');
     text.lines().take(100).any(is_dashes) || starts_with_body(text)

@@ -222,6 +222,11 @@ mod tests {
         assert_eq!(names(&format!("a heading\n{dashes}\n{first}\n\n{second}\n")), Ok(vec!["Ceres".to_owned(), "Pallas".to_owned()]));
         let error = names(&format!("{first}\na heading\n{dashes}\n{second}\n")).expect_err("a heading among the bodies");
         assert_eq!(error.line, 2, "{error}");
+        // A mistake in the first line does not make the file one of another format.
+        let wrong_epoch = first.replace("K239D", "K23ZD");
+        assert_ne!(wrong_epoch, first);
+        let error = names(&format!("{wrong_epoch}\n{second}\n")).expect_err("a wrong first line");
+        assert!(error.line == 1 && error.message.starts_with("epoch is `K23ZD`"), "{error}");
     }
 
     /// Magnitudes in columns `i` and `m` are not taken for the inclination and the mean anomaly.

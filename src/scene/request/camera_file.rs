@@ -146,14 +146,15 @@ impl CameraFile {
 
     /// Copies position, direction of view, up direction and field of view into a request. The body that the camera looks at becomes the target.
     pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
-        let id_of = |name: &str| catalog.body_or_barycenter(name);
+        let in_field = |field: &str, e: &dyn std::fmt::Display| SceneError::Request(format!("camera file, {field}: {e}"));
+        let id_of = |field: &str, name: &str| catalog.body_or_barycenter(name).map_err(|e| in_field(field, &e));
         let position = &self.position.0;
-        let body = id_of(&position.body)?;
+        let body = id_of("position.body", &position.body)?;
         // Only a position on the ground has a height. With an offset, a height is an error, because it would have no effect.
         let height_km = position.height_km;
         request.position = match (position.radii, position.km, position.latitude_deg, position.longitude_deg) {
             (Some(radii), None, None, None) if height_km.is_none() => {
-                let radius_km = catalog.body_named(&position.body)?.radii_km.x;
+                let radius_km = catalog.body_named(&position.body).map_err(|e| in_field("position.body", &e))?.radii_km.x;
                 Position::Offset { body, offset_km: DVec3::from_array(radii) * radius_km, axes: position.axes }
             }
             (None, Some(km), None, None) if height_km.is_none() => {
@@ -170,7 +171,7 @@ impl CameraFile {
         let look = &self.look.0;
         match (&look.at, look.direction) {
             (Some(name), None) => {
-                request.target = Some(id_of(name)?);
+                request.target = Some(id_of("look.at", name)?);
                 request.look = Look::Target;
             }
             (None, Some(d)) => request.look = Look::Along { direction: direction(d, "camera file, look")?, axes: look.axes },

@@ -17,6 +17,10 @@ use std::str::FromStr;
 pub enum KeyTextError {
     #[error("shader key `{text}`: `{word}` at column {column} is not a word of a key; {expected}")]
     Unknown { text: String, word: String, column: usize, expected: String },
+    #[error("shader key `{text}`: a part is empty at column {column}; {expected}")]
+    Empty { text: String, column: usize, expected: String },
+    #[error("shader key `{text}`: `{word}` at column {column} is a word of another part; join parts by `.`, as in {expected}")]
+    OtherPart { text: String, word: String, column: usize, expected: String },
     #[error("shader key `{text}`: `{word}` at column {column} repeats the {dimension}, after `{earlier}` at column {earlier_column}")]
     Twice { text: String, word: String, column: usize, dimension: &'static str, earlier: String, earlier_column: usize },
     #[error("shader key `{text}`: the part `{part}` is missing at column {column}; {expected}")]
@@ -26,6 +30,18 @@ pub enum KeyTextError {
 }
 
 impl KeyTextError {
+    /// The message without the key, for messages that have quoted it already.
+    pub fn without_key(&self) -> String {
+        let message = self.to_string();
+        let (Self::Unknown { text, .. }
+        | Self::Empty { text, .. }
+        | Self::OtherPart { text, .. }
+        | Self::Twice { text, .. }
+        | Self::Missing { text, .. }
+        | Self::NoEffect { text, .. }) = self;
+        message.strip_prefix(&format!("shader key `{text}`: ")).unwrap_or(&message).to_owned()
+    }
+
     /// If the whole text is one unknown word, which may be a misspelt name of a module: suggests the most similar of these names.
     pub fn suggest_module_name(self, names: &[&'static str]) -> Self {
         match self {
@@ -132,11 +148,27 @@ impl FromStr for ShaderKey {
                 column,
                 expected,
             };
+            if piece.is_empty() {
+                let expected = suggestion(piece, &found_parts);
+                return Err(KeyTextError::Empty { text: quoted(), column, expected });
+            }
             let Some(part) = part_of(piece) else {
                 return Err(unknown(piece, column, suggestion(piece, &found_parts)));
             };
             for (word, word_column) in words(part, piece, column) {
                 let Some((dimension, value)) = find_word(part, word) else {
+                    if all_words().contains(&word) {
+                        // The `-` before the word, or after a first word, should be a `.`.
+                        let separator = if word_column > column { word_column - column - 1 } else { word.len() };
+                        let (before, after) = piece.split_at(separator);
+                        let expected = format!("`{before}.{}`", after.trim_start_matches('-'));
+                        return Err(KeyTextError::OtherPart {
+                            text: quoted(),
+                            word: word.into(),
+                            column: word_column,
+                            expected: echo_within(&expected, KEY_ECHO_CHARS),
+                        });
+                    }
                     return Err(unknown(word, word_column, did_you_mean(word, all_words()).unwrap_or_else(|| words_of_part(part))));
                 };
                 if let Some((_, earlier, earlier_column)) = positions.iter().find(|(name, _, _)| *name == dimension.name) {
@@ -234,6 +266,8 @@ mod tests {
     fn errors_name_the_word_and_the_column() {
         let error_of = |text: &str| match text.parse::<ShaderKey>().expect_err(text) {
             KeyTextError::Unknown { column, word, .. } => ("unknown", word, column),
+            KeyTextError::Empty { column, .. } => ("empty", String::new(), column),
+            KeyTextError::OtherPart { column, word, .. } => ("other part", word, column),
             KeyTextError::Twice { column, word, .. } => ("twice", word, column),
             KeyTextError::Missing { column, part, .. } => ("missing", part.to_owned(), column),
             KeyTextError::NoEffect { column, word, .. } => ("no effect", word, column),
@@ -256,7 +290,13 @@ mod tests {
         // Neither `limb-lit` nor `dust` is a word; an unknown word ends before the next `-`.
         assert_eq!(error_of("lambert.sun1.eclipse2-limb-lit.sphere"), ("unknown", "limb".into(), 23));
         assert_eq!(error_of("sky.sun1.air-pixel-16-dust.sphere"), ("unknown", "dust".into(), 23));
-        assert_eq!(error_of(""), ("unknown", String::new(), 1));
-        assert_eq!(error_of("lambert..sun1.sphere").0, "unknown");
+        assert_eq!(error_of(""), ("empty", String::new(), 1));
+        assert_eq!(error_of("lambert..sun1.sphere"), ("empty", String::new(), 9));
+        assert_eq!(error_of("lambert.sun1."), ("empty", String::new(), 14));
+        assert_eq!(error_of("lambert-albedo.sun1.sphere"), ("other part", "albedo".into(), 9));
+        assert_eq!(error_of("albedo-lambert.sun1.sphere"), ("other part", "albedo".into(), 1));
+        let message = "lambert-albedo.sun1".parse::<ShaderKey>().expect_err("a wrong separator");
+        assert!(message.to_string().starts_with("shader key `lambert-albedo.sun1`: "), "{message}");
+        assert_eq!(message.without_key(), "`albedo` at column 9 is a word of another part; join parts by `.`, as in `lambert.albedo`");
     }
 }

@@ -150,7 +150,7 @@ impl Tour {
             let view = view_from_text(&view_text, session, now).map_err(|e| error("view", e.to_string()))?;
             for (field, value) in [("hold_s", stop_file.hold_s), ("travel_s", stop_file.travel_s)] {
                 if !(0.0..=MAX_LENGTH_S).contains(&value) {
-                    return Err(error(field, format!("{value} is not 0 to {MAX_LENGTH_S} seconds")));
+                    return Err(error(field, format!("{value:?} is not 0 to {MAX_LENGTH_S} seconds")));
                 }
             }
             if !(-MAX_TIME_RATE..=MAX_TIME_RATE).contains(&stop_file.time_rate) {

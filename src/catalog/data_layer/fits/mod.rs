@@ -41,7 +41,8 @@ struct Hdu<'a> {
 /// values or more.
 fn data_bytes(header: &Header) -> Result<usize, CardError> {
     let axes = header.integer("NAXIS", 0..=999)?;
-    let bits = header.integer("BITPIX", -64..=64)?.unsigned_abs();
+    // Checked here, because a wrong number of bits would lead to a wrong place for the next header.
+    let bits = bits_per_value(header)?.unsigned_abs();
     // Without axes there are no values.
     let mut value_count: u64 = u64::from(axes > 0);
     for k in 1..=axes {
@@ -60,6 +61,15 @@ fn data_bytes(header: &Header) -> Result<usize, CardError> {
     let bytes = (bits / 8).checked_mul(groups).and_then(|b| b.checked_mul(value_count.checked_add(parameters)?));
     let bytes = bytes.and_then(|b| usize::try_from(b).ok()).filter(|b| *b < usize::MAX / 2);
     bytes.ok_or_else(|| (header.card_number("NAXIS1"), "more data than a file holds".to_owned()))
+}
+
+/// The value of BITPIX: the number of bits of a value, negative for floating point.
+fn bits_per_value(header: &Header) -> Result<i64, CardError> {
+    let bits = header.integer("BITPIX", -64..=64)?;
+    match bits {
+        8 | 16 | 32 | 64 | -32 | -64 => Ok(bits),
+        other => Err((header.card_number("BITPIX"), format!("BITPIX: {other} is not one of 8, 16, 32, 64, -32, -64"))),
+    }
 }
 
 fn has_random_groups(header: &Header) -> bool {
@@ -123,7 +133,7 @@ fn scaled_values(hdu: &Hdu<'_>, pixel_count: usize) -> Result<Vec<f32>, CardErro
     fn map_chunks<const N: usize>(data: &[u8], value: impl Fn([u8; N]) -> f32) -> Vec<f32> {
         data.as_chunks::<N>().0.iter().map(|b| value(*b)).collect()
     }
-    let bits = header.integer("BITPIX", -64..=64)?;
+    let bits = bits_per_value(header)?;
     let data = hdu.data.get(..pixel_count * (bits.unsigned_abs() / 8) as usize).unwrap_or(hdu.data);
     Ok(match bits {
         8 => map_chunks(data, |[b]| scaled_integer(i64::from(b))),
@@ -131,8 +141,8 @@ fn scaled_values(hdu: &Hdu<'_>, pixel_count: usize) -> Result<Vec<f32>, CardErro
         32 => map_chunks(data, |b| scaled_integer(i64::from(i32::from_be_bytes(b)))),
         64 => map_chunks(data, |b| scaled_integer(i64::from_be_bytes(b))),
         -32 => map_chunks(data, |b| scaled_float(f64::from(f32::from_be_bytes(b)))),
-        -64 => map_chunks(data, |b| scaled_float(f64::from_be_bytes(b))),
-        other => return Err((header.card_number("BITPIX"), format!("BITPIX: {other} is not one of 8, 16, 32, 64, -32, -64"))),
+        // -64, the only other value of `bits_per_value`.
+        _ => map_chunks(data, |b| scaled_float(f64::from_be_bytes(b))),
     })
 }
 
@@ -417,6 +427,9 @@ mod tests {
         assert!(why(&[bits, SIZE, &TAN[..6]], &data).1.contains("the image has no scale"));
         assert!(why(&[bits, SIZE, &TAN[..6], &[("CD1_1", "0.01")]], &data).1.contains("cannot be placed"));
         assert!(why(&[&[("BITPIX", "12")], SIZE, TAN], &data).1.contains("not one of 8"));
+        // With 7 bits, that is no bytes, the next header would be searched in the data.
+        let (card, reason) = why(&[&[("BITPIX", "7")], SIZE, TAN], &data);
+        assert!(card == 2 && reason.starts_with("BITPIX: 7 is not one of 8"), "{card}: {reason}");
         let cube: &[(&str, &str)] = &[("NAXIS", "3"), ("NAXIS1", "2"), ("NAXIS2", "1"), ("NAXIS3", "2")];
         assert!(why(&[bits, cube, TAN], &data).1.contains("not a cube"));
         let huge: &[(&str, &str)] = &[("NAXIS", "2"), ("NAXIS1", "1000000000"), ("NAXIS2", "1000000000")];

@@ -1,8 +1,8 @@
 //! Points in a VOTable (IVOA, versions 1.1 to 1.5): the first TABLE of the document, its rows as TABLEDATA, BINARY or BINARY2.
 //!
 //! In: the document. Out: points, or a line number and what is wrong there. A column is identified by its name as in a CSV table, or, if no name fits, by its
-//! UCD (Unified Content Descriptor), such as `pos.eq.ra`, `pos.bodyrc.lon` or their forms before 2005 (UCD1). Rejected: rows in a FITS file, and angles in
-//! units other than degrees.
+//! UCD (Unified Content Descriptor), such as `pos.eq.ra`, `pos.bodyrc.lon` or their forms before 2005 (UCD1). Rejected: rows in a FITS file, angles in
+//! units other than degrees, and positions in the sky whose coordinate system (COOSYS) is neither ICRS nor FK5 J2000.
 
 mod binary;
 
@@ -24,8 +24,29 @@ struct Field {
     arraysize: String,
     /// The number that means null, as text; `None` if no number does.
     null: Option<String>,
+    /// The attribute `ref`: the ID of a coordinate system; empty if there is none.
+    reference: String,
     /// The line of the element.
     line: usize,
+}
+
+/// A COOSYS element: a coordinate system.
+struct CoordinateSystem {
+    id: String,
+    system: String,
+    equinox: String,
+}
+
+impl CoordinateSystem {
+    /// Whether its positions are those of ICRS, to the precision of this program. A system without name is FK5 (VOTable 1.1 to 1.3), and without equinox J2000.
+    fn is_icrs_or_fk5_j2000(&self) -> bool {
+        let is_j2000 = || self.equinox.is_empty() || self.equinox.trim_start_matches('J').parse::<f64>() == Ok(2000.0);
+        match self.system.as_str() {
+            "ICRS" => true,
+            "" | "eq_FK5" | "FK5" => is_j2000(),
+            _ => false,
+        }
+    }
 }
 
 impl Field {
@@ -42,6 +63,8 @@ struct Table {
     /// Whether points are given by latitude and longitude, not by declination and right ascension.
     on_body: bool,
     fields: Vec<Field>,
+    /// The coordinate systems before the rows.
+    systems: Vec<CoordinateSystem>,
     /// The columns of a point; `None` before the rows begin.
     columns: Option<PointColumns>,
     /// The cells of the current TR.
@@ -86,6 +109,18 @@ impl Table {
                     echo_within(unit, 20)
                 ));
             }
+            // A field without a valid reference may have any of the systems.
+            let referenced = self.systems.iter().filter(|system| !system.id.is_empty() && system.id == field.reference).collect::<Vec<_>>();
+            let possible: Vec<&CoordinateSystem> = if referenced.is_empty() { self.systems.iter().collect() } else { referenced };
+            let is_supported = self.on_body || possible.iter().any(|system| system.is_icrs_or_fk5_j2000());
+            if let Some(CoordinateSystem { system, equinox, .. }) = possible.first().filter(|_| !is_supported) {
+                let name = echo_within(format!("{system} {equinox}").trim(), 40);
+                return Err(format!(
+                    "field {} (line {}): the coordinate system (COOSYS) is {name}; only ICRS and FK5 J2000 are supported",
+                    echo_within(&field.name, 40),
+                    field.line
+                ));
+            }
         }
         self.columns = Some(columns);
         Ok(())
@@ -116,12 +151,18 @@ impl ElementHandler for Table {
     fn start_element(&mut self, path: &[Element]) -> Result<(), String> {
         let Some(element) = path.last().filter(|_| !self.has_ended) else { return Ok(()) };
         match element.name.as_str() {
+            "COOSYS" => {
+                let attribute = |name: &str| element.attribute(name).unwrap_or_default().trim().to_owned();
+                let (id, system, equinox) = (attribute("ID"), attribute("system"), attribute("equinox"));
+                self.systems.push(CoordinateSystem { id, system, equinox });
+            }
             "FIELD" => {
                 let attribute = |name: &str| element.attribute(name).unwrap_or_default().to_owned();
                 let (name, ucd) = (if attribute("name").is_empty() { attribute("ID") } else { attribute("name") }, attribute("ucd"));
                 let unit = element.attribute("unit").map(str::to_owned);
                 let (data_type, arraysize) = (attribute("datatype"), attribute("arraysize"));
-                self.fields.push(Field { name, ucd, unit, data_type, arraysize, null: None, line: element.line });
+                let reference = attribute("ref");
+                self.fields.push(Field { name, ucd, unit, data_type, arraysize, null: None, reference, line: element.line });
             }
             "VALUES" if path.iter().rev().nth(1).is_some_and(|parent| parent.name == "FIELD") => {
                 if let Some(field) = self.fields.last_mut() {

@@ -74,6 +74,17 @@ impl KernelClass {
         })
     }
 
+    /// What is wrong with `ORRERY_KERNELS`, if it names no class that this machine can run and is therefore ignored.
+    pub fn unavailable_choice() -> Option<String> {
+        let requested = std::env::var_os("ORRERY_KERNELS")?.to_string_lossy().into_owned();
+        let available: Vec<&str> = Self::available().iter().map(|class| class.name()).collect();
+        let is_unavailable = !requested.is_empty() && !available.contains(&requested.as_str());
+        is_unavailable.then(|| {
+            let (requested, used) = (requested.escape_default().take(60).collect::<String>(), Self::in_use().name());
+            format!("ORRERY_KERNELS={requested}: not one of {}; {used} is used", available.join(", "))
+        })
+    }
+
     /// The name in `ORRERY_KERNELS` and in reports.
     pub fn name(self) -> &'static str {
         match self {

@@ -1,0 +1,54 @@
+//! Camera files: each error names the file, and the line or the field.
+
+use super::{path_text, stderr_text};
+use std::process::{Command, Output};
+
+fn orrery(args: &[&str]) -> Output {
+    let mut command = Command::new(crate::support::program::path());
+    command.args(["--renderer", "software", "--cache", path_text(&crate::support::scratch::program_cache())]);
+    command.args(args).output().expect("starts")
+}
+
+/// These errors had neither file nor field.
+#[test]
+fn errors_in_the_values_of_a_camera_file_name_file_and_field() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("camera.json");
+    for (camera, message_part) in [
+        (r#"{"position": {"body": "mrs", "radii": [3,0,0]}, "look": {"at": "mars"}}"#, "camera.json: position.body: no body"),
+        (r#"{"position": {"body": "mars", "radii": [3,0,0]}, "look": {"at": "mrs"}}"#, "camera.json: look.at: no body"),
+        (r#"{"position": {"body": "mars"}, "look": {"at": "mars"}}"#, "camera.json: position: give one of"),
+    ] {
+        std::fs::write(&file, camera).expect("written");
+        let out = orrery(&["explain", "--camera-json", path_text(&file)]);
+        assert!(out.status.code() == Some(1) && stderr_text(&out).contains(message_part), "{camera}: {}", stderr_text(&out));
+    }
+    let stdin = orrery(&["explain", "--camera-json", "-"]);
+    assert!(stdin.status.code() == Some(2) && stderr_text(&stdin).contains("--camera-json -: "), "{}", stderr_text(&stdin));
+}
+
+#[test]
+fn errors_in_camera_files_name_the_line_in_plain_words() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("camera.json");
+    for (camera, line_number, message_part) in [
+        ("[]", 1, "expected an object {\"position\""),
+        ("3", 1, "expected an object {\"position\""),
+        ("\n\n\"a\"", 3, "expected an object {\"position\""),
+        ("{}", 1, "position"),
+        ("{\"position\": [],\n \"look\": {\"at\": \"mars\"}}", 1, "expected an object {\"body\""),
+        ("{\"position\": {\"body\": \"mars\", \"radii\": [3,0,0]},\n\"look\": []}", 2, "expected an object {\"at\""),
+        ("{\"position\": {\"body\": \"mars\", \"radii\": [3,0]},\n\"look\": {\"at\": \"mars\"}}", 1, "a list of 3 values"),
+        ("{\"position\": {\"body\": \"mars\",\n\"radii\": [3,0,\"a\"]},\"look\": {\"at\": \"mars\"}}", 2, "expected a number"),
+        ("{\"position\": {\"body\": \"mars\",\n\n\"radius\": 3},\"look\": {\"at\": \"mars\"}}", 3, "radius"),
+        ("{\"position\":", 1, "EOF"),
+        ("", 1, "EOF"),
+    ] {
+        std::fs::write(&file, camera).expect("written");
+        let out = orrery(&["explain", "--camera-json", path_text(&file)]);
+        let line = stderr_text(&out);
+        assert!(out.status.code() == Some(1) && line.trim().lines().count() == 1, "{camera:?}: {line}");
+        assert!(line.contains(&format!("camera.json:{line_number}:")) && line.contains(message_part), "{camera:?}: {line}");
+        assert!(!line.contains("struct ") && !line.contains("sequence") && !line.contains("f64"), "{camera:?}: {line}");
+    }
+}
