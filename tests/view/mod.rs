@@ -6,6 +6,7 @@ mod composition;
 mod contrast;
 mod cut_texts;
 mod dropped;
+mod event_playback;
 mod event_search;
 mod events;
 mod failures;

@@ -10,7 +10,7 @@ use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::date_text::resembles_date;
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::place_text::parse_place_without_limits;
-use crate::view::app::search::{SearchTarget, Suggestion, similar_texts, star_view, suggestions, surface_feature_view};
+use crate::view::app::search::{SearchTarget, Suggestion, mentions_events, similar_texts, star_view, suggestions, surface_feature_view};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
@@ -138,6 +138,8 @@ fn not_found(interface: &Interface) -> String {
         text!("search-no-place", typed = quoted)
     } else if resembles_date(text) {
         text!("time-no-date", typed = quoted)
+    } else if mentions_events(text) {
+        text!("search-no-event", typed = quoted)
     } else {
         text!("search-nothing", typed = quoted)
     }

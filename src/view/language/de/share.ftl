@@ -72,6 +72,7 @@ frames = Bilder über die Zeit
 frames-count = Anzahl der Bilder
 frames-unit = Bilder,
 frames-step = Simulierte Sekunden zwischen den Bildern
+frames-event-steps = { $shortest } bis { $longest } s
 frames-apart = Abstand
 frames-whole-event = Ganzes Ereignis
 frames-whole-event-hint = Die Bilder über das gewählte Ereignis verteilen, von vor dem Anfang bis nach dem Ende, gleich welche Zeit gezeigt wird

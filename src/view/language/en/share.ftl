@@ -72,6 +72,7 @@ frames = Frames over time
 frames-count = Number of frames
 frames-unit = frames,
 frames-step = Simulated seconds between frames
+frames-event-steps = { $shortest } to { $longest } s
 frames-apart = apart
 frames-whole-event = Whole event
 frames-whole-event-hint = Spread the frames over the chosen event, from before its start to after its end, whatever time is shown
