@@ -24,6 +24,7 @@ mod now;
 mod number_fields;
 mod panels;
 mod presets;
+mod roll;
 mod search;
 mod sharing;
 mod shortcuts;

@@ -312,6 +312,7 @@ impl Interface {
         }
         for action in actions {
             match action {
+                Action::Turn(..) | Action::LookAround(..) if !self.viewer.can_turn() => self.show_reply(text!("drag-at-centre")),
                 Action::Turn(..) | Action::LookAround(..) => self.settings.hints_followed.drag = true,
                 Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints_followed.scroll = true,
                 _ => {}
