@@ -90,6 +90,11 @@ impl Rect {
         self.min.cmplt(other.max).all() && other.min.cmplt(self.max).all()
     }
 
+    /// Distance of a point from the rectangle, pixels; 0 inside.
+    pub(crate) fn distance_px(&self, point: DVec2) -> f64 {
+        point.distance(point.clamp(self.min, self.max))
+    }
+
     /// The rectangle enlarged by `margin.x` on the left and right and by `margin.y` above and below.
     pub(crate) fn padded(&self, margin: DVec2) -> Self {
         Self { min: self.min - margin, max: self.max + margin }
