@@ -353,7 +353,7 @@ fn crowded_names_are_those_of_the_brighter_bodies_and_next_to_their_own() {
     let time = Instant::parse("2026-11-30T20:40:00Z").expect("a time");
     let request = ViewRequest {
         position: Position::Centre(NaifId::EARTH),
-        up: orrery::scene::request::Up::Celestial,
+        up: Up::Celestial,
         fov_deg: Some(1.0),
         width: 760,
         height: 712,
@@ -378,4 +378,24 @@ fn crowded_names_are_those_of_the_brighter_bodies_and_next_to_their_own() {
             assert!(other.name_side.is_some() || apart_px > metrics.line_height_px, "{} is named, {} is not", label.name, other.name);
         }
     }
+}
+
+/// A caption over the sunlit Moon could not be read: its letters are about as bright as the ground, and had only a shadow to their right.
+#[test]
+fn a_caption_over_sunlit_ground_has_a_dark_halo() {
+    let time = Instant::parse("2026-11-24T21:00:00Z").expect("a time");
+    let request = ViewRequest {
+        position: Position::Centre(NaifId::EARTH),
+        up: Up::Celestial,
+        fov_deg: Some(0.2),
+        width: 512,
+        height: 256,
+        ..ViewRequest::of(NaifId::MOON, time)
+    };
+    let [plain, captioned] = [false, true].map(|caption| draw_with(Layers { caption, ..Layers::default() }, &request));
+    let levels = |pixel: &[u8; 4]| pixel[..3].iter().map(|level| i32::from(*level)).sum::<i32>();
+    let changes = plain.frame.display.iter().zip(&captioned.frame.display).map(|(before, after)| levels(after) - levels(before));
+    let changed: Vec<i32> = changes.filter(|change| *change != 0).collect();
+    let darkened = changed.iter().filter(|change| **change < -60).count();
+    assert!(changed.len() > 500 && 3 * darkened > 2 * changed.len(), "{darkened} of {} pixels are darker", changed.len());
 }

@@ -30,6 +30,7 @@ number-no-longitude = „{ $typed }“ ist keine Länge: möglich sind 18,4 W od
 number-no-seconds = „{ $typed }“ ist keine Zeitspanne: möglich sind 90, 90 s, 5 min, 2 h oder 1 d
 number-outside = „{ $typed }“ liegt nicht zwischen { $smallest } und { $largest }
 warning-title = Diese Ansicht ließ sich nicht öffnen
+warning-no-file = { $reason }; ein Link beginnt mit { $scheme }
 warning-default = Stattdessen wird die übliche Ansicht gezeigt.
 warning-close = Schließen
 warning-close-hint = Die Meldung schließen (Eingabe, Esc)

@@ -30,6 +30,7 @@ number-no-longitude = “{ $typed }” is not a longitude: write 18.4 W or -18.4
 number-no-seconds = “{ $typed }” is not a length of time: write 90, 90 s, 5 min, 2 h or 1 d
 number-outside = “{ $typed }” is not between { $smallest } and { $largest }
 warning-title = This view could not be opened
+warning-no-file = { $reason }; a link starts with { $scheme }
 warning-default = The default view is shown instead.
 warning-close = Close
 warning-close-hint = Close the message (Enter, Escape)
