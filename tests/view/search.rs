@@ -5,7 +5,7 @@ use crate::view::input::{Window, type_text, window_without_images};
 use crate::view::interface::{interface, session};
 use egui::Key;
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::catalog::stars::STAR_NAMES;
 use orrery::scene::request::{Axes, Look};
@@ -244,6 +244,19 @@ fn events_are_found_by_their_date_and_a_place_is_explained() {
     // The built-in moment of that eclipse is found by any of its words.
     assert!(matches!(&found("eclipse spain")[..], [moment] if matches!(moment.target, SearchTarget::Moment(_))));
     window_after_search("eclipse france").get_by_label_contains("events are found by kind and date");
+}
+
+/// The field stayed empty, beside the latitude of the city.
+#[test]
+fn a_city_of_the_search_is_named_in_the_city_field() {
+    let mut window = window_after_search("eclipse 2026");
+    window.get_by_label_contains("Total solar eclipse, 2026-08-12 17:4").click();
+    window.run_steps(3);
+    let city = |window: &Window| window.get_by_role_and_label(egui::accesskit::Role::TextInput, "City").accesskit_node().value();
+    assert_eq!(city(&window).unwrap_or_default(), "");
+    search(&mut window, "munich");
+    window.run_steps(5);
+    assert_eq!(city(&window).as_deref(), Some("Munich"));
 }
 
 /// A typed time is suggested with its seconds, not rounded to a minute of the next year.

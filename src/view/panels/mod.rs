@@ -257,6 +257,7 @@ impl Interface {
         self.receive(ui.ctx(), worker);
         self.style(ui.ctx());
         let theme_preference = match self.settings.dark {
+            _ if self.settings.is_red => egui::ThemePreference::Dark,
             Some(true) => egui::ThemePreference::Dark,
             Some(false) => egui::ThemePreference::Light,
             None => egui::ThemePreference::System,

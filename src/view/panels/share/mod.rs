@@ -345,6 +345,7 @@ fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.selectable_value(&mut interface.settings.dark, dark, name).on_hover_text(text!("appearance-colours-hint"));
         }
     });
+    ui.checkbox(&mut interface.settings.is_red, text!("appearance-red")).on_hover_text(text!("appearance-red-hint"));
     ui.horizontal(|ui| {
         ui.label(text!("appearance-language"));
         for language in Language::ALL {
