@@ -1,10 +1,10 @@
 //! Labels of bodies: names and markers, fewer of them where bodies are crowded. Also the layer that contains them together with an image's other texts.
 //!
-//! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap
-//! (estimated from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker; a body that fills the image has no name.
-//! A name is a line away if there is no room beside the body, that of the selected body up to some lines. No name is nearer to another body's marker than to
-//! its own body, except that of the selected body, and except to the marker of a less important body, if there is no other room. A body has no label if its centre is outside the image, if it is
-//! behind the disc of a nearer body, or if it is close to a more important label. Does not draw glyphs.
+//! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap (estimated
+//! from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker; a body that fills the image has no name. A name is a
+//! line away if there is no room beside the body, that of the selected body up to some lines. No name is nearer to another body's marker than to its own body,
+//! except that of the selected body, and except to the marker of a less important body, if there is no other room. A body has no label if its centre is
+//! outside the image, if it is behind the disc of a nearer body, or if it is close to a more important label. Does not draw glyphs.
 
 use super::data::{self, Dot};
 use super::features;
