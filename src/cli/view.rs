@@ -84,15 +84,16 @@ mod windowed {
     use crate::cli::output::print_message;
     use crate::ephemeris::body_order::bodies_in_usual_order;
     use crate::files::read_text;
-    use crate::session::{RendererPreference, Session};
+    use crate::session::{RendererPreference, Session, SessionError, Sources};
     use crate::time::Instant;
     use crate::view::app::body_positions::SessionPositions;
     use crate::view::app::initial_view::initial_view;
     use crate::view::app::settings::Settings;
     use crate::view::app::view_state::ViewState;
     use crate::view::app::viewer::{SelectableBody, Viewer};
-    use crate::view::language::Language;
-    use crate::view::link::{MAX_BYTES, SCHEME, is_link, view_from_text};
+    use crate::view::error_texts::UnreadView;
+    use crate::view::language::{Language, set as set_language};
+    use crate::view::link::{MAX_BYTES, is_link, view_from_text};
     use crate::view::panels::Interface;
     use crate::view::window;
     use crate::view::window::shader_watcher::ShaderWatcher;
@@ -112,11 +113,7 @@ mod windowed {
         // This changes a setting of the allocator, which must be done before the session reads maps.
         return_large_blocks();
         let messages: Arc<Mutex<Vec<String>>> = Arc::default();
-        let session_messages = Arc::clone(&messages);
-        let session = Session::open(&common.sources_for_drawing(), move |line| {
-            print_message(line);
-            session_messages.lock().push(line.to_owned());
-        })?;
+        let session = open_session(common.sources_for_drawing(), &messages)?;
         let watcher = common
             .shaders
             .as_ref()
@@ -124,23 +121,27 @@ mod windowed {
             .transpose()
             .map_err(|e| CliError::Failed(e.to_string()))?;
         let view_of_options = ViewState { quality: common.quality, ..view_of_options(&session, args)? };
-        let saved_view = args.link.as_ref().map(|link| saved_view(link, &session)).transpose();
-        let warning = saved_view.as_ref().err().cloned();
-        // The window shows the warning, too, because a user who clicked on a link does not see standard error.
-        warning.iter().for_each(|line: &String| print_message(line));
-        let mut view = saved_view.ok().flatten().unwrap_or(view_of_options);
-        // The projection and stereo options of the command line take precedence over those of a link.
-        view.composition = view.composition.with_options(&composition);
-        let viewer = Viewer::new(selectable_bodies(&session), view, now);
         let settings_path = args.settings.clone().or_else(Settings::default_path);
         let (settings, load_message) = settings_path.as_deref().map_or((Settings::default(), None), Settings::load);
         load_message.iter().for_each(|line: &String| print_message(line));
         messages.lock().extend(load_message);
+        let language = language.or(settings.language).unwrap_or_else(|| Language::of_environment(|name| std::env::var(name).ok()));
+        // The warning below is a text of the window.
+        set_language(language);
+        let saved_view = args.link.as_ref().map(|link| saved_view(link, &session)).transpose();
+        // The window shows the warning, too, because a user who clicked on a link does not see standard error.
+        let warning = saved_view.as_ref().err().map(|UnreadView { in_english, in_window }| {
+            print_message(in_english);
+            in_window.clone()
+        });
+        let mut view = saved_view.ok().flatten().unwrap_or(view_of_options);
+        // The projection and stereo options of the command line take precedence over those of a link.
+        view.composition = view.composition.with_options(&composition);
+        let viewer = Viewer::new(selectable_bodies(&session), view, now);
         // The settings that this window read or wrote last. Another window may have changed the file since then.
         let last_saved = Mutex::new(settings.clone());
         let mut interface = Interface::new(viewer, settings);
-        interface.language =
-            language.or(interface.settings.language).unwrap_or_else(|| Language::of_environment(|name| std::env::var(name).ok()));
+        interface.language = language;
         interface.session_messages = messages;
         interface.warning = warning;
         interface.warp = warp;
@@ -191,14 +192,34 @@ mod windowed {
         }
     }
 
-    /// The view of a link, or of a file with a saved view.
-    fn saved_view(link: &str, session: &Session) -> Result<ViewState, String> {
-        let error_text = |why: &dyn std::fmt::Display| format!("{}: {why}", echo(link));
-        if is_link(link) {
-            return view_from_text(link, session, now()).map_err(|e| error_text(&e));
+    /// Opens the session. A catalog, star file or table of small bodies with an error is left out, with a message: the window opens nevertheless.
+    fn open_session(mut sources: Sources, messages: &Arc<Mutex<Vec<String>>>) -> Result<Session, SessionError> {
+        loop {
+            let session_messages = Arc::clone(messages);
+            let opened = Session::open(&sources, move |line| {
+                print_message(line);
+                session_messages.lock().push(line.to_owned());
+            });
+            let error = match opened {
+                Ok(session) => return Ok(session),
+                Err(error) => error,
+            };
+            let Some((option, usable)) = sources.without_invalid_data(&error) else { return Err(error) };
+            sources = usable;
+            let line = format!("{error}; the window opens without {option}");
+            print_message(&line);
+            messages.lock().push(line);
         }
-        let text = read_text(link.as_ref(), MAX_BYTES).map_err(|e| error_text(&format!("{e}; a link starts with {SCHEME}")))?;
-        view_from_text(&text, session, now()).map_err(|e| error_text(&e))
+    }
+
+    /// The view of a link, or of a file with a saved view.
+    fn saved_view(link: &str, session: &Session) -> Result<ViewState, UnreadView> {
+        let text = if is_link(link) {
+            link.to_owned()
+        } else {
+            read_text(link.as_ref(), MAX_BYTES).map_err(|e| UnreadView::of_file(&echo(link), e.to_string()))?
+        };
+        view_from_text(&text, session, now()).map_err(|e| UnreadView::of_text(&echo(link), &e))
     }
 
     /// The view of a new window at `--target` and `--time`.

@@ -202,9 +202,9 @@ reason-trace-no-period = its path has no period
 reason-trace-samples = { $days } days about { $body }, { $samples } samples, { $count } segments
 reason-lines-instruments-left = { $count } too small or wider than the image
 # Notes on estimates and conventions in the catalogs.
-estimate-albedo = albedo { $value }: an estimate, +-{ $percent } %: changes brightness by up to { $magnitudes } mag
-estimate-colour = colour: an estimate, +-{ $percent } %: changes red or blue against green by up to that
-estimate-air = { $species } of the atmosphere: an estimate, +-{ $percent } %: changes its optical depth by up to that
+estimate-albedo = estimated albedo { $value } ±{ $percent } %, up to { $magnitudes } mag in brightness
+estimate-colour = estimated colour, ±{ $percent } % in red and blue against green
+estimate-air = estimated { $species } of the atmosphere, ±{ $percent } % in optical depth
 radii-used = { $source }: Sun { $sun } km, Moon { $moon } km
 # Texts in images.
 image-caption = { $from }, { $view }

@@ -203,9 +203,9 @@ reason-trace-no-period = seine Bahn hat keine Periode
 reason-trace-samples = { $days } Tage um { $body }, { $samples } Stützstellen, { $count } Stücke
 reason-lines-instruments-left = { $count } zu klein oder breiter als das Bild
 # Notes on estimates and conventions in the catalogs.
-estimate-albedo = Albedo { $value }: geschätzt, ±{ $percent } %: ändert die Helligkeit um bis zu { $magnitudes } mag
-estimate-colour = Farbe: geschätzt, ±{ $percent } %: ändert Rot oder Blau gegen Grün um bis zu so viel
-estimate-air = { $species } der Atmosphäre: geschätzt, ±{ $percent } %: ändert ihre optische Dicke um bis zu so viel
+estimate-albedo = Albedo geschätzt auf { $value } ±{ $percent } %, bis zu { $magnitudes } mag in der Helligkeit
+estimate-colour = Farbe geschätzt, ±{ $percent } % in Rot und Blau gegen Grün
+estimate-air = { $species } der Atmosphäre geschätzt, ±{ $percent } % in der optischen Dicke
 radii-used = { $source }: Sonne { $sun } km, Mond { $moon } km
 # Texts in images.
 image-caption = { $from }, { $view }

@@ -2,11 +2,11 @@
 //!
 //! In: values from the command line, or from a program that uses this crate as a library. Out: [`Sources`]. Not here: reading and checking the files.
 
-use super::{RendererPreference, SurfaceFile};
+use super::{RendererPreference, SessionError, SurfaceFile};
 use crate::catalog::EclipseRadii;
 use crate::scene::sky::frames::SkyFrame;
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The user's replacements for the built-in data, and options for drawing. A file or folder that is `None` replaces nothing.
 #[derive(Clone, Debug, Default)]
@@ -54,5 +54,42 @@ impl Sources {
     /// Folders that are searched for maps and meshes; earlier ones take precedence.
     pub(super) fn map_and_mesh_folders(&self) -> impl Iterator<Item = &PathBuf> {
         self.textures.iter().chain(&self.catalogs)
+    }
+
+    /// The option whose data a session could not use, and the sources without it; `None` if the error is about other sources.
+    pub fn without_invalid_data(&self, error: &SessionError) -> Option<(&'static str, Self)> {
+        let is_in_catalogs = |path: &str| self.catalogs.as_ref().is_some_and(|folder| Path::new(path).starts_with(folder));
+        match error {
+            SessionError::File { path, .. } if is_in_catalogs(path) => Some(("--catalogs", Self { catalogs: None, ..self.clone() })),
+            SessionError::Catalog(_) if self.catalogs.is_some() => Some(("--catalogs", Self { catalogs: None, ..self.clone() })),
+            SessionError::Stars(_) if self.stars.is_some() => Some(("--stars", Self { stars: None, ..self.clone() })),
+            SessionError::SmallBodies(_) if self.minor_planets.is_some() => {
+                Some(("--minor-planets", Self { minor_planets: None, ..self.clone() }))
+            }
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::Session;
+
+    /// A line without a value in a catalog of the user once kept the window from opening.
+    #[test]
+    fn only_the_invalid_data_is_left_out() {
+        let folder = tempfile::tempdir().expect("a folder");
+        std::fs::write(folder.path().join("own.toml"), "[[body]]\nname = \n").expect("written");
+        let sources = Sources { catalogs: Some(folder.path().into()), threads: Some(1), ..Sources::default() };
+        let error = Session::open(&sources, |_| {}).map(|_| ()).expect_err("an invalid catalog");
+        let (option, usable) = sources.without_invalid_data(&error).expect("another try");
+        assert_eq!((option, usable.catalogs.as_ref(), usable.threads), ("--catalogs", None, Some(1)));
+        // An error of the built-in catalog, or about something else, cannot be avoided in this way.
+        assert!(usable.without_invalid_data(&error).is_none());
+        let other = SessionError::File { path: "a.toml".into(), why: "missing".into() };
+        assert!(sources.without_invalid_data(&other).is_none());
+        let in_folder = SessionError::File { path: folder.path().join("points.csv").display().to_string(), why: "missing".into() };
+        assert!(sources.without_invalid_data(&in_folder).is_some());
     }
 }

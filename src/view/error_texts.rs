@@ -13,13 +13,36 @@ use crate::scene::SceneError;
 use crate::session::{RendererError, SessionError};
 use crate::shader::key::KeyTextError;
 use crate::view::app::view_state::ViewStateError;
-use crate::view::language::message_text;
-use crate::view::link::ViewTextError;
+use crate::view::language::{message_text, text};
+use crate::view::link::{SCHEME, ViewTextError};
 use std::error::Error;
 
 /// The text of an error in the window's language.
 pub(crate) fn error_text(error: &(dyn Error + 'static)) -> String {
     message_text(&error_message(error))
+}
+
+/// Why the view of the command line, a link or a file, is not shown.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct UnreadView {
+    /// For standard error.
+    pub in_english: String,
+    /// In the window's language.
+    pub in_window: String,
+}
+
+impl UnreadView {
+    /// A file that cannot be read. `file`: as messages quote it.
+    pub(crate) fn of_file(file: &str, why: String) -> Self {
+        let in_english = format!("{file}: {why}; a link starts with {SCHEME}");
+        let reason = message!("error-file", path = Argument::English(file.to_owned()), why = Argument::English(why));
+        Self { in_english, in_window: text!("warning-no-file", reason = message_text(&reason), scheme = SCHEME) }
+    }
+
+    /// A link, or the text of a file, that describes no view. `link`: the link or the file, as messages quote it.
+    pub(crate) fn of_text(link: &str, error: &(dyn Error + 'static)) -> Self {
+        Self { in_english: format!("{link}: {error}"), in_window: format!("{link}: {}", error_text(error)) }
+    }
 }
 
 fn error_message(error: &(dyn Error + 'static)) -> Message {
@@ -86,6 +109,29 @@ mod tests {
     use crate::shader::key::ShaderKey;
     use crate::time::Instant;
     use crate::view::language::{Language, set};
+
+    /// The dialog about a wrong file or link of the command line was in English.
+    #[test]
+    fn the_dialog_about_the_view_of_the_command_line_is_in_the_language_of_the_window() {
+        let of_file = || UnreadView::of_file("/tmp/x.json", "No such file or directory (os error 2)".into());
+        let of_text = || UnreadView::of_text("orrery://view?aim=3", &ViewTextError::Fields(vec!["aim: no such field".into()]));
+        set(Language::English);
+        for unread in [of_file(), of_text()] {
+            assert_eq!(unread.in_english, unread.in_window);
+        }
+        set(Language::German);
+        for (unread, german) in [
+            (
+                of_file(),
+                "/tmp/x.json kann nicht gelesen werden: keine solche Datei, kein solcher Ordner; ein Link beginnt mit orrery://view?",
+            ),
+            (of_text(), "orrery://view?aim=3: Diese Ansicht ist nicht möglich: aim: no such field"),
+        ] {
+            assert_eq!(unread.in_window, german);
+            assert!(unread.in_english.is_ascii(), "{unread:?}");
+        }
+        set(Language::English);
+    }
 
     /// In English an error reads as on the command line. In German a common error is translated; any other has a German sentence before it.
     #[test]

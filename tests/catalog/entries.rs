@@ -287,7 +287,7 @@ fn an_estimate_states_its_error_and_applies_only_to_the_catalogs_value() {
         catalog.body(NaifId(801)).expect("Triton").clone()
     };
     let triton = triton_with("[[body]]\nid = 801\ngeometric_albedo = 0.5\n[body.estimates]\nalbedo_percent = 50\n");
-    assert_eq!(triton.estimate_notes()[0].to_string(), "albedo 0.5: an estimate, +-50 %: changes brightness by up to 0.75 mag");
+    assert_eq!(triton.estimate_notes()[0].to_string(), "estimated albedo 0.5 ±50 %, up to 0.75 mag in brightness");
     let users_value = triton_with("[[body]]\nid = 801\ngeometric_albedo = 0.5\n");
     assert_eq!(users_value.estimates.albedo_percent, None);
     assert!(users_value.estimates.colour_percent.is_some(), "its colour is still the catalog's");

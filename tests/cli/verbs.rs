@@ -229,7 +229,7 @@ fn json_answers_have_their_fields() {
     let explained = json(&["explain", "--target", "earth", "--time", ECLIPSE, "--json"]);
     let earth = explained["bodies"].as_array().and_then(|b| b.iter().find(|b| b["name"] == "Earth")).expect("the Earth");
     assert!(earth["features"].as_array().is_some_and(|f| f.len() > 5) && earth["key"].is_string(), "{earth}");
-    let estimate = "albedo 0.434: an estimate, +-50 %: changes brightness by up to 0.75 mag";
+    let estimate = "estimated albedo 0.434 ±50 %, up to 0.75 mag in brightness";
     assert!(earth["estimates"].as_array().is_some_and(|e| e.iter().any(|line| line == estimate)), "{earth}");
     // Each effect that has models lists the chosen model and its error.
     for (feature, model) in [("atmosphere", "table"), ("eclipse", "limb-darkened")] {

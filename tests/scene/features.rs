@@ -123,8 +123,7 @@ fn apollo_sites_are_named_only_on_a_large_moon() {
         let request = ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(fov_deg), ..view(301, "+features", None) };
         let scene = scene(&request);
         let margin = &layer(&scene).margin;
-        // The names and the rings of the sites are readable on sunlit ground.
-        assert!(margin.texts.iter().all(|t| t.has_halo) && margin.rings.is_empty());
+        assert!(margin.rings.is_empty());
         [margin.texts.iter().filter(|t| t.text.starts_with("Apollo 1")).count(), margin.sites.len()]
     };
     let [names, sites] = named(0.7);

@@ -345,3 +345,57 @@ fn the_values_of_a_stereo_pair_are_those_of_the_view() {
     let declination_deg = view.body(NaifId::EARTH).and_then(|earth| earth.sub_solar).expect("lit by the Sun").lat_centric_deg;
     assert!((declination_deg + 20.1).abs() < 0.1, "{declination_deg}");
 }
+
+/// Jupiter's moons on 2026-11-30: Io had no name, since its places collided with the name of Ganymede, and the name of the invisible Amalthea stood at Io's
+/// marker.
+#[test]
+fn crowded_names_are_those_of_the_brighter_bodies_and_next_to_their_own() {
+    let time = Instant::parse("2026-11-30T20:40:00Z").expect("a time");
+    let request = ViewRequest {
+        position: Position::Centre(NaifId::EARTH),
+        up: Up::Celestial,
+        fov_deg: Some(1.0),
+        width: 760,
+        height: 712,
+        layers: Layers { labels: true, ..Layers::default() },
+        ..ViewRequest::of(JUPITER, time)
+    };
+    let layer = SESSION.scene(&request).expect("a scene").labels.expect("labels");
+    let metrics = LabelMetrics::of_size(layer.glyph_px);
+    let marker_px = 5.0 / 13.0 * layer.glyph_px;
+    let is_named = |moon: i32| layer.labels.iter().any(|label| label.body == NaifId(moon) && label.name_side.is_some());
+    // Io and Europa have one marker.
+    assert!(is_named(501) && is_named(503) && is_named(504), "{:?}", layer.labels);
+    for (index, label) in layer.labels.iter().enumerate().filter(|(_, label)| label.body != JUPITER) {
+        let Some(side) = label.name_side else { continue };
+        let name = label_rect(label.centre_px, label.radius_px, &label.name, &metrics, side);
+        let distance_px = |at: DVec2| at.distance(at.clamp(name.min, name.max)) - marker_px;
+        // The more important labels come first.
+        for other in layer.labels[..index].iter().filter(|other| other.radius_px < marker_px) {
+            let distances_px = [label, other].map(|label| distance_px(label.centre_px));
+            assert!(distances_px[0] <= distances_px[1], "{} is nearer to {}: {distances_px:?}", label.name, other.name);
+            let apart_px = label.centre_px.distance(other.centre_px);
+            assert!(other.name_side.is_some() || apart_px > metrics.line_height_px, "{} is named, {} is not", label.name, other.name);
+        }
+    }
+}
+
+/// A caption over the sunlit Moon could not be read: its letters are about as bright as the ground, and had only a shadow to their right.
+#[test]
+fn a_caption_over_sunlit_ground_has_a_dark_halo() {
+    let time = Instant::parse("2026-11-24T21:00:00Z").expect("a time");
+    let request = ViewRequest {
+        position: Position::Centre(NaifId::EARTH),
+        up: Up::Celestial,
+        fov_deg: Some(0.2),
+        width: 512,
+        height: 256,
+        ..ViewRequest::of(NaifId::MOON, time)
+    };
+    let [plain, captioned] = [false, true].map(|caption| draw_with(Layers { caption, ..Layers::default() }, &request));
+    let levels = |pixel: &[u8; 4]| pixel[..3].iter().map(|level| i32::from(*level)).sum::<i32>();
+    let changes = plain.frame.display.iter().zip(&captioned.frame.display).map(|(before, after)| levels(after) - levels(before));
+    let changed: Vec<i32> = changes.filter(|change| *change != 0).collect();
+    let darkened = changed.iter().filter(|change| **change < -60).count();
+    assert!(changed.len() > 500 && 3 * darkened > 2 * changed.len(), "{darkened} of {} pixels are darker", changed.len());
+}

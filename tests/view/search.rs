@@ -5,7 +5,7 @@ use crate::view::input::{Window, type_text, window_without_images};
 use crate::view::interface::{interface, session};
 use egui::Key;
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
 use orrery::catalog::stars::STAR_NAMES;
 use orrery::scene::request::{Axes, Look};
@@ -209,6 +209,54 @@ fn the_likeliest_meaning_is_suggested_first() {
         assert_eq!(first(nothing), None, "{nothing}");
     }
     assert!(suggestions("a", &window.state().viewer, session().catalog(), ShownTimeZone::Utc, 8).len() <= 8);
+}
+
+/// Only a year was understood; a date, which is what one has in hand, was called unknown, and a place, too.
+#[test]
+fn events_are_found_by_their_date_and_a_place_is_explained() {
+    let window = window_without_images(MARS);
+    let found = |text: &str| suggestions(text, &window.state().viewer, session().catalog(), ShownTimeZone::Utc, 8);
+    let start_of = |text: &str| match found(text).first().map(|s| s.target.clone()) {
+        Some(SearchTarget::Events { kinds, start: Some(start) }) => (start.to_utc_iso(), kinds.len()),
+        other => panic!("{text}: {other:?}"),
+    };
+    for (text, start, kind_count) in [
+        ("eclipse 2026-08-12", "2026-08-12T00:00:00Z", 2),
+        ("2026-08-12 eclipse", "2026-08-12T00:00:00Z", 2),
+        ("solar eclipse 12 August 2026", "2026-08-12T00:00:00Z", 1),
+        ("eclipse on August 12, 2026 17:45", "2026-08-12T00:00:00Z", 2),
+        ("Sonnenfinsternis am 12. August 2026", "2026-08-12T00:00:00Z", 1),
+        ("eclipse august 2026", "2026-08-01T00:00:00Z", 2),
+        ("eclipse 2026-08", "2026-08-01T00:00:00Z", 2),
+        ("eclipse 2026", "2026-01-01T00:00:00Z", 2),
+        ("transit nov 2032", "2032-11-01T00:00:00Z", 1),
+    ] {
+        assert_eq!(start_of(text), (start.to_owned(), kind_count), "{text}");
+    }
+    assert!(found("eclipse nonsense 2026").is_empty() && found("august nonsense").is_empty());
+    // A day alone means the day, and offers its events.
+    let of_day = found("2026-08-12");
+    assert!(matches!(of_day[0].target, SearchTarget::Time(_)), "{of_day:?}");
+    assert!(matches!(&of_day[1].target, SearchTarget::Events { start: Some(_), kinds } if kinds.len() == 3), "{of_day:?}");
+    assert!(!found("2027").iter().any(|s| matches!(s.target, SearchTarget::Events { .. })));
+    let day = window_after_search("eclipse 12 August 2026");
+    day.get_by_label_contains("Total solar eclipse, 2026-08-12 17:4");
+    // The built-in moment of that eclipse is found by any of its words.
+    assert!(matches!(&found("eclipse spain")[..], [moment] if matches!(moment.target, SearchTarget::Moment(_))));
+    window_after_search("eclipse france").get_by_label_contains("events are found by kind and date");
+}
+
+/// The field stayed empty, beside the latitude of the city.
+#[test]
+fn a_city_of_the_search_is_named_in_the_city_field() {
+    let mut window = window_after_search("eclipse 2026");
+    window.get_by_label_contains("Total solar eclipse, 2026-08-12 17:4").click();
+    window.run_steps(3);
+    let city = |window: &Window| window.get_by_role_and_label(egui::accesskit::Role::TextInput, "City").accesskit_node().value();
+    assert_eq!(city(&window).unwrap_or_default(), "");
+    search(&mut window, "munich");
+    window.run_steps(5);
+    assert_eq!(city(&window).as_deref(), Some("Munich"));
 }
 
 /// A typed time is suggested with its seconds, not rounded to a minute of the next year.

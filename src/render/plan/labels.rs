@@ -23,7 +23,7 @@ const LINE_LABEL_OPACITY: f32 = 0.85;
 /// Opacity of the shadows that keep texts and bars readable on a bright background.
 const SHADOW_OPACITY: f32 = 0.7;
 
-/// Opacity of the halos around the names of surface features and the rings of landing sites.
+/// Opacity of the halos around the texts of the margin, the names of surface features, and the rings of landing sites.
 const HALO_OPACITY: f32 = 0.85;
 /// Opacity of a name from which its halo is no longer fainter: a halo as faint as its name would not keep the name readable.
 const FULL_HALO_OPACITY: f32 = 0.5;
@@ -147,13 +147,7 @@ fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
         let [x, y] = centre.to_array();
         [glyph_quad(&glyphs.ring_halo, [x - 0.5, y - 0.5], [0.0; 3], halo_opacity(MARKER_OPACITY)), ring(centre)]
     };
-    let text = |t: &TextLine| {
-        let (left_end_px, colour, opacity) = (t.left_end_px.to_array(), colour(t.colour).to_array(), t.opacity as f32);
-        match t.has_halo {
-            true => haloed_text_quads(&t.text, left_end_px, colour, opacity, glyphs),
-            false => text_quads(&t.text, left_end_px, colour, opacity, glyphs, shadow_px),
-        }
-    };
+    let text = |t: &TextLine| haloed_text_quads(&t.text, t.left_end_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs);
     let shadow = |bar: &Bar| {
         let offset = glam::DVec2::splat(shadow_px);
         let rect = Rect { min: bar.rect.min + offset, max: bar.rect.max + offset };

@@ -116,7 +116,7 @@ pub(crate) fn surface_feature_names(
             let Some((left_end_px, rect)) = places.into_iter().map(with_rect).find(fits) else { continue };
             occupied.push(rect);
             sites.extend(feature.is_landing_site.then_some(feature_at_px));
-            names.push(TextLine { text: feature.name.to_owned(), left_end_px, colour: FEATURE_COLOUR, opacity, has_halo: true });
+            names.push(TextLine { text: feature.name.to_owned(), left_end_px, colour: FEATURE_COLOUR, opacity });
         }
     }
     (names, sites)

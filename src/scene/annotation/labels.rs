@@ -1,9 +1,10 @@
 //! Labels of bodies: names and markers, fewer of them where bodies are crowded. Also the layer that contains them together with an image's other texts.
 //!
-//! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap
-//! (estimated from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker; a body that fills the image has no name.
-//! The selected body's name may be some lines away if there is no room beside the body. A body has no label if its centre is outside the image, if it is
-//! behind the disc of a nearer body, or if it is close to a more important label. Does not draw glyphs.
+//! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap (estimated
+//! from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker; a body that fills the image has no name. A name is a
+//! line away if there is no room beside the body, that of the selected body up to some lines. No name is nearer to another body's marker than to its own body,
+//! except that of the selected body, and except to the marker of a less important body, if there is no other room. A body has no label if its centre is
+//! outside the image, if it is behind the disc of a nearer body, or if it is close to a more important label. Does not draw glyphs.
 
 use super::data::{self, Dot};
 use super::features;
@@ -163,8 +164,12 @@ pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
 
-/// Largest value of [`LabelSide::lines`] for the selected body.
+/// Largest value of [`LabelSide::lines`], for the selected body and for any other.
 const SELECTED_MAX_LINES: u8 = 8;
+const MAX_LINES: u8 = 1;
+/// Distance from a more important body without a name, in heights of a line, below which a body has none either: the name would be read as that of the more
+/// important body.
+const UNNAMED_NEIGHBOUR_LINES: f64 = 2.0;
 /// Free space at each end of a name, in mean widths of a glyph: names with wide letters are up to a tenth wider than estimated.
 const NAME_MARGIN: f64 = 1.0;
 /// Distance in pixels from a more important body below which a body has no label. If half the radius of that body's disc is larger, this half counts, up to
@@ -218,19 +223,43 @@ pub(crate) fn body_labels(
         let [(class_a, magnitude_a), (class_b, magnitude_b)] = [a.0, b.0].map(|body| rank(body, selected, &parent_of));
         class_a.cmp(&class_b).then(magnitude_a.total_cmp(&magnitude_b)).then(a.0.id.cmp(&b.0.id))
     });
+    // The bodies with labels, which are the more important ones where bodies are crowded.
+    let mut labelled: Vec<(&BodyReport, DVec2, f64)> = Vec::new();
+    for (b, centre_px, radius_px) in visible {
+        let crowded_px = |radius_px: f64| CROWDED_PX.max((0.5 * radius_px).min(MAX_CROWDED_PX));
+        if labelled.iter().all(|(_, other_px, other_radius_px)| other_px.distance(centre_px) >= crowded_px(*other_radius_px)) {
+            labelled.push((b, centre_px, radius_px));
+        }
+    }
+    let marker_px = MARKER_RADIUS * metrics.glyph_px();
     let mut chosen: Vec<Label> = Vec::new();
     let mut occupied: Vec<Rect> = occupied.to_vec();
-    for (b, centre_px, radius_px) in visible {
-        if chosen.iter().any(|label| label.centre_px.distance(centre_px) < CROWDED_PX.max((0.5 * label.radius_px).min(MAX_CROWDED_PX))) {
-            continue;
-        }
+    for (index, (b, centre_px, radius_px)) in labelled.iter().copied().enumerate() {
         let name = name_of(&b.name);
         let with_rect = |side: LabelSide| (side, label_rect(centre_px, radius_px, &name, metrics, side));
         let margin = DVec2::new(NAME_MARGIN * metrics.glyph_width_px, 0.0);
         let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !occupied.iter().any(|o| o.overlaps(&rect.padded(margin)));
-        let max_lines = if b.id == selected { SELECTED_MAX_LINES } else { 0 };
-        let is_named = radius_px < IMAGE_FILLING_RADIUS * size.y;
-        let place = LabelSide::places(max_lines).map(with_rect).find(fits).filter(|_| is_named);
+        // Whether the name is nearer to its body than to the markers of these others. A disc that is larger than a marker may lie behind the name.
+        let is_nearest = |rect: &Rect, others: &[(&BodyReport, DVec2, f64)]| {
+            let own_px = rect.distance_px(centre_px) - radius_px.max(marker_px);
+            let mut markers = others.iter().filter(|(other, _, other_radius_px)| other.id != b.id && *other_radius_px < marker_px);
+            markers.all(|(_, other_px, _)| rect.distance_px(*other_px) - marker_px >= own_px)
+        };
+        let is_selected = b.id == selected;
+        let places: Vec<(LabelSide, Rect)> =
+            LabelSide::places(if is_selected { SELECTED_MAX_LINES } else { MAX_LINES }).map(with_rect).filter(fits).collect();
+        let more_important = &labelled[..index];
+        let place = places
+            .iter()
+            .find(|(_, rect)| is_nearest(rect, &labelled))
+            .or_else(|| places.iter().find(|(_, rect)| is_nearest(rect, more_important)))
+            .or_else(|| places.first().filter(|_| is_selected))
+            .copied();
+        let neighbour_px = UNNAMED_NEIGHBOUR_LINES * metrics.line_height_px;
+        let is_unnamed_neighbour =
+            |label: &Label| label.name_side.is_none() && label.radius_px < marker_px && label.centre_px.distance(centre_px) < neighbour_px;
+        let is_named = radius_px < IMAGE_FILLING_RADIUS * size.y && (is_selected || !chosen.iter().any(is_unnamed_neighbour));
+        let place = place.filter(|_| is_named);
         occupied.extend(place.map(|(_, rect)| rect));
         chosen.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });
     }

@@ -108,7 +108,7 @@ impl Margin {
     }
 
     fn text(&mut self, text: String, left_end_px: DVec2) {
-        self.texts.push(TextLine { text, left_end_px, colour: NAME_COLOUR, opacity: 1.0, has_halo: false });
+        self.texts.push(TextLine { text, left_end_px, colour: NAME_COLOUR, opacity: 1.0 });
     }
 
     fn bar(&mut self, min: DVec2, size: DVec2) {

@@ -51,7 +51,7 @@ pub(crate) const GLYPH_WIDTH: f64 = 6.6 / 13.0;
 /// Height of a line relative to the size of glyphs.
 pub(crate) const LINE_HEIGHT: f64 = 15.0 / 13.0;
 
-/// A line of text.
+/// A line of text. A dark halo around its letters keeps it readable on bright ground.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextLine {
     pub text: String,
@@ -61,8 +61,6 @@ pub struct TextLine {
     pub colour: [u8; 3],
     /// 0 to 1.
     pub opacity: f64,
-    /// Whether a dark halo surrounds the letters, so that they are readable on bright ground; otherwise they have a shadow.
-    pub has_halo: bool,
 }
 
 /// A filled rectangle.
@@ -88,6 +86,11 @@ impl Rect {
     /// Whether the rectangles have a common area.
     pub fn overlaps(&self, other: &Self) -> bool {
         self.min.cmplt(other.max).all() && other.min.cmplt(self.max).all()
+    }
+
+    /// Distance of a point from the rectangle, pixels; 0 inside.
+    pub(crate) fn distance_px(&self, point: DVec2) -> f64 {
+        point.distance(point.clamp(self.min, self.max))
     }
 
     /// The rectangle enlarged by `margin.x` on the left and right and by `margin.y` above and below.

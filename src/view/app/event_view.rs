@@ -40,6 +40,12 @@ const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
 const PLAYBACK_S: f64 = 30.0;
 /// Fraction of an event's length that is shown before its first contact and after its last contact.
 const MARGIN_FRACTION: f64 = 0.05;
+/// Least real time that the playback spends in the central phase, such as totality, seconds. A longer central phase is played as the rest of the event.
+const CENTRAL_PHASE_S: f64 = 10.0;
+/// Real time for which playback is slow before and after the central phase, so that one sees how it begins and ends, seconds.
+const CENTRAL_MARGIN_S: f64 = 2.0;
+/// The contacts at which the central phase of an event begins and ends: in a solar eclipse, a lunar eclipse, a transit.
+const CENTRAL_CONTACTS: [(&str, &str); 3] = [("C2", "C3"), ("U2", "U3"), ("II", "III")];
 
 impl SkyEvent {
     /// The view that shows the event best, paused at its greatest phase: of a solar eclipse, from the place of greatest eclipse; of other events, from the
@@ -95,8 +101,9 @@ impl SkyEvent {
 
     /// Playback from shortly before the first contact to shortly after the last contact. It takes [`PLAYBACK_S`], or less if the event is shorter.
     pub(crate) fn playback(&self) -> EventPlayback {
-        let (first, last) = self.span_in_view();
-        EventPlayback::of_span(first, last)
+        let contacts = self.contacts_in_view();
+        let time_of = |contact: Option<&(&str, Instant)>| contact.map_or(self.greatest(), |(_, time)| *time);
+        EventPlayback::of_span(time_of(contacts.first()), time_of(contacts.last()), central_phase(&contacts))
     }
 
     /// Playback at a place. If the observed body rises during the event, playback begins when it rises; if the body sets during the event, playback ends
@@ -105,18 +112,23 @@ impl SkyEvent {
         let (Some(first), Some(last)) = (seen.contacts.first(), seen.contacts.last()) else { return self.playback() };
         let start = seen.rise.filter(|_| !first.is_up).unwrap_or(first.time);
         let end = seen.set.filter(|_| !last.is_up).unwrap_or(last.time);
-        EventPlayback::of_span(start, end)
+        let contacts: Vec<(&str, Instant)> = seen.contacts.iter().map(|contact| (contact.name, contact.time)).collect();
+        EventPlayback::of_span(start, end, central_phase(&contacts))
     }
 
-    /// First and last contact as seen in [`SkyEvent::view`]. For a solar eclipse these are the contacts at the place of greatest eclipse: an eclipse is
-    /// shorter at one place than for the entire Earth.
-    fn span_in_view(&self) -> (Instant, Instant) {
+    /// Contacts as seen in [`SkyEvent::view`]. For a solar eclipse these are the contacts at the place of greatest eclipse: an eclipse is shorter at one place
+    /// than for the entire Earth.
+    fn contacts_in_view(&self) -> Vec<(&'static str, Instant)> {
         let seen = if let Self::Solar(e) = self { e.seen_from(e.place) } else { None };
-        match seen.as_ref().and_then(|s| Some((s.contacts.first()?.time, s.contacts.last()?.time))) {
-            Some(span) => span,
-            None => self.span(),
-        }
+        let at_place = seen.map(|seen| seen.contacts.iter().map(|contact| (contact.name, contact.time)).collect::<Vec<_>>());
+        at_place.filter(|contacts| !contacts.is_empty()).unwrap_or_else(|| self.contacts().to_vec())
     }
+}
+
+/// Start and end of the central phase of an event: totality, annularity, or the time that a planet is entirely in front of the Sun. `None` if it has none.
+pub(crate) fn central_phase(contacts: &[(&str, Instant)]) -> Option<(Instant, Instant)> {
+    let time_of = |name: &str| contacts.iter().find(|(contact, _)| *contact == name).map(|(_, time)| *time);
+    CENTRAL_CONTACTS.into_iter().find_map(|(first, last)| time_of(first).zip(time_of(last)))
 }
 
 /// Span and rate of scene time for playing an event.
@@ -125,20 +137,79 @@ pub(crate) struct EventPlayback {
     /// Start of the span, TDB seconds past J2000; `end_tdb_s` is its end.
     pub start_tdb_s: f64,
     pub end_tdb_s: f64,
+    /// Scene seconds per real second, except in the slow part.
+    pub rate: f64,
+    /// The part around a central phase that would be over in a moment at `rate`.
+    pub slow_part: Option<SlowPart>,
+}
+
+/// The part of a playback around a short central phase.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SlowPart {
+    /// Start, TDB seconds past J2000; `end_tdb_s` is its end.
+    pub start_tdb_s: f64,
+    pub end_tdb_s: f64,
     /// Scene seconds per real second.
     pub rate: f64,
 }
 
 impl EventPlayback {
-    /// Playback of an event with these times of the first and the last contact.
-    fn of_span(first: Instant, last: Instant) -> Self {
+    /// Playback of an event with these times of the first and the last contact, and with this central phase. The rest of the event is played faster where the
+    /// central phase is played slower, so that the whole takes the same time.
+    fn of_span(first: Instant, last: Instant, central: Option<(Instant, Instant)>) -> Self {
         let [first_tdb_s, last_tdb_s] = [first, last].map(Instant::tdb_seconds_past_j2000);
         let length_s = (last_tdb_s - first_tdb_s).max(1.0);
-        Self {
-            start_tdb_s: first_tdb_s - MARGIN_FRACTION * length_s,
-            end_tdb_s: last_tdb_s + MARGIN_FRACTION * length_s,
-            rate: ((1.0 + 2.0 * MARGIN_FRACTION) * length_s / PLAYBACK_S).max(1.0),
+        let [start_tdb_s, end_tdb_s] = [first_tdb_s - MARGIN_FRACTION * length_s, last_tdb_s + MARGIN_FRACTION * length_s];
+        let steady = Self { start_tdb_s, end_tdb_s, rate: ((end_tdb_s - start_tdb_s) / PLAYBACK_S).max(1.0), slow_part: None };
+        let Some((second, third)) = central else { return steady };
+        let [second_tdb_s, third_tdb_s] = [second, third].map(Instant::tdb_seconds_past_j2000);
+        let rate = ((third_tdb_s - second_tdb_s) / CENTRAL_PHASE_S).max(1.0);
+        let margin_s = CENTRAL_MARGIN_S * rate;
+        // Rise or set may cut the central phase.
+        let [slow_start_tdb_s, slow_end_tdb_s] =
+            [second_tdb_s - margin_s, third_tdb_s + margin_s].map(|tdb_s| tdb_s.clamp(start_tdb_s, end_tdb_s));
+        let slow_s = slow_end_tdb_s - slow_start_tdb_s;
+        if rate >= steady.rate || slow_s <= 0.0 {
+            return steady;
         }
+        // The slow part takes at most `CENTRAL_PHASE_S` and twice `CENTRAL_MARGIN_S`, about half of `PLAYBACK_S`.
+        let fast_rate = (end_tdb_s - start_tdb_s - slow_s) / (PLAYBACK_S - slow_s / rate);
+        let slow_part = Some(SlowPart { start_tdb_s: slow_start_tdb_s, end_tdb_s: slow_end_tdb_s, rate });
+        Self { rate: fast_rate, slow_part, ..steady }
+    }
+
+    /// Scene seconds per real second at a time.
+    pub(crate) fn rate_at(&self, tdb_s: f64) -> f64 {
+        self.slow_part.filter(|slow| (slow.start_tdb_s..slow.end_tdb_s).contains(&tdb_s)).map_or(self.rate, |slow| slow.rate)
+    }
+
+    /// Start, end and rate of the parts, in the order of time. Parts may be empty.
+    fn parts(&self) -> [(f64, f64, f64); 3] {
+        let none = SlowPart { start_tdb_s: self.end_tdb_s, end_tdb_s: self.end_tdb_s, rate: self.rate };
+        let slow = self.slow_part.unwrap_or(none);
+        [
+            (self.start_tdb_s, slow.start_tdb_s, self.rate),
+            (slow.start_tdb_s, slow.end_tdb_s, slow.rate),
+            (slow.end_tdb_s, self.end_tdb_s, self.rate),
+        ]
+    }
+
+    /// Length of the playback, real seconds.
+    pub(crate) fn length_s(&self) -> f64 {
+        self.parts().into_iter().map(|(start_tdb_s, end_tdb_s, rate)| (end_tdb_s - start_tdb_s) / rate).sum()
+    }
+
+    /// The time after a fraction (0 to 1) of the length of the playback, TDB seconds past J2000.
+    pub(crate) fn tdb_s_at_fraction(&self, fraction: f64) -> f64 {
+        let mut left_s = fraction * self.length_s();
+        for (start_tdb_s, end_tdb_s, rate) in self.parts() {
+            let part_s = (end_tdb_s - start_tdb_s) / rate;
+            if left_s < part_s {
+                return start_tdb_s + left_s * rate;
+            }
+            left_s -= part_s;
+        }
+        self.end_tdb_s
     }
 
     /// Whether a time is within the playback, or before or after it by at most its length. For a playback as seen from the Earth's centre or from the place of
@@ -200,9 +271,35 @@ mod tests {
         assert!(eclipse.target == jupiter && eclipse.fov_deg > 2.0 * separation_deg, "{eclipse:?}, {separation_deg}");
     }
 
+    /// Two minutes of totality once passed in a third of a second. The whole still takes half a minute; a long central phase needs no slow part.
+    #[test]
+    fn a_short_totality_is_played_for_ten_seconds() {
+        let at = Instant::from_tdb_seconds_past_j2000;
+        for (length_s, central_s, is_slow) in [(7200.0, 80.0, true), (7200.0, 4.0, true), (20_000.0, 3600.0, true), (7200.0, 6800.0, false)]
+        {
+            let middle_s = 0.5 * length_s;
+            let [second_s, third_s] = [middle_s - 0.5 * central_s, middle_s + 0.5 * central_s];
+            let contacts = [("C1", at(0.0)), ("C2", at(second_s)), ("C3", at(third_s)), ("C4", at(length_s))];
+            let playback = EventPlayback::of_span(at(0.0), at(length_s), central_phase(&contacts));
+            assert_eq!(playback.slow_part.is_some(), is_slow, "{playback:?}");
+            assert!((playback.length_s() - PLAYBACK_S).abs() < 1e-9, "{playback:?}");
+            assert_eq!(playback.rate_at(0.0), playback.rate);
+            // Frames at equal real times, as an animation has them.
+            let times: Vec<f64> = (0..=3000).map(|k| playback.tdb_s_at_fraction(f64::from(k) / 3000.0)).collect();
+            let end_errors_s = [times[0] - playback.start_tdb_s, times[3000] - playback.end_tdb_s];
+            assert!(times.is_sorted() && end_errors_s.iter().all(|error_s| error_s.abs() < 1e-6), "{end_errors_s:?}: {playback:?}");
+            let in_phase = times.iter().filter(|tdb_s| (second_s..third_s).contains(*tdb_s)).count();
+            let phase_s = in_phase as f64 / 3000.0 * PLAYBACK_S;
+            let expected_s = CENTRAL_PHASE_S.min(central_s);
+            assert!(if is_slow { (phase_s - expected_s).abs() < 0.1 } else { phase_s > CENTRAL_PHASE_S }, "{phase_s} s: {playback:?}");
+        }
+        // A partial eclipse has no central phase.
+        assert_eq!(central_phase(&[("C1", at(0.0)), ("C4", at(9.0))]), None);
+    }
+
     #[test]
     fn a_time_is_near_an_event_up_to_its_length_before_and_after() {
-        let playback = EventPlayback { start_tdb_s: 1000.0, end_tdb_s: 1100.0, rate: 1.0 };
+        let playback = EventPlayback { start_tdb_s: 1000.0, end_tdb_s: 1100.0, rate: 1.0, slow_part: None };
         for (tdb_s, is_near) in [(899.0, false), (901.0, true), (1050.0, true), (1199.0, true), (1201.0, false)] {
             assert_eq!(playback.is_near(tdb_s), is_near, "{tdb_s}");
         }

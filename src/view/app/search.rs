@@ -15,7 +15,7 @@ use crate::shader::key::ShaderKey;
 use crate::time::Instant;
 use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::civil_time::ShownTimeZone;
-use crate::view::app::date_text::parse_date;
+use crate::view::app::date_text::{parse_date, resembles_date};
 use crate::view::app::event_search::EventKind;
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::place_text::parse_place;
@@ -55,7 +55,7 @@ pub enum SearchTarget {
     Time(Instant),
     Events {
         kinds: Vec<EventKind>,
-        /// Start of the search, if a year was given.
+        /// Start of the search, if a year or a date was given.
         start: Option<Instant>,
     },
     /// A place on the selected body.
@@ -97,13 +97,23 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTi
         let has_seconds = text.matches(':').count() >= 2 && !time.to_utc_iso().ends_with(":00Z");
         let name = if has_seconds { second_text(time, zone) } else { minute_text(time, zone) };
         found.push(suggestion(name, text!("search-date"), SearchTarget::Time(time)));
+        if resembles_date(text) {
+            // Who types a day or a month may look for its eclipse.
+            let kinds = vec![EventKind::Solar, EventKind::Lunar, EventKind::Transit];
+            let start = start_of_day(time, zone);
+            found.push(suggestion(
+                events_from(&kinds, start, zone),
+                text!("search-events"),
+                SearchTarget::Events { kinds, start: Some(start) },
+            ));
+        }
     }
     found.extend(parse_place(text).map(|(latitude_deg, longitude_deg)| {
         let about = text!("search-place", body = viewer.name(viewer.selected));
         suggestion(text, about, SearchTarget::Place { latitude_deg, longitude_deg })
     }));
     found.extend(
-        parse_event_search(text, zone)
+        parse_event_search(text, zone, viewer.now())
             .map(|(name, kinds, start)| suggestion(name, text!("search-events"), SearchTarget::Events { kinds, start })),
     );
     found.extend(
@@ -202,10 +212,14 @@ fn presets_and_now_items(text: &str) -> impl Iterator<Item = Suggestion> {
     presets.into_iter().chain(now_items).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)
 }
 
-/// Moments whose name, in the catalog or translated, contains the text; each with its day in `zone`.
+/// Moments whose name, in the catalog or translated, contains the text, or words that begin with the words of the text; each with its day in `zone`.
 fn moments<'a>(text: &'a str, moments: &'a [Moment], zone: ShownTimeZone) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
-    let matches = move |name: &str| lower.chars().count() >= MIN_LETTERS && name.to_lowercase().contains(&lower);
+    let matches = move |name: &str| {
+        let name = name.to_lowercase();
+        let begins_words = || lower.split_whitespace().all(|typed| name.split_whitespace().any(|word| word.starts_with(typed)));
+        lower.chars().count() >= MIN_LETTERS && (name.contains(&lower) || begins_words())
+    };
     let found = moments.iter().filter(move |m| matches(&m.name) || matches(&catalog_text("moment", &m.name)));
     found.map(move |m| {
         let about = text!("search-moment", day = day_text(m.time, zone));
@@ -287,20 +301,32 @@ fn in_english(lower: &str) -> String {
     lower.split_whitespace().map(english).collect::<Vec<_>>().join(" ")
 }
 
-/// Parses a search for events, such as `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`. Returns a name for the
-/// search, the kinds of events, and the start of the year in `zone` if the text states a year.
-fn parse_event_search(text: &str, zone: ShownTimeZone) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
+/// Whether the text has a word for eclipses or transits, in full or abbreviated to at least four letters.
+pub(crate) fn mentions_events(text: &str) -> bool {
     let lower = in_english(&text.to_lowercase());
-    let mut words: Vec<&str> = lower.split_whitespace().filter(|w| !["next", "of", "the", "in", "a"].contains(w)).collect();
-    let year = words.last().filter(|w| w.len() == 4).and_then(|w| w.parse::<i32>().ok().filter(|y| *y >= 0));
-    if year.is_some() {
-        words.pop();
-    }
+    lower.split_whitespace().any(|word| ["eclipses", "transits"].iter().any(|known| is_abbreviation(known, 4, word)))
+}
+
+/// Parses a search for events, such as `eclipse`, `next lunar eclipse`, `transit of venus 2012`, `moons of jupiter`, `eclipse 12 August 2026`. Returns a name
+/// for the search, the kinds of events, and the start of the year, month or day in `zone` if the text states one. `now`: the current time.
+fn parse_event_search(text: &str, zone: ShownTimeZone, now: Instant) -> Option<(String, Vec<EventKind>, Option<Instant>)> {
+    let lower = in_english(&text.to_lowercase());
+    let is_event_word = |word: &&str| EVENT_WORDS.iter().any(|known| is_abbreviation(known, 3, word));
+    let (words, date_words): (Vec<&str>, Vec<&str>) =
+        lower.split_whitespace().filter(|w| !["next", "of", "the", "in", "on", "a", "am", "im"].contains(w)).partition(is_event_word);
+    let year = match date_words[..] {
+        [year] if year.len() == 4 => year.parse::<i32>().ok().filter(|y| *y >= 0),
+        _ => None,
+    };
+    // A date that is no year alone.
+    let date = match date_words[..] {
+        [] => None,
+        _ if year.is_some() => None,
+        [month] if is_year_and_month(month) => Some(parse_date(&format!("{month}-01"), zone, now)?),
+        _ => Some(parse_date(&date_words.join(" "), zone, now)?),
+    };
     // Whether the text contains the known word, or an abbreviation of at least `min_bytes` bytes.
     let has_word = |known_word: &str, min_bytes: usize| words.iter().any(|w| is_abbreviation(known_word, min_bytes, w));
-    if !words.iter().all(|w| EVENT_WORDS.iter().any(|known| is_abbreviation(known, 3, w))) {
-        return None;
-    }
     let [mentions_eclipses, mentions_transits] = ["eclipses", "transits"].map(|known_word| has_word(known_word, 4));
     let mentions_moons = words.contains(&"moons") || has_word("jupiter", 3) && (mentions_eclipses || mentions_transits);
     let kinds = match () {
@@ -312,10 +338,33 @@ fn parse_event_search(text: &str, zone: ShownTimeZone) -> Option<(String, Vec<Ev
         () if mentions_transits => vec![EventKind::Transit],
         () => return None,
     };
+    if let Some(date) = date {
+        let start = start_of_day(date, zone);
+        return Some((events_from(&kinds, start, zone), kinds, Some(start)));
+    }
     let start = year.and_then(|y| zone.instant(NaiveDate::from_ymd_opt(y, 1, 1)?.and_time(NaiveTime::MIN)));
-    let kind_names: Vec<&str> = kinds.iter().map(|k| k.name()).collect();
     let of_year = year.map_or(String::new(), |y| text!("search-of-year", y = y));
-    Some((format!("{}{of_year}", kind_names.join(text!("search-and"))), kinds, start))
+    Some((format!("{}{of_year}", names_of_kinds(&kinds)), kinds, start))
+}
+
+/// Whether a word is a year and a month in the form `2026-08`.
+fn is_year_and_month(word: &str) -> bool {
+    let has_digits = |part: &str, count: usize| part.len() == count && part.bytes().all(|byte| byte.is_ascii_digit());
+    word.split_once('-').is_some_and(|(year, month)| has_digits(year, 4) && has_digits(month, 2))
+}
+
+/// The start of the day of a time in `zone`; the time itself outside the calendar's range of years.
+fn start_of_day(time: Instant, zone: ShownTimeZone) -> Instant {
+    zone.civil_time(time).and_then(|civil| zone.instant(civil.date().and_time(NaiveTime::MIN))).unwrap_or(time)
+}
+
+fn names_of_kinds(kinds: &[EventKind]) -> String {
+    kinds.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(text!("search-and"))
+}
+
+/// The name of a search for events from a day on.
+fn events_from(kinds: &[EventKind], start: Instant, zone: ShownTimeZone) -> String {
+    text!("search-from-day", kinds = names_of_kinds(kinds), day = day_text(start, zone))
 }
 
 /// The view of a star in the middle of the image, with the Earth behind the camera; `None` if the ephemeris does not cover the time.

@@ -163,6 +163,9 @@ pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
 pub struct Settings {
     /// Whether the interface is dark; `None` follows the system.
     pub dark: Option<bool>,
+    /// Whether everything in the window is red on black, for eyes that are adapted to the dark.
+    #[serde(rename = "red")]
+    pub is_red: bool,
     /// Scale of text and controls.
     #[serde(rename = "zoom")]
     pub ui_scale: f32,
@@ -207,6 +210,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             dark: Some(true),
+            is_red: false,
             ui_scale: 1.0,
             language: None,
             labels_bodies: true,

@@ -15,7 +15,7 @@ const MONTH_S: f64 = YEAR_S / 12.0;
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 6.0 * 3600.0, SECONDS_PER_DAY, 7.0 * SECONDS_PER_DAY, MONTH_S, YEAR_S];
 /// Longest real time, seconds, that one frame converts to scene time. After a stall (a hidden window, a slow frame) scene time at a high speed therefore
 /// does not jump. At a rate of exactly 1 there is no limit, so that a view of the current sky stays current.
-const MAX_REAL_STEP_S: f64 = 2.0;
+pub(crate) const MAX_REAL_STEP_S: f64 = 2.0;
 
 /// Least speed, scene seconds per real second.
 pub(crate) const MIN_SPEED: f64 = PRESET_SPEEDS[0];

@@ -9,8 +9,10 @@ use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::scene::SceneError;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
+use crate::scene::request::composition::Composition;
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Projection, Quality, ToneMap, Up, ViewRequest};
+use crate::scene::viewpoint::viewer;
 use crate::time::Instant;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::option_serde;
@@ -123,8 +125,7 @@ pub struct ViewState {
     pub tracks: bool,
     /// Vertical field of view.
     pub fov_deg: f64,
-    /// Roll about the line of sight of a camera in an orbit or on the ground; positive turns the image clockwise. Not used while the camera tracks another
-    /// body.
+    /// Roll about the line of sight; positive turns the image clockwise. A free pose, with its own up direction, does not use it.
     #[serde(default)]
     pub roll_deg: f64,
     /// Exposure in stops; `None`: automatic exposure.
@@ -235,6 +236,12 @@ impl ViewState {
         request.quality = self.quality;
         request.language = language::current().in_images();
         request.check().and_then(|()| request.check_bodies(catalog))?;
+        if self.roll_deg != 0.0 && request.look == Look::Target {
+            // Where the target is seen, and so the line of sight, only the camera says.
+            let plain = ViewRequest { composition: Composition::default(), fov_deg: None, ..request.clone() };
+            let camera = viewer(catalog, ephemeris, &plain)?.camera;
+            request.up = Up::Along { direction: self.rolled(camera.forward, camera.up), axes: Axes::Icrf };
+        }
         Ok(request)
     }
 
@@ -277,15 +284,18 @@ impl ViewState {
         errors
     }
 
-    /// The camera's pose as the fields of a request. The result is `Look::Target` for a camera that tracks another body, for one at a
+    /// `up` turned about `forward` by the roll. A positive roll turns the image clockwise, so it turns the up vector by a negative angle.
+    fn rolled(&self, forward: DVec3, up: DVec3) -> DVec3 {
+        DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up
+    }
+
+    /// The camera's pose as the fields of a request. The result is `Look::Target`, without the roll, for a camera that tracks another body, for one at a
     /// body's centre, and for one that orbits the target without yaw, pitch and roll.
     fn request_pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {
         let body_of = |id: NaifId| catalog.body(id).ok_or(ViewStateError::NoSuchBody(id));
         body_of(self.target)?;
         let body = body_of(self.camera_pose.body())?;
         let body_from_icrf = |id: NaifId| ephemeris.body_from_icrf(id, self.time());
-        // `up` turned about `forward` by the roll. A positive roll turns the image clockwise, so it turns the up vector by a negative angle.
-        let rolled = |forward: DVec3, up: DVec3| DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up;
         let tracks_other_body = self.target != body.id && self.tracks;
         Ok(match self.camera_pose {
             CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
@@ -306,7 +316,7 @@ impl ViewState {
                 RequestPose {
                     position,
                     look: Look::Along { direction: forward, axes },
-                    up: Up::Along { direction: rolled(forward, up), axes },
+                    up: Up::Along { direction: self.rolled(forward, up), axes },
                 }
             }
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
@@ -321,7 +331,7 @@ impl ViewState {
                 RequestPose {
                     position,
                     look: Look::Along { direction: forward, axes },
-                    up: Up::Along { direction: rolled(forward, up), axes },
+                    up: Up::Along { direction: self.rolled(forward, up), axes },
                 }
             }
             CameraPose::Centre { .. } => RequestPose { position: Position::Centre(body.id), look: Look::Target, up: Up::Celestial },

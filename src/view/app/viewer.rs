@@ -382,7 +382,7 @@ impl Viewer {
         let camera_body = self.view.camera_pose.body();
         let icrf_from_body = positions.body_from_icrf(camera_body, time)?.transpose();
         // `up_if_tracking`: the up direction if the camera tracks another body, as in `ViewState::request`: celestial north in an orbit, the zenith on the
-        // ground. `None` in poses that use neither `tracks` nor `roll_deg`.
+        // ground. `None` in poses that do not use `tracks`.
         let (offset_km, forward, up, up_if_tracking) = match self.view.camera_pose {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up, None),
             CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
@@ -409,11 +409,11 @@ impl Viewer {
         let tracked = up_if_tracking
             .filter(|_| self.view.tracks && self.view.target != camera_body)
             .and_then(|up| Some(((positions.geometric_vector_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
-        let uses_roll = up_if_tracking.is_some();
-        let roll_rad = if uses_roll { self.view.roll_deg.to_radians() } else { 0.0 };
+        let (forward, up) = tracked.unwrap_or((forward, up));
+        let level_up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        let roll_rad = if matches!(self.view.camera_pose, CameraPose::Free { .. }) { 0.0 } else { self.view.roll_deg.to_radians() };
         // A positive roll turns the up vector about `forward` by a negative angle.
-        let (forward, up) = tracked.unwrap_or_else(|| (forward, DQuat::from_axis_angle(forward, -roll_rad) * up));
-        let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+        let up = DQuat::from_axis_angle(forward, -roll_rad) * level_up;
         // The same position relative to `body`.
         Some(Pose { offset_km: positions.free_camera_offset_km(body, camera_body, offset_km, time)?, forward, up })
     }

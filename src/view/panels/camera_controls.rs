@@ -77,8 +77,10 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     if checkbox.on_hover_text(text!("camera-rotate-hint")).clicked() {
         actions.push(Action::RotateWithBody(rotates_with_body));
     }
-    let mut tracks_target = interface.viewer.view.tracks;
-    if ui.checkbox(&mut tracks_target, text!("camera-follow")).on_hover_text(text!("camera-follow-hint")).clicked() {
+    let can_turn = interface.viewer.can_turn();
+    let mut tracks_target = interface.viewer.view.tracks || !can_turn;
+    let follow = ui.add_enabled(can_turn, Checkbox::new(&mut tracks_target, text!("camera-follow")));
+    if follow.on_hover_text(text!("camera-follow-hint")).on_disabled_hover_text(text!("drag-at-centre")).clicked() {
         actions.push(Action::Track(tracks_target));
     }
     let view = &mut interface.viewer.view;

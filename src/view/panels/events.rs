@@ -2,10 +2,12 @@
 //!
 //! In: kinds of events, a range of dates, clicks. Out: actions that show an event, play it, or show it from a place. Always: rows are only
 //! appended, nearest event first, so that no row moves under the pointer; a search continues while the panel is closed, and stops on request;
-//! the searched span contains the chosen event. Not here: the chosen event's buttons and contacts (`details`).
+//! the searched span contains the chosen event. Not here: the chosen event's buttons and contacts (`details`), a running playback (`playback`).
 
 mod details;
+mod playback;
 
+use self::playback::RunningPlayback;
 use super::Interface;
 use super::icons::{self, Icon};
 use super::theme::MIN_LIST_HEIGHT;
@@ -41,9 +43,6 @@ const STATUS_HEIGHT: f32 = 24.0;
 const MIN_VISIBLE_ROWS: f32 = 2.0;
 /// Largest number of rows of the list of events.
 const MAX_ROWS: usize = 1000;
-/// How far a slow frame may overshoot the end of a played event, real seconds. If the displayed time is farther outside the event, the user has set
-/// another time.
-const PLAYBACK_TOLERANCE_S: f64 = 10.0;
 /// Time between the start of a search and the chosen event, which the search must find again, seconds.
 const SEARCH_MARGIN_S: f64 = 60.0;
 
@@ -102,8 +101,8 @@ pub(crate) struct EventsPanel {
     chosen: Option<Arc<SkyEvent>>,
     /// The chosen event as seen from the observer's place, once it was asked for; may still belong to an earlier event or place.
     at_place: Option<EventAtPlace>,
-    /// The running playback of an event: its span and rate.
-    playback: Option<EventPlayback>,
+    /// The running playback of an event.
+    playback: Option<RunningPlayback>,
 }
 
 impl EventsPanel {
@@ -113,7 +112,8 @@ impl EventsPanel {
         let seen = self.seen_from(chosen, observer_place).and_then(|seen| seen.as_ref().ok());
         let seen_from_camera = seen.filter(|seen| seen.is_visible && details::stands_at(camera_pose, observer_place));
         let at_camera = seen_from_camera.map(|seen| chosen.playback_at(seen));
-        Some(self.playback.or(at_camera).unwrap_or_else(|| chosen.playback()))
+        let running = self.playback.as_ref().map(|running| running.playback);
+        Some(running.or(at_camera).unwrap_or_else(|| chosen.playback()))
     }
 
     /// An event as seen from a place, if the answer of the query worker has arrived. `self.at_place` may still belong to another event or place.
@@ -296,8 +296,7 @@ fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pend
     Some((ask(worker, step), fraction_done))
 }
 
-/// Takes the results of a step and starts the next; stops playback at the end of its event. Runs in every frame, also while the panel is
-/// closed.
+/// Takes the results of a step and starts the next; advances a playback. Runs in every frame, also while the panel is closed.
 pub(crate) fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
     let panel = &mut interface.events;
     if let Some((search, found)) = panel.running.as_ref().and_then(|(step, _)| step.take()) {
@@ -312,22 +311,7 @@ pub(crate) fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
     {
         at_place.seen = Some(seen);
     }
-    end_playback(interface);
-}
-
-/// Pauses time at the end of a played event, unless the user has set another time meanwhile.
-fn end_playback(interface: &mut Interface) {
-    let Some(playback) = interface.events.playback else { return };
-    let view = &mut interface.viewer.view;
-    let rate = interface.viewer.time_rate.rate();
-    let after_end_s = view.tdb_s - playback.end_tdb_s;
-    if after_end_s >= 0.0 && after_end_s <= PLAYBACK_TOLERANCE_S * playback.rate && rate > 0.0 {
-        view.tdb_s = playback.end_tdb_s;
-        interface.viewer.time_rate.set_paused(true);
-        interface.events.playback = None;
-    } else if after_end_s > 0.0 || view.tdb_s < playback.start_tdb_s - PLAYBACK_TOLERANCE_S * playback.rate {
-        interface.events.playback = None;
-    }
+    playback::update(interface);
 }
 
 /// Shows the progress or the result of a search, at constant height, so that the list below stays in place.

@@ -119,7 +119,7 @@ pub(crate) struct InformationPanel {
     pub comparison: SizeComparison,
     /// Text in the city field.
     typed_city: String,
-    /// The city that was chosen in the field, as long as its place is the observer's.
+    /// The city that was chosen in the field or in the search, as long as its place is the observer's.
     chosen_city: Option<&'static City>,
     /// The last text that was entered although no city has this name, until the text in the field changes.
     unknown_city: Option<String>,
@@ -130,6 +130,13 @@ impl InformationPanel {
     /// The panel's first state, with the unit and the observer's place of the settings.
     pub(crate) fn from_settings(settings: &Settings) -> Self {
         Self { unit: settings.unit, observer_place: settings.home, ..Self::default() }
+    }
+
+    /// Makes a city the observer's place, and shows its name in the city field.
+    pub(super) fn choose_city(&mut self, city: &'static City) {
+        self.observer_place = place_of(city);
+        self.typed_city = city.name.to_owned();
+        (self.chosen_city, self.unknown_city) = (Some(city), None);
     }
 
     /// Drops the report, whose errors are texts in the language in which it was asked for.
@@ -359,9 +366,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
             chosen = similar_cities(ui, unknown);
         }
         if let Some(city) = chosen {
-            panel.observer_place = place_of(city);
-            panel.typed_city = city.name.to_owned();
-            (panel.chosen_city, panel.unknown_city) = (Some(city), None);
+            panel.choose_city(city);
         }
     });
     let observer_place = &mut panel.observer_place;

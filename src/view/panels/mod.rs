@@ -259,6 +259,7 @@ impl Interface {
         self.receive(ui.ctx(), worker);
         self.style(ui.ctx());
         let theme_preference = match self.settings.dark {
+            _ if self.settings.is_red => egui::ThemePreference::Dark,
             Some(true) => egui::ThemePreference::Dark,
             Some(false) => egui::ThemePreference::Light,
             None => egui::ThemePreference::System,
@@ -314,6 +315,7 @@ impl Interface {
         }
         for action in actions {
             match action {
+                Action::Turn(..) | Action::LookAround(..) if !self.viewer.can_turn() => self.show_reply(text!("drag-at-centre")),
                 Action::Turn(..) | Action::LookAround(..) => self.settings.hints_followed.drag = true,
                 Action::Zoom(_) | Action::ChangeFov(_) => self.settings.hints_followed.scroll = true,
                 _ => {}

@@ -10,8 +10,7 @@ use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::date_text::resembles_date;
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::place_text::parse_place_without_limits;
-use crate::view::app::search::{SearchTarget, Suggestion, similar_texts, star_view, suggestions, surface_feature_view};
-use crate::view::app::settings::Home;
+use crate::view::app::search::{SearchTarget, Suggestion, mentions_events, similar_texts, star_view, suggestions, surface_feature_view};
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::{catalog_text, text};
@@ -136,6 +135,8 @@ fn not_found(interface: &Interface) -> String {
         text!("search-no-place", typed = quoted)
     } else if resembles_date(text) {
         text!("time-no-date", typed = quoted)
+    } else if mentions_events(text) {
+        text!("search-no-event", typed = quoted)
     } else {
         text!("search-nothing", typed = quoted)
     }
@@ -213,7 +214,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         SearchTarget::Place { latitude_deg, longitude_deg } => actions.push(Action::StandOn(latitude_deg, longitude_deg)),
         SearchTarget::City(city) => {
             // The city becomes the observer's place, which events and the times of rise and set use too.
-            interface.information.observer_place = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
+            interface.information.choose_city(city);
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
             interface.show_reply(text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country)));
         }

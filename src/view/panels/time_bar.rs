@@ -292,7 +292,8 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
         (Icon::Pause, text!("time-pause"), text!("time-pause-hint"), is_paused, Action::TogglePause),
         (Icon::Play, text!("time-play"), text!("time-play-hint"), !is_paused && !is_backward, Action::TimeForward),
     ] {
-        if icons::selectable(ui, icon, is_on, name).on_hover_text(hover).clicked() {
+        // A button that is on stays on: a click on Pause does not resume paused time.
+        if icons::selectable(ui, icon, is_on, name).on_hover_text(hover).clicked() && !is_on {
             actions.push(action);
         }
     }

@@ -202,7 +202,8 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
 /// Shows hints for three gestures to a new user, each until the user has made the gesture.
 fn hints(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let followed = interface.settings.hints_followed;
-    let hints = [(followed.drag, text!("hint-drag")), (followed.scroll, text!("hint-scroll")), (followed.search, text!("hint-search"))];
+    let drag = (followed.drag || !interface.viewer.can_turn(), text!("hint-drag"));
+    let hints = [drag, (followed.scroll, text!("hint-scroll")), (followed.search, text!("hint-search"))];
     if hints.iter().all(|(is_followed, _)| *is_followed) || !interface.message_line().is_empty() || viewport.width() < MIN_WIDTH_FOR_HINTS {
         return;
     }
@@ -259,6 +260,9 @@ fn context_menu(interface: &mut Interface, response: &egui::Response, place: Opt
             && let Some(direction) = interface.viewport.menu_direction
         {
             measure(interface, direction, interface.viewport.menu_body);
+        }
+        if ui.button(text!("menu-upside-down")).on_hover_text(text!("menu-upside-down-hint")).clicked() {
+            actions.push(Action::Roll(180.0));
         }
         if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
             ui.ctx().copy_text(interface.viewer.shareable_view().to_link());

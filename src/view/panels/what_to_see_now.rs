@@ -10,7 +10,7 @@ use super::render_loop::colour_image;
 use super::{Interface, Tab, events};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::draw::PixelView;
-use crate::scene::request::Quality;
+use crate::scene::request::{Layers, Quality};
 use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::view_state::ViewState;
@@ -95,15 +95,21 @@ fn update(interface: &mut Interface, ctx: &Context, worker: &dyn RenderWorker) {
 fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Instant, base_view: &ViewState) -> Option<DrawnThumbnail> {
     let now_view = item.view(session, now, base_view)?;
     let [width, height] = THUMBNAIL_SIZE.map(|points| (points * PX_PER_POINT) as u32);
-    // The thumbnail of the Shader item shows the visible fraction of the Sun, as the shader computes it.
-    let pixel_view = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
-    // A dome or a stereo pair would be illegible at this size.
-    let view = ViewState { pixel_view, composition: CompositionState::default(), ..now_view.view.clone() };
+    let view = view_of_thumbnail(item, &now_view.view);
     let image = view.request(session.catalog(), session.ephemeris(), width, height).ok().and_then(|request| {
         let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), FrameImages::Display).ok()?.frame;
         Some(([frame.width, frame.height], frame.display))
     });
     Some(DrawnThumbnail { now_view, image })
+}
+
+/// The view that the thumbnail of an item shows. `view`: the item's.
+fn view_of_thumbnail(item: NowItem, view: &ViewState) -> ViewState {
+    // The thumbnail of the Shader item shows the visible fraction of the Sun, as the shader computes it.
+    let pixel_view = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
+    // A dome, a stereo pair, or lines and texts of layers would be illegible at this size.
+    let (composition, layers, orbits) = (CompositionState::default(), Layers::default(), false);
+    ViewState { pixel_view, composition, layers, orbits, ..view.clone() }
 }
 
 /// Makes a texture of a drawn image.
@@ -279,4 +285,23 @@ fn thumbnail_button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>, z
     lines(image.bottom() + 3.0, title, max_title_lines, visuals.strong_text_color());
     lines(image.bottom() + 3.0 + line_height, about.as_str(), MAX_DESCRIPTION_LINES, visuals.text_color());
     response.clicked()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::NaifId;
+    use crate::time::Instant;
+    use glam::DVec3;
+
+    /// The names of constellations and instruments ran across the thumbnail of the Moon if these layers were on.
+    #[test]
+    fn a_thumbnail_has_no_layers() {
+        let time = Instant::from_tdb_seconds_past_j2000(0.0);
+        let plain = ViewState::around(NaifId::MOON, DVec3::X * 1e4, 1737.4, DVec3::Z, time);
+        let layers = Layers { constellations: true, caption: true, ..Layers::default() };
+        let with_layers = ViewState { layers, orbits: true, ..plain.clone() };
+        assert_eq!(view_of_thumbnail(NowItem::Moon, &with_layers), plain);
+        assert_eq!(view_of_thumbnail(NowItem::Shader, &with_layers).pixel_view, PixelView::Eclipse);
+    }
 }

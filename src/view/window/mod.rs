@@ -7,6 +7,7 @@
 pub mod cpu_painter;
 pub mod file_dialog;
 mod frame_log;
+pub mod night_colours;
 mod painter_texture;
 pub mod placement;
 pub mod presenter;
@@ -311,7 +312,10 @@ impl App<'_> {
                 self.painter.set_texture(id, delta);
             }
         }
-        let primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
+        let mut primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
+        if self.interface.settings.is_red {
+            night_colours::make_red(&mut primitives);
+        }
         // The image may be on a GPU that does not present this window (any more).
         let is_image_lost = self.interface.gpu_image().is_some_and(|image| !opened.presenter.holds(image));
         if is_image_lost {

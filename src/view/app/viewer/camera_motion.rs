@@ -63,6 +63,11 @@ impl Viewer {
         self.view.tracks &= self.view.target == self.view.camera_pose.body();
     }
 
+    /// Whether a drag turns the camera: at the centre of a body it always faces the target.
+    pub(crate) fn can_turn(&self) -> bool {
+        !matches!(self.view.camera_pose, CameraPose::Centre { .. })
+    }
+
     /// Rolls the camera; positive turns the image clockwise.
     pub(super) fn roll(&mut self, deg: f64, positions: &dyn BodyPositions) {
         self.end_flight();
@@ -118,9 +123,8 @@ impl Viewer {
         match &mut self.view.camera_pose {
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let (_, normal) = ground_point_km(radii_km, *latitude_deg, *longitude_deg, *height_km);
+                // The roll stays: with and without tracking it is measured from the zenith.
                 (*azimuth_deg, *altitude_deg) = horizontal_angles_deg(normal, body_from_icrf * pose.forward);
-                // While the camera tracks a body, its up direction is the zenith, without the roll.
-                self.view.roll_deg = 0.0;
             }
             CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);

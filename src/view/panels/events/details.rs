@@ -3,12 +3,13 @@
 //! In: the chosen event, the observer's place. Out: actions that show the event or play it. Always: if the camera stands at the observer's place and the
 //! event is visible from this place, *Watch it* leaves the camera where it is. Not here: the list of events.
 
-use super::{EventAtPlace, best_view};
+use super::{EventAtPlace, RunningPlayback, best_view};
 use crate::catalog::NaifId;
-use crate::events::GeodeticPosition;
+use crate::events::{GeodeticPosition, LunarType, SolarType};
 use crate::time::{Instant, MIN_SHOWN_DELTA_T_ERROR_S};
 use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::event_search::{ContactAtPlace, EventFromPlace, SkyEvent};
+use crate::view::app::event_view::central_phase;
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::{CameraPose, ViewState, wrapped_longitude_deg};
 use crate::view::app::viewer::Action;
@@ -116,8 +117,8 @@ fn watch_event(
         _ => (best_view(interface, worker, event), event.playback()),
     };
     actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.start_tdb_s, paused: Some(false), ..view })));
-    actions.push(Action::RunAt(playback.rate));
-    interface.events.playback = Some(playback);
+    actions.push(Action::RunAt(playback.rate_at(playback.start_tdb_s)));
+    interface.events.playback = Some(RunningPlayback::from_start(playback));
 }
 
 /// Shows the name of a contact, with a tooltip that explains it.
@@ -182,4 +183,32 @@ fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
             ui.end_row();
         }
     });
+    if seen.is_visible
+        && let Some(line) = central_phase_text(event, &seen.contacts)
+    {
+        ui.label(line);
+    }
+}
+
+/// How long the total or annular phase of an eclipse lasts at a place; `None` if there is none, or the event is no eclipse of the Sun or the Moon.
+fn central_phase_text(event: &SkyEvent, contacts: &[ContactAtPlace]) -> Option<String> {
+    let contacts: Vec<(&str, Instant)> = contacts.iter().map(|contact| (contact.name, contact.time)).collect();
+    let (start, end) = central_phase(&contacts)?;
+    let duration = minutes_and_seconds(end.tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000());
+    match event {
+        SkyEvent::Solar(e) if e.class == SolarType::Annular => Some(text!("events-annularity", duration = duration)),
+        // Which of the two a hybrid eclipse is at a place, the contacts do not say.
+        SkyEvent::Solar(e) if e.class == SolarType::Hybrid => Some(text!("events-central-phase", duration = duration)),
+        SkyEvent::Solar(_) => Some(text!("events-totality", duration = duration)),
+        SkyEvent::Lunar(e) if e.class == LunarType::Total => Some(text!("events-totality", duration = duration)),
+        SkyEvent::Lunar(_) | SkyEvent::Transit(_) | SkyEvent::Moons(_) => None,
+    }
+}
+
+/// A duration in minutes and whole seconds, below a minute only in seconds.
+fn minutes_and_seconds(duration_s: f64) -> String {
+    let whole_s = duration_s.round();
+    let (minutes, seconds) = ((whole_s / 60.0).floor(), whole_s % 60.0);
+    let seconds = format!("{} {}", decimal(seconds, 0), text!("unit-second"));
+    if minutes == 0.0 { seconds } else { format!("{} {} {seconds}", decimal(minutes, 0), text!("unit-minute")) }
 }

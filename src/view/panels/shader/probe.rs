@@ -173,18 +173,40 @@ struct Row {
 impl Row {
     /// The name, both values and their absolute difference, in columns.
     fn text(&self) -> String {
+        self.text_with_name(&self.name)
+    }
+
+    /// As [`Self::text`], with a long name shortened in its middle, so that the numbers stay in their columns.
+    fn shown_text(&self) -> String {
+        self.text_with_name(&shortened(&self.name, NAME_CHARS))
+    }
+
+    fn text_with_name(&self, name: &str) -> String {
         let number =
             |v: f64, decimals: usize| if v.is_nan() { text!("probe-not-evaluated").to_owned() } else { format!("{v:.decimals$e}") };
         let in_f64 = self.in_f64.map_or(text!("probe-no-value").to_owned(), |v| number(v, 9));
         let difference = self.in_f64.map(|in_f64| (self.in_f32 - in_f64).abs()).filter(|d| d.is_finite());
         let difference = difference.map_or(String::new(), |d| if d == 0.0 { "0".to_owned() } else { format!("{d:.1e}") });
-        columns(&self.name, &number(self.in_f32, 7), &in_f64, &difference)
+        columns(name, &number(self.in_f32, 7), &in_f64, &difference)
     }
+}
+
+/// Number of characters of the column of names.
+const NAME_CHARS: usize = 34;
+
+/// A name of at most `max_chars` characters: of a longer one, its beginning and its end.
+fn shortened(name: &str, max_chars: usize) -> String {
+    let count = name.chars().count();
+    if count <= max_chars {
+        return name.to_owned();
+    }
+    let (start, end) = (max_chars / 2, max_chars - max_chars / 2 - 1);
+    name.chars().take(start).chain(['…']).chain(name.chars().skip(count - end)).collect()
 }
 
 /// A line of the table. The columns have room for the longest numbers: seven decimals in f32, nine in f64.
 fn columns(name: &str, in_f32: &str, in_f64: &str, difference: &str) -> String {
-    format!("{name:<34} {in_f32:>14} {in_f64:>17} {difference:>10}")
+    format!("{name:<NAME_CHARS$} {in_f32:>14} {in_f64:>17} {difference:>10}")
 }
 
 /// Every value of a draw at the pixel, with one row for each component of a vector. The draw's colour and coverage come first.
@@ -231,7 +253,10 @@ fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
     let area = ScrollArea::both().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT);
     let list = area.show_rows(ui, height, matching.len(), |ui, range| {
         for row in matching.get(range).unwrap_or_default() {
-            ui.add(egui::Label::new(row_text(row.text())).extend());
+            let response = ui.add(egui::Label::new(row_text(row.shown_text())).extend());
+            if row.name.chars().count() > NAME_CHARS {
+                response.on_hover_text(&row.name).accessible_name(row.text());
+            }
         }
     });
     let corner = place.min - vec2(list.state.clamped_offset().x, 0.0);
@@ -242,6 +267,18 @@ fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The numbers of a value with a long name once stood to the right of those of the others, partly outside the panel.
+    #[test]
+    fn numbers_are_in_their_columns_whatever_the_length_of_the_name() {
+        let row = |name: &str| Row { name: name.to_owned(), in_f32: 0.25, in_f64: Some(0.5) };
+        let long = row("surface_hit/distance_from_limb/one_minus_q_sq");
+        let widths = [row("albedo"), row("surface_hit/distance_from_limb"), row(&long.name)].map(|row| row.shown_text().chars().count());
+        assert!(widths.iter().all(|width| *width == widths[0]), "{widths:?}");
+        let shown = long.shown_text();
+        assert!(shown.starts_with("surface_hit/dista…") && shown.contains("one_minus_q_sq "), "{shown}");
+        assert!(long.text().starts_with(&long.name), "a copy has the whole name");
+    }
 
     /// With another height, rows would be missing at the end of the list, or a gap would follow them.
     #[test]

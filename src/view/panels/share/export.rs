@@ -11,6 +11,7 @@ use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, Quality, ViewRequest};
 use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_image};
+use crate::view::app::event_view::EventPlayback;
 use crate::view::app::file_names::{candidate_names, free_sequence};
 use crate::view::app::tour::Tour;
 use crate::view::app::view_state::ViewState;
@@ -31,9 +32,11 @@ pub(crate) struct ImageOptions {
 }
 
 /// The views of an export's frames.
-pub enum FrameViews {
+pub(crate) enum FrameViews {
     /// One view, whose displayed time advances by `step_s` seconds from frame to frame; a negative step goes back in time.
     Steps { view: Box<ViewState>, step_s: f64 },
+    /// One view in the course of an event: as in its playback, more frames show a short central phase.
+    Event { view: Box<ViewState>, playback: EventPlayback, frame_count: u32 },
     /// A tour, drawn at this quality instead of the tour's own.
     Tour { tour: Arc<Tour>, frames_per_s: u32, quality: Quality },
 }
@@ -43,6 +46,10 @@ impl FrameViews {
     fn view(&self, frame: u32) -> ViewState {
         match self {
             Self::Steps { view, step_s } => ViewState { tdb_s: view.tdb_s + f64::from(frame) * step_s, ..(**view).clone() },
+            Self::Event { view, playback, frame_count } => {
+                let fraction = f64::from(frame) / f64::from((*frame_count).max(2) - 1);
+                ViewState { tdb_s: playback.tdb_s_at_fraction(fraction), ..(**view).clone() }
+            }
             Self::Tour { tour, frames_per_s, quality } => {
                 ViewState { quality: *quality, ..tour.at(f64::from(frame) / f64::from(*frames_per_s)).view }
             }

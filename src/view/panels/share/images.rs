@@ -8,6 +8,7 @@ use super::export::ImageOptions;
 use super::{ExportKind, Interface};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::units::SECONDS_PER_DAY;
+use crate::view::app::event_view::EventPlayback;
 use crate::view::app::file_names::absolute_path;
 use crate::view::language::{decimal, text};
 use crate::view::panels::icons::{self, Icon};
@@ -56,40 +57,40 @@ pub(crate) fn single_image(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// The times of the frames of a sequence or animation.
-#[derive(Clone, Copy)]
-pub(super) struct FrameTimes {
-    /// Time of the first frame, TDB seconds past J2000.
-    pub start_tdb_s: f64,
-    /// Displayed time between two frames, seconds.
-    pub step_s: f64,
-}
-
-/// The times of frames that span the chosen event; `None` unless the displayed time is near the event.
-fn frames_of_event(interface: &Interface) -> Option<FrameTimes> {
+/// The playback of the chosen event, whose frames an export can have; `None` unless the displayed time is near the event.
+fn playback_near_view(interface: &Interface) -> Option<EventPlayback> {
     let view = interface.viewer.view_after_flight();
     // At the observer's place an event may be shorter than for the entire Earth.
     let playback = interface.events.playback_of_chosen(&view.camera_pose, interface.information.observer_place)?;
-    let step_s = (playback.end_tdb_s - playback.start_tdb_s) / f64::from(interface.share.frame_count.max(2) - 1);
-    playback.is_near(view.tdb_s).then_some(FrameTimes { start_tdb_s: playback.start_tdb_s, step_s })
+    playback.is_near(view.tdb_s).then_some(playback)
 }
 
-/// As [`frames_of_event`], if the user wants the frames to span the event.
-pub(super) fn chosen_frames_of_event(interface: &Interface) -> Option<FrameTimes> {
-    frames_of_event(interface).filter(|_| interface.share.wants_event_span)
+/// As [`playback_near_view`], if the user wants the frames to span the event.
+pub(super) fn chosen_playback(interface: &Interface) -> Option<EventPlayback> {
+    playback_near_view(interface).filter(|_| interface.share.wants_event_span)
+}
+
+/// The time between the frames of a playback, such as `160.2 s`, or from the slow part to the rest: `5.1 to 160.2 s`.
+fn interval_text(playback: &EventPlayback, frame_count: u32) -> String {
+    let real_s = playback.length_s() / f64::from(frame_count.max(2) - 1);
+    let longest = decimal(playback.rate * real_s, 1);
+    match playback.slow_part {
+        Some(slow) => text!("frames-event-steps", shortest = decimal(slow.rate * real_s, 1), longest = longest),
+        None => format!("{longest} s"),
+    }
 }
 
 /// Shows the button that exports a sequence, and the fields for the number of frames and their interval, which also apply to animations.
 pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("frames"));
-    let is_near_event = frames_of_event(interface).is_some();
-    let event_frames = chosen_frames_of_event(interface);
+    let is_near_event = playback_near_view(interface).is_some();
+    let event_playback = chosen_playback(interface);
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
         number_field::show(ui, &mut panel.frame_count, NumberKind::Whole, 1..=100_000, text!("frames-count"), |field| field);
         ui.label(text!("frames-unit"));
-        if let Some(FrameTimes { step_s, .. }) = event_frames {
-            ui.label(format!("{} s", decimal(step_s, 1))).on_hover_text(text!("frames-step"));
+        if let Some(playback) = &event_playback {
+            ui.label(interval_text(playback, panel.frame_count)).on_hover_text(text!("frames-step"));
         } else {
             let range = -MAX_STEP_S..=MAX_STEP_S;
             number_field::show(ui, &mut panel.step_s, NumberKind::Seconds, range, text!("frames-step"), |field| field);
@@ -115,7 +116,7 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
             .on_hover_text(text!("animation-file-hint"));
         dialog::button(interface, ui, FileField::Animation);
     });
-    let frames_span_event = chosen_frames_of_event(interface).is_some();
+    let frames_span_event = chosen_playback(interface).is_some();
     let panel = &mut interface.share;
     let animation = &mut panel.animation;
     ui.horizontal(|ui| {

@@ -9,7 +9,6 @@ mod images;
 
 use self::dialog::FileField;
 use self::export::{Export, FrameViews, ImageOptions};
-use self::images::FrameTimes;
 use super::Interface;
 use super::icons::{self, Icon};
 use super::number_field::{self, NumberKind};
@@ -255,11 +254,11 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
     let panel = &interface.share;
     let Animation { file_name, options, frames_per_s, is_centred_on_displayed_time } = &panel.animation;
     let view = interface.viewer.shareable_view();
-    let event_frames = images::chosen_frames_of_event(interface);
+    let event_playback = images::chosen_playback(interface);
     // If the frames are to span an event: its frames. Otherwise frames from the given time on, at the panel's interval.
-    let frames_from = |tdb_s: f64| {
-        let FrameTimes { start_tdb_s, step_s } = event_frames.unwrap_or(FrameTimes { start_tdb_s: tdb_s, step_s: panel.step_s });
-        FrameViews::Steps { view: Box::new(ViewState { tdb_s: start_tdb_s, ..view.clone() }), step_s }
+    let frames_from = |tdb_s: f64| match event_playback {
+        Some(playback) => FrameViews::Event { view: Box::new(view.clone()), playback, frame_count: panel.frame_count },
+        None => FrameViews::Steps { view: Box::new(ViewState { tdb_s, ..view.clone() }), step_s: panel.step_s },
     };
     match kind {
         ExportKind::Sequence => {
@@ -346,6 +345,7 @@ fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.selectable_value(&mut interface.settings.dark, dark, name).on_hover_text(text!("appearance-colours-hint"));
         }
     });
+    ui.checkbox(&mut interface.settings.is_red, text!("appearance-red")).on_hover_text(text!("appearance-red-hint"));
     ui.horizontal(|ui| {
         ui.label(text!("appearance-language"));
         for language in Language::ALL {
