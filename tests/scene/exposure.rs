@@ -289,8 +289,8 @@ fn a_camera_at_or_on_a_body_has_an_exposure() {
 }
 
 /// Near the terminator the Moon's ground is exposed for the light on its slopes, which are lit up to three degrees beyond it: at half of white for the mean
-/// slope. The slopes of a dozen places differ so much that the mean over them is 0.09 to 1.6 of white (measured). On smooth ground the meter would see night
-/// beyond the terminator: at that exposure the slopes are 80 to 1400 times white.
+/// slope. The slopes of a dozen places differ so much that the mean over them is 0.15 to 1.2 of white (measured from -2 to 3 degrees). On smooth ground the
+/// meter would see night beyond the terminator: at that exposure the slopes are some 40 to 1400 times white.
 #[test]
 fn ground_at_the_terminator_is_exposed_for_its_slopes() {
     let at = |latitude_deg: f64, longitude_deg: f64| {

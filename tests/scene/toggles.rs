@@ -97,7 +97,7 @@ fn ground_effects_change_only_their_side_of_the_earth() {
     let quarter = over(399, "2024-06-14T06:00:00Z", 3.0, Some(301));
     let other_effects_off = "-atmosphere,-clouds,-cloud-shadow,-eclipse,-planet-shine";
     assert_changes_only_between(&quarter, &format!("{other_effects_off},-normal"), "specular", 0.0, -0.02..=1.0);
-    // Relief matters up to 2.9 degrees beyond the terminator.
+    // The highest relief matters up to 2.9 degrees beyond the terminator.
     assert_changes_only_between(&quarter, &format!("{other_effects_off},-specular"), "normal", 0.0, -0.06..=1.0);
     assert_changes_only_between(
         &quarter,

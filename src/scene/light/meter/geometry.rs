@@ -187,9 +187,14 @@ fn limb_towards(placement: &Placement, towards: DVec3) -> LimbPoint {
     let (axis, side) = (placement.direction_in_unit_sphere(to_centre), placement.direction_in_unit_sphere(perpendicular));
     let (axis_sq, axis_side, side_sq) = (axis.dot(axis), axis.dot(side), side.dot(side));
     let distance_radii = distance_km / placement.radii_km.x;
-    // Solves the equation square_coefficient * u^2 - 2 axis_side u - axis_sq = 0.
-    let square_coefficient = distance_radii * distance_radii * axis.cross(side).length_squared() - side_sq;
-    let angle_rad = (axis_side + (axis_side * axis_side + square_coefficient * axis_sq).max(0.0).sqrt()).atan2(square_coefficient);
+    let cross_sq = axis.cross(side).length_squared();
+    // Solves the equation square_coefficient * u^2 - 2 axis_side u - axis_sq = 0. Close to the ground `square_coefficient` is small, of either sign.
+    let square_coefficient = distance_radii * distance_radii * cross_sq - side_sq;
+    let camera_radii = distance_radii * axis_sq.sqrt();
+    let root = (cross_sq * (camera_radii - 1.0).max(0.0) * (camera_radii + 1.0)).sqrt();
+    // Two forms of the same root. Neither subtracts numbers of similar size, and the first argument is never negative: the angle is between 0 and pi. With the
+    // first form alone both arguments would be negative where `axis_side` and `square_coefficient` are, and the angle would point away from the body.
+    let angle_rad = if axis_side > 0.0 { (axis_side + root).atan2(square_coefficient) } else { axis_sq.atan2(root - axis_side) };
     // The gradient of the squared distance is normal to the limb.
     let (sin, cos) = angle_rad.sin_cos();
     let camera = placement.camera_in_unit_sphere();
@@ -214,6 +219,56 @@ mod tests {
     use super::*;
     use crate::random::Random;
     use glam::DMat3;
+
+    /// From 0.1 m to 10 km and far above the ground of round and flattened bodies, at all latitudes and azimuths: the angle of the limb is that at which rays
+    /// begin to miss the body, found by bisection. The bodies are turned against the sky.
+    #[test]
+    fn the_limb_is_where_rays_begin_to_miss_the_body() {
+        // Whether a ray from the camera meets the ellipsoid; km, body axes.
+        let meets = |camera: DVec3, ray: DVec3, radii: DVec3, height_term: f64| {
+            let (p, d) = (camera / radii, ray / radii);
+            let along = p.dot(d);
+            along < 0.0 && along * along > d.dot(d) * height_term
+        };
+        let bodies = [
+            DVec3::new(6378.1366, 6378.1366, 6356.7519),
+            DVec3::splat(1737.4),
+            DVec3::new(3396.19, 3396.19, 3376.2),
+            DVec3::new(60268.0, 60268.0, 54364.0),
+            DVec3::new(13.0, 11.4, 9.1),
+        ];
+        let body_from_icrf = DMat3::from_axis_angle(DVec3::new(0.3, -0.5, 0.8).normalize(), 1.1);
+        for (radii_km, height_km) in
+            bodies.iter().flat_map(|r| [1e-4, 5e-4, 1.7e-3, 4e-3, 5e-3, 0.01, 0.1, 1.0, 10.0, 1e5].map(|h| (*r, h)))
+        {
+            for latitude_deg in [-89.0_f64, -60.0, -43.37, -10.0, 0.0, 1.0, 30.0, 59.33, 80.0] {
+                let (sin, cos) = latitude_deg.to_radians().sin_cos();
+                let on_sphere = DVec3::new(cos * 0.6, cos * 0.8, sin);
+                let ground = on_sphere * radii_km;
+                let up = (on_sphere / radii_km).normalize();
+                let camera = ground + up * height_km;
+                // |camera|^2 - 1 in the unit-sphere frame, without the loss of digits.
+                let step = up * height_km / radii_km;
+                let height_term = step.dot(2.0 * on_sphere + step);
+                let placement = Placement { centre_km: body_from_icrf.transpose() * -camera, body_from_icrf, radii_km };
+                let to_centre = -camera.normalize();
+                let side = to_centre.any_orthonormal_vector();
+                for azimuth in (0..24).map(|k| f64::from(k) * PI / 12.0) {
+                    let perpendicular = side * azimuth.cos() + to_centre.cross(side) * azimuth.sin();
+                    let ray = |angle: f64| to_centre * angle.cos() + perpendicular * angle.sin();
+                    let (mut inside, mut outside) = (0.0, PI);
+                    for _ in 0..60 {
+                        let middle = 0.5 * (inside + outside);
+                        if meets(camera, ray(middle), radii_km, height_term) { inside = middle } else { outside = middle }
+                    }
+                    // The direction lies anywhere on that side: here a little below the limb.
+                    let found = limb_towards(&placement, body_from_icrf.transpose() * ray(0.98 * inside)).angle_rad;
+                    // Rounding of the camera's position, 1e-16, over the height, 1.7e-9 radii or more, times the dip.
+                    assert!((found - inside).abs() < 1e-9, "{radii_km}, {height_km} km, {latitude_deg}, {azimuth}: {found}, not {inside}");
+                }
+            }
+        }
+    }
 
     /// The weight of ground along the edge of the frame grows from that of the edge, always in small steps.
     #[test]

@@ -31,8 +31,10 @@ const CLEAR_SKY_IRRADIANCE_PER_RADIANCE: f64 = 0.3;
 
 /// Steepest slope (rise over run) of the relief that the meter assumes on ground without air: smooth ground would have no light from a Sun below the horizon.
 /// For altitudes of the Sun from -2 to 8 degrees the metered radiance is within a factor of 5 of the mean over a dozen places of the Moon's drawn ground;
-/// single places scatter more.
+/// single places scatter more: after sunset level ones have no sunlight.
 const MAX_RELIEF_SLOPE: f64 = 0.15;
+/// Dip of the horizon, radians, from the greatest height of relief: sqrt(2 `MAX_RELIEF_HEIGHT`) of shaders/lib/reflected.wesl.
+const MAX_RELIEF_DIP: f64 = 0.05;
 /// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, sunlit ground is in view too, whose light relief
 /// hardly changes.
 const RELIEF_HEIGHT_RADII: f64 = 0.02;
@@ -74,13 +76,14 @@ pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f6
 }
 
 /// Mean cosine of incidence on relief, from the cosine on smooth ground: the mean of max(0, `cos_smooth` + slope) over slopes towards the light that are evenly
-/// distributed from -[`MAX_RELIEF_SLOPE`] to +[`MAX_RELIEF_SLOPE`]. The mean is reduced as by `horizon_factor` of shaders/lib/reflected.wesl: not at all from a
-/// `cos_smooth` of 0.05 on, to nothing at -0.05.
+/// distributed from -[`MAX_RELIEF_SLOPE`] to +[`MAX_RELIEF_SLOPE`]. The mean is reduced as by `horizon_factor` of shaders/lib/reflected.wesl for
+/// the greatest height of relief, as the steepest slopes have most of the light beyond the terminator: not at all from a `cos_smooth` of [`MAX_RELIEF_DIP`] on,
+/// to nothing at -[`MAX_RELIEF_DIP`].
 fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
     if cos_smooth.abs() >= MAX_RELIEF_SLOPE {
         return cos_smooth.max(0.0);
     }
-    (cos_smooth + MAX_RELIEF_SLOPE).powi(2) / (4.0 * MAX_RELIEF_SLOPE) * (0.5 + 10.0 * cos_smooth).clamp(0.0, 1.0)
+    (cos_smooth + MAX_RELIEF_SLOPE).powi(2) / (4.0 * MAX_RELIEF_SLOPE) * (0.5 + 0.5 * cos_smooth / MAX_RELIEF_DIP).clamp(0.0, 1.0)
 }
 
 /// Factors from light to the radiance of a body's ground, brightest channel.
@@ -230,6 +233,15 @@ impl Ground<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The limit of the height of relief is the shader's.
+    #[test]
+    fn the_greatest_dip_is_that_of_the_shader() {
+        let shader = include_str!("../../../../shaders/lib/reflected.wesl");
+        let height = 0.5 * MAX_RELIEF_DIP * MAX_RELIEF_DIP;
+        let constant = format!("const MAX_RELIEF_HEIGHT: f32 = {height:.5};");
+        assert!(shader.contains(&constant), "lib/reflected.wesl lacks `{constant}`");
+    }
 
     /// Relief is lit up to 2.9 degrees beyond the terminator (the arc sine of 0.05), and changes nothing where the Sun is higher than its slopes. There is no
     /// jump: over a step of 1e-4 the mean cosine changes by less than three steps.
