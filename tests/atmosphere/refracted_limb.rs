@@ -213,7 +213,7 @@ fn the_sun_and_its_refracted_ring_have_the_light_of_the_eclipse() {
         let eclipse_tolerance = if in_penumbra {
             [if expected[0] > 0.1 { 0.01 } else { 0.025 }; 3]
         } else {
-            [0.02, 0.02, if measured[2] > 5e-6 { 0.035 } else { f64::INFINITY }]
+            [0.02, 0.025, if measured[2] > 5e-6 { 0.035 } else { f64::INFINITY }]
         };
         let integral_tolerance =
             if in_penumbra { [f64::INFINITY; 3] } else { [0.01, 0.03, if measured[2] > 5e-6 { 0.045 } else { f64::INFINITY }] };

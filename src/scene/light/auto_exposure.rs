@@ -122,9 +122,15 @@ fn metered_exposure(
     Metered { exposure: without_city_lights, reading: Some(reading) }
 }
 
-/// The smooth maximum of white levels.
-fn smooth_max(whites: [f64; 2]) -> f64 {
-    whites.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT))
+/// The smooth maximum of two white levels.
+fn smooth_max([a, b]: [f64; 2]) -> f64 {
+    let (greater, less) = (a.max(b), a.min(b));
+    // Powers of the quotient: those of the levels themselves would be 0 for a sky far below that of any night.
+    if greater > 0.0 {
+        greater * (1.0 + (less / greater).powi(SMOOTH_MAX_EXPONENT)).powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT))
+    } else {
+        0.0
+    }
 }
 
 /// The radiance that is white in an image of a subject alone, with the Sun's glare in front of it. Glare has little effect in front of brighter subjects; in
