@@ -91,7 +91,8 @@ fn the_glare_fades_while_the_sun_leaves_the_frame() {
         assert!(after <= before, "{beside_deg} degrees: {before} to {after}");
         assert!(*after >= before * 5.0 / 6.0 - 1e-4 * light[0], "{beside_deg} degrees: {before} to {after}");
     }
-    assert!(light[0] > 0.0 && light[105] == 0.0, "{} to {}", light[0], light[105]);
+    // What is left are planets, as points.
+    assert!(light[0] > 0.01 && light[105] < 1e-3 * light[0], "{} to {}", light[0], light[105]);
     let of_sphere = |beside_deg| light_in_middle(Projection::Equirectangular, beside_deg);
     assert!(of_sphere(39.5) > 0.4 * of_sphere(29.0));
 }
@@ -105,6 +106,6 @@ fn the_reason_names_a_sun_beside_the_image() {
         sun.decisions.iter().find(|d| d.effect == "glow").map(|d| d.reason.to_string())
     };
     assert!(reason(20.0).is_some_and(|r| r.starts_with("glare at the limb")), "{:?}", reason(20.0));
-    assert!(reason(32.0).is_some_and(|r| r.starts_with("the Sun is beside the image")), "{:?}", reason(32.0));
+    assert!(reason(35.0).is_some_and(|r| r.starts_with("the Sun is beside the image")), "{:?}", reason(35.0));
     assert_eq!(reason(60.0), None);
 }
