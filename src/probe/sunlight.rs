@@ -1,12 +1,12 @@
 //! `sunlight`: the fraction of the Sun's light that other bodies and their rings leave at a point on a body's ground. Not considered: whether the body itself
 //! (on its night side) or its own rings keep sunlight from the point. Every body of the catalog may count, however little it blocks (Mercury in transit: 3e-5
 //! of the light); of more than [`MAX_OCCLUDERS`](crate::scene::draw::MAX_OCCLUDERS), those that block most. The rings of other bodies dim the whole body
-//! evenly, as in images (`scene::rings::rings_before_sun`), by the catalog's limb darkening.
+//! evenly, as in images (`scene::rings::rings_before_sun`), by the catalog's limb darkening; those that take less than 2e-4 of the light are left out.
 //!
 //! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
 //! `by`. `fraction` is the green channel, with the law of limb darkening `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. `rgb` uses
-//! the catalog's law per channel. `by` has for each body, and for its rings, the fraction of green sunlight that it alone would block. The models `linear` and
-//! `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
+//! the catalog's law per channel. `by` has for each body the fraction of green sunlight that it alone would block, and for its rings the fraction that they
+//! block of the light past its globe. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
 
 use super::batch::{MAP_TAPS, PreparedProbe, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, optional, parse_fields, required};

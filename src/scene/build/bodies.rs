@@ -83,7 +83,7 @@ impl BodiesInFrame {
         lunar_limb::update_features(&self.draws, &mut self.reports);
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
         for p in self.points.iter_mut().filter(|p| !p.is_disc_glare()) {
-            // The glare of a Sun far outside the image is not drawn, and the light meter ignores it; the glare fades while the Sun leaves the image.
+            // The glare of a Sun outside the image is not drawn. `sprite_radius_px` shrinks the sprite steeply, so that its glare ends next to the edge.
             let drawn_part_of_glare = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
             point::set_sprite_radius(p, white, drawn_part_of_glare);
         }

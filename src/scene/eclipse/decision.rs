@@ -15,7 +15,7 @@ use crate::scene::request::effects::Effect;
 use crate::scene::stated_errors;
 use glam::DVec3;
 
-/// Smallest factor on sunlight for which draws are made: they divide other lights by it.
+/// Lower limit of the factor on a body's sunlight: draws have the second light of the air relative to sunlight, so they divide by it.
 const MIN_SUNLIGHT_FACTOR: f64 = 1e-6;
 
 /// Decides which occluders darken the globe, its air and its clouds, and by which model.

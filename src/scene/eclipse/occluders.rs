@@ -291,7 +291,7 @@ impl<'a> Occluder<'a> {
         Some(Self { body, offset_across, distance_along, long_axis, semi_axes, max_blocked_fraction: 0.0, bent_light: BentLight::None })
     }
 
-    /// A copy with `max_blocked_fraction` and `bent_light` set for points within `max_radius` of that centre.
+    /// A copy with `max_blocked_fraction` and `bent_light` set for points within `max_radius` of the centre of the receiver.
     fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, receiver: &Receiver<'_>) -> Self {
         let radius = self.body.radii_km.max_element() / receiver.radius_km();
         let max_blocked_fraction = max_blocked_fraction(radius, axis, sun, (self.distance_along - max_radius).max(radius));

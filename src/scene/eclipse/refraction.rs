@@ -124,7 +124,7 @@ impl RefractingGas {
     }
 }
 
-/// Whether the catalog has the refractivity of the body's air.
+/// Whether a body's air bends light that leaves it again (see `RefractingGas::of`).
 pub(crate) fn refracts(body: &Body) -> bool {
     RefractingGas::of(body).is_some()
 }
@@ -136,14 +136,14 @@ pub(crate) fn shift_per_bending(body_distance: f64, sun_distance: f64) -> f64 {
     (1.0 - body_distance / sun_distance).clamp(0.0, 1.0)
 }
 
-/// The largest reduced bending angle in [`RefractingLayers::edges`], radians: that of the lowest ray that leaves the air. `None` if the refractivity is
-/// unknown.
+/// The largest reduced bending angle in [`RefractingLayers::edges`], radians: that of the lowest ray that leaves the air. `None` if the air does not
+/// refract ([`refracts`]).
 pub(crate) fn max_reduced_bending(body: &Body, shift_per_bending: f64) -> Option<f64> {
     let gas = RefractingGas::of(body)?;
     Some(gas.bending(body.radii_km.x, gas.lowest_km) * shift_per_bending)
 }
 
-/// Layers of a body's air in units of `unit_km`; `None` if the body has no air, or the catalog lacks its refractivity or its gas. `radius`: radius of the
+/// Layers of a body's air in units of `unit_km`; `None` if its air does not refract ([`refracts`]). `radius`: radius of the
 /// body's outline, in the same unit; `shift_per_bending`: see [`shift_per_bending`].
 pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shift_per_bending: f64) -> Option<RefractingLayers> {
     let air = body.atmosphere.as_ref()?;

@@ -4,8 +4,8 @@
 //! and the reason; for the light meter, the corona's weight and its radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it,
 //! and the air in front reddens each line of sight by its own path. A body of less than four pixels is drawn as a point (`scene::point`), wholly or in part; so
 //! is the inner corona of such a Sun (`InnerPart`), which keeps its light: in totality about half that of the full Moon, however small the image. The corona is
-//! left out if it changes the glare by less than the threshold. A Sun outside the frame has no glare (`glare`), so its corona is drawn. While the Sun enters
-//! the frame the glare grows; once the corona makes no visible difference beside it, it is left out. The light meter counts a corona under the same conditions,
+//! left out if it changes the glare by less than the threshold. A Sun far outside the image has no glare (`glare`), so its corona is drawn. While the Sun comes
+//! nearer the glare grows; once the corona makes no visible difference beside it, it is left out. The light meter counts a corona under the same conditions,
 //! so that no image is exposed for one that is not drawn. K corona (light scattered by electrons) and F corona (by dust) are combined: averaged over position
 //! angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the sunspot cycle. From 15 to 25 degrees from the Sun
 //! the corona fades into the zodiacal light (scene::sky::zodiacal). Left out: streamers; the change of the mean brightness within a cycle (a factor of two

@@ -196,6 +196,17 @@ mod tests {
     }
 
     #[test]
+    fn slope_parameters_are_those_of_the_table_of_minor_planets() {
+        for (id, name) in [(2_000_001, "Ceres"), (2_000_004, "Vesta")] {
+            let mut rows = orrery_catalogs::SMALL_BODIES.lines().map(|line| line.split(',').collect::<Vec<&str>>());
+            let row = rows.find(|row| row.get(1) == Some(&name)).expect("in the table");
+            let slope: f64 = row[3].parse().expect("a slope parameter");
+            let law = law(NaifId(id)).expect("has a law");
+            assert!(matches!(law.pieces, [(_, SlopeParameter(g))] if *g == slope), "{name}: {slope}");
+        }
+    }
+
+    #[test]
     fn a_half_moon_is_an_eleventh_of_a_full_one() {
         // Allen 1976: phase 90 degrees is 2.60 mag fainter than full, a factor of 10.96.
         let factor = 1.0 / law(NaifId::MOON).expect("has a law").brightness(90.0);

@@ -6,7 +6,7 @@
 //! the light that is left. Light time is included; aberration moves Sun and rings alike. Always: 1 far from the shadow, continuous in time. Not here: the
 //! shadow of rings on their own globe (shaders/lib/ring).
 //!
-//! Errors (docs/accuracy.md): 0.01 of the light by the finite number of rays. The factor is the same all over the body, though the shadow is not: on a body
+//! Errors (docs/accuracy.md): up to 0.007 of the light by the finite number of rays. The factor is the same all over the body, though the shadow is not: on a body
 //! that is large compared with the penumbra (Titan, and most moons near the equinox, when the shadow is a narrow band) only its total light is right.
 
 use crate::catalog::{Body, Catalog, NaifId};
