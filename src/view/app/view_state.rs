@@ -12,7 +12,7 @@ use crate::scene::effects::EffectOverrides;
 use crate::scene::request::composition::Composition;
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Projection, Quality, ToneMap, Up, ViewRequest};
-use crate::scene::viewpoint::viewer;
+use crate::scene::viewpoint::{Viewer, viewer};
 use crate::time::Instant;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::option_serde;
@@ -125,7 +125,8 @@ pub struct ViewState {
     pub tracks: bool,
     /// Vertical field of view.
     pub fov_deg: f64,
-    /// Roll about the line of sight; positive turns the image clockwise. A free pose, with its own up direction, does not use it.
+    /// Roll about the line of sight; positive turns the image clockwise. A free pose, with its own up direction, does not use it, nor does a dome image centred on
+    /// the zenith whose camera follows another body.
     #[serde(default)]
     pub roll_deg: f64,
     /// Exposure in stops; `None`: automatic exposure.
@@ -236,11 +237,14 @@ impl ViewState {
         request.quality = self.quality;
         request.language = language::current().in_images();
         request.check().and_then(|()| request.check_bodies(catalog))?;
-        if self.roll_deg != 0.0 && request.look == Look::Target {
+        // In the middle of a dome image that is centred on the zenith, the zenith stays.
+        if self.roll_deg != 0.0 && request.look == Look::Target && !request.composition.is_zenith_centred {
             // Where the target is seen, and so the line of sight, only the camera says.
             let plain = ViewRequest { composition: Composition::default(), fov_deg: None, ..request.clone() };
-            let camera = viewer(catalog, ephemeris, &plain)?.camera;
-            request.up = Up::Along { direction: self.rolled(camera.forward, camera.up), axes: Axes::Icrf };
+            let Viewer { camera, up_hint, .. } = viewer(catalog, ephemeris, &plain)?;
+            // A whole-sphere image is level with the requested up direction, which need not be orthogonal to the line of sight.
+            let up = if request.composition.projection == Projection::Equirectangular { up_hint } else { camera.up };
+            request.up = Up::Along { direction: self.rolled(camera.forward, up), axes: Axes::Icrf };
         }
         Ok(request)
     }
