@@ -125,8 +125,8 @@ pub struct ViewState {
     pub tracks: bool,
     /// Vertical field of view.
     pub fov_deg: f64,
-    /// Roll about the line of sight; positive turns the image clockwise. A free pose, with its own up direction, does not use it, nor does a dome image centred on
-    /// the zenith whose camera follows another body.
+    /// Roll about the line of sight; positive turns the image clockwise. A free pose, with its own up direction, does not use it, nor does a dome image
+    /// centred on the zenith whose camera follows another body.
     #[serde(default)]
     pub roll_deg: f64,
     /// Exposure in stops; `None`: automatic exposure.

@@ -111,8 +111,8 @@ impl Viewer {
         self.view.tracks = tracks;
     }
 
-    /// Before a camera in an orbit that has turned away from the body faces a target again: keeps the up direction of the image. Until then the roll is measured
-    /// from the body's pole, and [`Self::keep_tracked_direction`] may have put the angle between pole and celestial north into it.
+    /// Before a camera in an orbit that has turned away from the body faces a target again: keeps the up direction of the image. Until then the roll is
+    /// measured from the body's pole, and [`Self::keep_tracked_direction`] may have put the angle between pole and celestial north into it.
     pub(super) fn keep_up_direction(&mut self, positions: &dyn BodyPositions) {
         let body = self.view.camera_pose.body();
         let has_turned_away = matches!(self.view.camera_pose, CameraPose::Orbit { .. }) && self.view.target != body && !self.view.tracks;
