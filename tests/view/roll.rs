@@ -98,25 +98,31 @@ fn the_rolled_image_stays_when_tracking_ends_and_begins() {
     }
 }
 
-/// The least roll once tilted these images by the altitude of the target.
+/// The least roll once tilted these images while the camera followed a body, and any altitude of the line of sight did while it followed none.
 #[test]
 fn whole_sphere_images_stay_level_and_domes_centred_on_the_zenith() {
     let mut view = interface(NaifId::MOON, TIME).viewer.view;
-    (view.target, view.tracks, view.camera_pose) = (NaifId::MOON, true, poses()[1]);
+    let (latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg) = (50.0, 10.0, 0.01, 0.0, 40.0);
+    view.camera_pose = CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg };
+    (view.target, view.tracks) = (NaifId::MOON, true);
     let up = |view: &ViewState| {
         let mut request = view.request(session().catalog(), session().ephemeris(), 300, 200).expect("a view");
         (request.composition, request.fov_deg) = (Composition::default(), None);
         viewer(session().catalog(), session().ephemeris(), &request).expect("a camera").up_hint.normalize()
     };
     let zenith = up(&view);
-    assert!((zenith.dot(axes_in_image(&view)[0])).abs() > 1e-3, "the Moon is on the horizon");
-    view.composition.projection = Projection::Equirectangular;
-    view.roll_deg = 1e-5;
-    assert!(angle_rad(up(&view), zenith) < 1e-6);
-    view.roll_deg = 90.0;
-    assert!(angle_rad(up(&view), zenith) > 0.5);
-    (view.composition.projection, view.composition.is_zenith_centred) = (Projection::Fisheye, true);
-    assert!(angle_rad(up(&view), zenith) < 1e-9);
+    for tracks in [true, false] {
+        view.tracks = tracks;
+        view.composition.projection = Projection::Perspective;
+        assert!(zenith.dot(axes_in_image(&view)[0]).abs() > 1e-3, "the camera looks at the horizon");
+        (view.composition.projection, view.composition.is_zenith_centred) = (Projection::Equirectangular, false);
+        view.roll_deg = 1e-5;
+        assert!(angle_rad(up(&view), zenith) < 1e-6, "follows: {tracks}");
+        view.roll_deg = 90.0;
+        assert!(angle_rad(up(&view), zenith) > 0.5, "follows: {tracks}");
+        (view.composition.projection, view.composition.is_zenith_centred) = (Projection::Fisheye, true);
+        assert!(angle_rad(up(&view), zenith) < 1e-7, "follows: {tracks}");
+    }
 }
 
 fn drag(window: &mut Window, button: PointerButton) {
