@@ -131,7 +131,7 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
         return answer_stdin(&catalog, &ephemeris, source, quantity);
     }
     if args.from.is_some() || args.at.is_some() {
-        return print_result(&table_or_rise_and_set(&catalog, &ephemeris, args).map_err(CliError::Failed)?);
+        return print_result(&table_or_rise_and_set(&catalog, &ephemeris, args)?);
     }
     let or_empty = |text: &Option<String>| text.clone().unwrap_or_default();
     let query = Query { body: or_empty(&args.body), center: args.center.clone(), time: or_empty(&args.time), source };
@@ -152,45 +152,46 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
 
 /// The output for `--from` or `--at`: a table of positions, apparent places, orientations, or azimuth and altitude, with one row per instant; with
 /// `--rise-set` rise, transit, set and twilights of one day.
-fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
-    let place = args.at.as_deref().map(parse_place).transpose()?.map(|geodetic| Observer {
+fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, CliError> {
+    let place = args.at.as_deref().map(parse_place).transpose().map_err(CliError::Usage)?.map(|geodetic| Observer {
         body: NaifId::EARTH,
         lat_graphic_deg: geodetic.latitude_deg,
         lon_east_deg: geodetic.longitude_deg,
         height_km: geodetic.height_km,
     });
-    let required_time = |option: &str, text: &Option<String>| -> Result<Instant, String> {
-        let text = text.as_deref().ok_or_else(|| format!("--{option} is missing"))?;
-        parse_time(text).map_err(|e| format!("--{option}: {e}"))
+    let required_time = |option: &str, text: &Option<String>| -> Result<Instant, CliError> {
+        let text = text.as_deref().ok_or_else(|| CliError::Usage(format!("--{option} is missing")))?;
+        parse_time(text).map_err(|e| CliError::Usage(format!("--{option}: {e}")))
     };
     let body = match &args.body {
-        Some(name) => body_id(catalog, "body", name)?,
+        Some(name) => body_id(catalog, "--body", name).map_err(CliError::Usage)?,
         None => NaifId::SUN,
     };
     if let (Some(place), true) = (place, args.rise_set) {
         let start = required_time("time", &args.time)?;
-        let events = ephemeris_table::rise_and_set(catalog, ephemeris, body, place, start).map_err(|e| e.to_string())?;
+        let events = ephemeris_table::rise_and_set(catalog, ephemeris, body, place, start).map_err(|e| CliError::Failed(e.to_string()))?;
         return Ok(if args.json { format!("{events}\n") } else { ephemeris_table::rise_and_set_text(&events) });
     }
     // `None` as the default: `--center` is required.
     let center_or = |default_center: Option<NaifId>| match (&args.center, default_center) {
-        (Some(name), _) => body_id(catalog, "center", name),
+        (Some(name), _) => body_id(catalog, "--center", name).map_err(CliError::Usage),
         (None, Some(default_center)) => Ok(default_center),
-        (None, None) => Err("--center is missing: the body that positions are relative to".into()),
+        (None, None) => Err(CliError::Usage("--center is missing: the body that positions are relative to".into())),
     };
     let columns = match (place, args.quantity()) {
         (Some(place), _) => Columns::Horizontal { place },
         (_, Quantity::State) => Columns::State { center: center_or(None)?, source: args.source },
         (_, Quantity::Apparent) if center_or(Some(NaifId::EARTH))? != NaifId::EARTH => {
-            return Err("--center: an apparent place is always seen from the Earth's centre; omit this option".into());
+            let why = "--center: an apparent place is always seen from the Earth's centre; omit this option";
+            return Err(CliError::Usage(why.into()));
         }
         (_, Quantity::Apparent) => Columns::Apparent,
         (_, Quantity::Orientation) => Columns::Orientation { observer: center_or(Some(NaifId::EARTH))? },
     };
     let times = match &args.step {
         Some(step) => {
-            let step_s = step_seconds(step).map_err(|e| e.to_string())?;
-            ephemeris_table::instants(required_time("from", &args.from)?, required_time("to", &args.to)?, step_s)?
+            let (from, to) = (required_time("from", &args.from)?, required_time("to", &args.to)?);
+            ephemeris_table::instants(from, to, step_seconds(step)?).map_err(CliError::Usage)?
         }
         None => vec![required_time("time", &args.time)?],
     };
@@ -199,7 +200,7 @@ fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &Epheme
         (_, true) => OutputFormat::Json,
         _ => OutputFormat::Text,
     };
-    ephemeris_table::table(catalog, ephemeris, body, columns, &times, format)
+    ephemeris_table::table(catalog, ephemeris, body, columns, &times, format).map_err(CliError::Failed)
 }
 
 /// A query as the user wrote it; names and time are not yet resolved.

@@ -63,14 +63,15 @@ impl VideoOutput {
                 try_output_path(path)?;
                 check_may_be_written("-o", path, overwrite)?;
                 if f64::from(size.0) * f64::from(size.1) * f64::from(frames) > MAX_ANIMATION_PIXELS {
-                    return Err(CliError::Failed(format!(
+                    return Err(CliError::Usage(format!(
                         "-o {}: more than {:.0} million pixels in all; draw fewer or smaller frames, or write a stream (-o -) to an encoder",
                         echo(&path.display().to_string()),
                         MAX_ANIMATION_PIXELS / 1e6
                     )));
                 }
                 let bytes = SharedBytes::default();
-                let writer = AnimationWriter::new(bytes.clone(), *format, size, frames, rate).map_err(failed)?;
+                let writer =
+                    AnimationWriter::new(bytes.clone(), *format, size, frames, rate).map_err(|e| CliError::Usage(e.to_string()))?;
                 Ok(Self::File { path: path.clone(), overwrite, writer: Box::new(writer), bytes })
             }
         }

@@ -206,9 +206,11 @@ mod windowed {
             };
             let Some((option, usable)) = sources.without_invalid_data(&error) else { return Err(error) };
             sources = usable;
-            let line = format!("{error}; the window opens without {option}");
-            print_message(&line);
-            messages.lock().push(line);
+            // A catalog may have several invalid fields, with a line for each.
+            for line in format!("{error}\nthe window opens without {option}").lines() {
+                print_message(line);
+                messages.lock().push(line.to_owned());
+            }
         }
     }
 

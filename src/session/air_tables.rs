@@ -14,6 +14,8 @@ use std::sync::{Arc, OnceLock};
 
 /// Largest number of tables in memory.
 const MAX_TABLES: usize = 64;
+/// The name of the folder of these tables.
+pub(super) const FOLDER: &str = "air";
 /// The first bytes of a table's file.
 pub(super) const MAGIC: &Magic = b"ORRAIR01";
 /// Length of a table, bytes: for each of its nodes (a height and a zenith angle of the Sun) a `Vec4`, in which the last component is unused.
@@ -56,7 +58,7 @@ fn from_bytes(bytes: &[u8]) -> Vec<Vec4> {
 impl AirTables {
     /// `cache`: the folder that contains `orrery/`; `None`: tables are kept in memory only.
     pub fn open(cache: Option<PathBuf>) -> Self {
-        Self { folder: cache.map(|c| c.join("orrery").join("air")), tables: Memo::with_capacity(MAX_TABLES) }
+        Self { folder: cache.map(|cache| stored_tables::folder(&cache, FOLDER)), tables: Memo::with_capacity(MAX_TABLES) }
     }
 
     /// The table of a body's atmosphere; empty for a body without atmosphere.
@@ -66,7 +68,7 @@ impl AirTables {
     }
 
     fn read_or_compute(&self, body: &Body, name: &str) -> Vec<Vec4> {
-        let path = self.folder.as_ref().map(|f| f.join(format!("{name}.table")));
+        let path = self.folder.as_ref().map(|folder| stored_tables::file(folder, name));
         let stored = path.as_ref().and_then(|p| stored_tables::read(p, MAGIC, TABLE_BYTES));
         stored.map(|bytes| from_bytes(&bytes)).unwrap_or_else(|| {
             let computed = multi_scatter_table::table(body).unwrap_or_default();

@@ -3,13 +3,13 @@
 //! In: the folder that the user named, if any. Out: that folder or the system's cache folder, or the reason why neither is used. Always: no other user can
 //! write to it. Not here: its creation and its files.
 
-use super::CacheFolderError;
+use super::{CacheFolderError, air_tables, ring_shine_files};
 use crate::files::foreign_write_access;
 use crate::wording::echo;
 use std::path::{Path, PathBuf};
 
 /// The program's folders below `orrery/`, one for each kind of cached file.
-const SUBFOLDERS: [&str; 4] = ["shaders", "air", "rings", "maps"];
+const SUBFOLDERS: [&str; 4] = ["shaders", air_tables::FOLDER, ring_shine_files::FOLDER, "maps"];
 
 /// The given cache folder, or else the user's cache folder on this system.
 ///

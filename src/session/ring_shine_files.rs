@@ -8,6 +8,8 @@ use crate::scene::rings::ring_shine::{self, COLUMNS, ROWS, RingShine, RingShineS
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+/// The name of the folder of these tables.
+pub(super) const FOLDER: &str = "rings";
 /// The first bytes of a table's file.
 pub(super) const MAGIC: &Magic = b"ORRSHN01";
 /// Length of the texels, bytes: four floats per column and row, for both sides of the rings.
@@ -40,14 +42,14 @@ fn from_bytes(bytes: &[u8]) -> Option<RingShine> {
 impl RingShineFiles {
     /// `cache`: the folder that contains `orrery/`.
     pub(super) fn new(cache: &Path) -> Self {
-        Self { folder: cache.join("orrery").join("rings") }
+        Self { folder: stored_tables::folder(cache, FOLDER) }
     }
 
     /// The file of a table. `key`: the numbers that determine the table.
     fn path(&self, key: &[f64]) -> PathBuf {
         static CODE_DIGEST: OnceLock<[u8; 32]> = OnceLock::new();
         let name = stored_tables::name(CODE_DIGEST.get_or_init(|| code_digest(&ring_shine::SOURCES)), key.iter().copied());
-        self.folder.join(format!("{name}.table"))
+        stored_tables::file(&self.folder, &name)
     }
 }
 

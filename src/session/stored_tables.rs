@@ -6,12 +6,25 @@
 
 use crate::files::{read_bytes, write_cached};
 use sha2::{Digest, Sha256};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The first bytes of a file: the kind of table and the version of its format.
 pub(super) type Magic = [u8; 8];
 /// Length of the checksum that follows the magic number, bytes: a SHA-256 of the table.
 const CHECKSUM_BYTES: usize = 32;
+
+/// The extension of a table's file.
+pub(super) const EXTENSION: &str = "table";
+
+/// The folder of a kind of tables. `cache`: the folder that contains, or will contain, the folder `orrery/`; `name`: the kind's.
+pub(super) fn folder(cache: &Path, name: &str) -> PathBuf {
+    cache.join("orrery").join(name)
+}
+
+/// The file of a table in the folder of its kind.
+pub(super) fn file(folder: &Path, name: &str) -> PathBuf {
+    folder.join(format!("{name}.{EXTENSION}"))
+}
 
 /// Digest of the sources that compute a table.
 pub(super) fn code_digest(sources: &[&str]) -> [u8; 32] {

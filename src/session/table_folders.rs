@@ -3,13 +3,11 @@
 //! In: the cache folder. Out: numbers and sizes of tables, damaged ones, or the number of removed ones. Not here: which table has which name and content
 //! (`air_tables`, `ring_shine_files`); so tables of other versions of the program and of other catalogs count like those in use.
 
-use super::stored_tables::{self, Magic};
+use super::stored_tables::{self, EXTENSION, Magic};
 use super::{air_tables, ring_shine_files};
 use crate::files::{is_temporary, read_bytes, remove_if_present};
 use std::path::{Path, PathBuf};
 
-/// The extension of tables.
-const EXTENSION: &str = "table";
 /// Largest table that is checked, bytes; real ones have less than a megabyte.
 const MAX_TABLE_BYTES: u64 = 1 << 26;
 
@@ -38,8 +36,8 @@ fn is_table(path: &Path) -> bool {
 impl StoredTables {
     /// `cache`: the folder that contains, or will contain, the folder `orrery/`.
     pub(crate) fn new(cache: &Path) -> Self {
-        let folder = |name: &str| cache.join("orrery").join(name);
-        Self { folders: [(folder("air"), air_tables::MAGIC), (folder("rings"), ring_shine_files::MAGIC)] }
+        let folder = |name: &str| stored_tables::folder(cache, name);
+        Self { folders: [(folder(air_tables::FOLDER), air_tables::MAGIC), (folder(ring_shine_files::FOLDER), ring_shine_files::MAGIC)] }
     }
 
     /// Counts the tables.

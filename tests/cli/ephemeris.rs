@@ -121,9 +121,12 @@ fn errors_about_spans_and_places_name_a_remedy() {
     ] {
         let out = orrery(&args);
         let stderr_text = String::from_utf8_lossy(&out.stderr).into_owned();
+        // The words of the last three cases are right, but there is no answer.
+        let code = if args.contains(&"earth") { 1 } else { 2 };
         assert!(
-            matches!(out.status.code(), Some(1 | 2)) && stderr_text.contains(message_part) && out.stdout.is_empty(),
-            "{args:?}: {stderr_text}"
+            out.status.code() == Some(code) && stderr_text.contains(message_part) && out.stdout.is_empty(),
+            "{args:?}: {:?}, {stderr_text}",
+            out.status
         );
     }
 }

@@ -457,14 +457,14 @@ fn an_animation_has_the_frames_of_a_sequence() {
     }
     // The overwritten files have the same bytes.
     assert_eq!(files(folder.path()), before);
-    for (extra_options, code, message_part) in [(&["--shard", "0/2"][..], 2, "--shard"), (&["--rate", "400"], 1, "1 to 100")] {
+    for (extra_options, message_part) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 100")] {
         let mut args = args_for(&path_of("other.gif"));
         if extra_options[0] == "--rate" {
             args.retain(|w| w != "--rate" && w != "10");
         }
         let out = render(&[&args.iter().map(String::as_str).collect::<Vec<_>>()[..], extra_options].concat());
         assert!(
-            out.status.code() == Some(code) && stderr_text(&out).contains(message_part) && !path_of("other.gif").exists(),
+            out.status.code() == Some(2) && stderr_text(&out).contains(message_part) && !path_of("other.gif").exists(),
             "{}",
             stderr_text(&out)
         );

@@ -7,6 +7,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use glam::DVec3;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
+use orrery::scene::request::{Composition, Projection};
 use orrery::scene::viewpoint::viewer;
 use orrery::view::app::body_positions::SessionPositions;
 use orrery::view::app::view_state::{CameraPose, ViewState};
@@ -63,19 +64,64 @@ fn the_roll_turns_the_image_in_every_pose() {
     }
 }
 
-/// The roll stays when the camera stops following: the image stays where it is.
+/// The roll stays when the camera stops following: the image stays where it is. From an orbit about Mars, whose pole is 37 degrees from celestial north, the
+/// stored roll then changes, and changes back when the camera follows again, by the switch or by *Look at*.
 #[test]
-fn the_rolled_image_stays_when_tracking_ends() {
-    for camera_pose in &poses()[1..4] {
-        let mut viewer = interface(NaifId::MOON, TIME).viewer;
-        (viewer.view.camera_pose, viewer.view.target, viewer.view.tracks, viewer.view.roll_deg) = (*camera_pose, NaifId::MOON, true, 70.0);
-        let before = axes_in_image(&viewer.view);
-        viewer.apply(Action::Track(false), 600.0, &SessionPositions(session()));
-        let after = axes_in_image(&viewer.view);
-        // Without tracking the direction has no aberration: up to an arcminute.
-        let turned_deg = [0, 1].map(|axis| angle_rad(before[axis], after[axis]).to_degrees());
-        assert!(turned_deg.iter().all(|deg| *deg < 0.1), "{camera_pose:?}: turned by {turned_deg:?} degrees");
-        assert!(!viewer.view.tracks);
+fn the_rolled_image_stays_when_tracking_ends_and_begins() {
+    let of_mars = CameraPose::Orbit {
+        body: NaifId(499),
+        is_body_fixed: false,
+        azimuth_deg: 30.0,
+        elevation_deg: 10.0,
+        distance_radii: 3.0,
+        yaw_deg: 0.0,
+        pitch_deg: 0.0,
+    };
+    for camera_pose in poses()[1..4].iter().copied().chain([of_mars]) {
+        for again in [Action::Track(true), Action::LookAt(NaifId::MOON)] {
+            let mut viewer = interface(NaifId::MOON, TIME).viewer;
+            (viewer.view.camera_pose, viewer.view.target, viewer.view.tracks, viewer.view.roll_deg) =
+                (camera_pose, NaifId::MOON, true, 70.0);
+            let before = axes_in_image(&viewer.view);
+            // Without tracking the direction has no aberration: up to an arcminute.
+            let turned_deg = |view: &ViewState| {
+                let after = axes_in_image(view);
+                [0, 1].map(|axis| angle_rad(before[axis], after[axis]).to_degrees())
+            };
+            for (action, tracks) in [(Action::Track(false), false), (again, true)] {
+                viewer.apply(action.clone(), 600.0, &SessionPositions(session()));
+                let turned_deg = turned_deg(&viewer.view);
+                assert!(turned_deg.iter().all(|deg| *deg < 0.1), "{camera_pose:?}, {action:?}: turned by {turned_deg:?} degrees");
+                assert_eq!(viewer.view.tracks, tracks);
+            }
+        }
+    }
+}
+
+/// The least roll once tilted these images while the camera followed a body, and any altitude of the line of sight did while it followed none.
+#[test]
+fn whole_sphere_images_stay_level_and_domes_centred_on_the_zenith() {
+    let mut view = interface(NaifId::MOON, TIME).viewer.view;
+    let (latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg) = (50.0, 10.0, 0.01, 0.0, 40.0);
+    view.camera_pose = CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg };
+    (view.target, view.tracks) = (NaifId::MOON, true);
+    let up = |view: &ViewState| {
+        let mut request = view.request(session().catalog(), session().ephemeris(), 300, 200).expect("a view");
+        (request.composition, request.fov_deg) = (Composition::default(), None);
+        viewer(session().catalog(), session().ephemeris(), &request).expect("a camera").up_hint.normalize()
+    };
+    let zenith = up(&view);
+    for tracks in [true, false] {
+        view.tracks = tracks;
+        view.composition.projection = Projection::Perspective;
+        assert!(zenith.dot(axes_in_image(&view)[0]).abs() > 1e-3, "the camera looks at the horizon");
+        (view.composition.projection, view.composition.is_zenith_centred) = (Projection::Equirectangular, false);
+        view.roll_deg = 1e-5;
+        assert!(angle_rad(up(&view), zenith) < 1e-6, "follows: {tracks}");
+        view.roll_deg = 90.0;
+        assert!(angle_rad(up(&view), zenith) > 0.5, "follows: {tracks}");
+        (view.composition.projection, view.composition.is_zenith_centred) = (Projection::Fisheye, true);
+        assert!(angle_rad(up(&view), zenith) < 1e-7, "follows: {tracks}");
     }
 }
 

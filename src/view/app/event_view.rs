@@ -40,11 +40,12 @@ const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
 const PLAYBACK_S: f64 = 30.0;
 /// Fraction of an event's length that is shown before its first contact and after its last contact.
 const MARGIN_FRACTION: f64 = 0.05;
-/// Least real time that the playback spends in the central phase, such as totality, seconds. A longer central phase is played as the rest of the event.
+/// Least real time that the playback spends in the central phase, such as totality, seconds. A central phase that would take longer at the rate of the whole
+/// event is played at that rate; one that is itself shorter is played in real time.
 const CENTRAL_PHASE_S: f64 = 10.0;
 /// Real time for which playback is slow before and after the central phase, so that one sees how it begins and ends, seconds.
 const CENTRAL_MARGIN_S: f64 = 2.0;
-/// The contacts at which the central phase of an event begins and ends: in a solar eclipse, a lunar eclipse, a transit.
+/// The contacts at which the central phase of an event begins and ends: in a solar eclipse, an eclipse of a moon, a transit or occultation.
 const CENTRAL_CONTACTS: [(&str, &str); 3] = [("C2", "C3"), ("U2", "U3"), ("II", "III")];
 
 impl SkyEvent {
@@ -125,7 +126,8 @@ impl SkyEvent {
     }
 }
 
-/// Start and end of the central phase of an event: totality, annularity, or the time that a planet is entirely in front of the Sun. `None` if it has none.
+/// Start and end of the central phase of an event: totality, annularity, or the time that a planet or moon is entirely in front of the Sun or its planet.
+/// `None` if it has none.
 pub(crate) fn central_phase(contacts: &[(&str, Instant)]) -> Option<(Instant, Instant)> {
     let time_of = |name: &str| contacts.iter().find(|(contact, _)| *contact == name).map(|(_, time)| *time);
     CENTRAL_CONTACTS.into_iter().find_map(|(first, last)| time_of(first).zip(time_of(last)))

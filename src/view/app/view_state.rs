@@ -12,7 +12,7 @@ use crate::scene::effects::EffectOverrides;
 use crate::scene::request::composition::Composition;
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Projection, Quality, ToneMap, Up, ViewRequest};
-use crate::scene::viewpoint::viewer;
+use crate::scene::viewpoint::{Viewer, viewer};
 use crate::time::Instant;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::option_serde;
@@ -125,7 +125,8 @@ pub struct ViewState {
     pub tracks: bool,
     /// Vertical field of view.
     pub fov_deg: f64,
-    /// Roll about the line of sight; positive turns the image clockwise. A free pose, with its own up direction, does not use it.
+    /// Roll about the line of sight; positive turns the image clockwise. A free pose, with its own up direction, does not use it, nor does a dome image
+    /// centred on the zenith, from the ground or while the camera follows another body.
     #[serde(default)]
     pub roll_deg: f64,
     /// Exposure in stops; `None`: automatic exposure.
@@ -236,11 +237,12 @@ impl ViewState {
         request.quality = self.quality;
         request.language = language::current().in_images();
         request.check().and_then(|()| request.check_bodies(catalog))?;
-        if self.roll_deg != 0.0 && request.look == Look::Target {
+        if self.roll_deg != 0.0 && request.look == Look::Target && !request.composition.is_zenith_centred {
             // Where the target is seen, and so the line of sight, only the camera says.
             let plain = ViewRequest { composition: Composition::default(), fov_deg: None, ..request.clone() };
-            let camera = viewer(catalog, ephemeris, &plain)?.camera;
-            request.up = Up::Along { direction: self.rolled(camera.forward, camera.up), axes: Axes::Icrf };
+            let Viewer { camera, up_hint, .. } = viewer(catalog, ephemeris, &plain)?;
+            let up = if request.composition.projection == Projection::Equirectangular { up_hint } else { camera.up };
+            request.up = Up::Along { direction: self.rolled(camera.forward, up), axes: Axes::Icrf };
         }
         Ok(request)
     }
@@ -290,7 +292,8 @@ impl ViewState {
     }
 
     /// The camera's pose as the fields of a request. The result is `Look::Target`, without the roll, for a camera that tracks another body, for one at a
-    /// body's centre, and for one that orbits the target without yaw, pitch and roll.
+    /// body's centre, and for one that orbits the target without yaw, pitch and roll. On the ground, the poles of a whole-sphere image are zenith and nadir,
+    /// turned by the roll; the middle of a dome image centred on the zenith is the zenith, whatever the roll.
     fn request_pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {
         let body_of = |id: NaifId| catalog.body(id).ok_or(ViewStateError::NoSuchBody(id));
         body_of(self.target)?;
@@ -326,13 +329,14 @@ impl ViewState {
                 }
                 // The vertical is the same at every height.
                 let (_, normal) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
-                let (forward, up) = view_at_azimuth_altitude(normal, azimuth_deg, altitude_deg);
+                let (forward, level_up) = view_at_azimuth_altitude(normal, azimuth_deg, altitude_deg);
+                let up = match (self.composition.projection, self.composition.is_zenith_centred) {
+                    (Projection::Fisheye, true) => normal,
+                    (Projection::Equirectangular, _) => self.rolled(forward, normal),
+                    _ => self.rolled(forward, level_up),
+                };
                 let axes = Axes::BodyFixed;
-                RequestPose {
-                    position,
-                    look: Look::Along { direction: forward, axes },
-                    up: Up::Along { direction: self.rolled(forward, up), axes },
-                }
+                RequestPose { position, look: Look::Along { direction: forward, axes }, up: Up::Along { direction: up, axes } }
             }
             CameraPose::Centre { .. } => RequestPose { position: Position::Centre(body.id), look: Look::Target, up: Up::Celestial },
             CameraPose::Free { offset_km, forward, up, .. } => RequestPose {

@@ -405,11 +405,10 @@ impl Viewer {
                 (towards_target * self.radius_km(camera_body) * CENTRE_VIEW_DISTANCE_RADII, towards_target, DVec3::Z, None)
             }
         };
-        // Forward and up vectors, if the camera tracks another body.
-        let tracked = up_if_tracking
+        let (forward, up) = up_if_tracking
             .filter(|_| self.view.tracks && self.view.target != camera_body)
-            .and_then(|up| Some(((positions.geometric_vector_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
-        let (forward, up) = tracked.unwrap_or((forward, up));
+            .and_then(|up| Some(((positions.geometric_vector_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)))
+            .unwrap_or((forward, up));
         let level_up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
         let roll_rad = if matches!(self.view.camera_pose, CameraPose::Free { .. }) { 0.0 } else { self.view.roll_deg.to_radians() };
         // A positive roll turns the up vector about `forward` by a negative angle.
@@ -471,6 +470,7 @@ impl Viewer {
         }
         self.push_history();
         self.leave_free_pose(positions);
+        self.keep_up_direction(positions);
         (self.view.target, self.view.tracks) = (id, true);
         if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.camera_pose
             && *body == id

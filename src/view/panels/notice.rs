@@ -1,7 +1,8 @@
 //! The notice: the last messages of the session that are not about drivers, over the viewport's lower edge.
 //!
-//! In: messages of the session, whether a reply covers the notice. Out: a text of at most [`MAX_MESSAGE_LINES`] lines. Always: a message is shown for
-//! [`NOTICE_DURATION_S`], also if others arrive meanwhile; time during which a reply covers the notice does not count. Standard error has all messages.
+//! In: messages of the session, a line each; whether a reply covers the notice. Out: a text of at most [`MAX_MESSAGE_LINES`] lines. Always: a message is
+//! shown for [`NOTICE_DURATION_S`], also if others arrive meanwhile; time during which a reply covers the notice does not count. Standard error has all
+//! messages.
 
 use super::MAX_MESSAGE_LINES;
 use crate::view::language::text;

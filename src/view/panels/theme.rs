@@ -1,8 +1,8 @@
 //! Colours, text sizes and spacing of the panels, for each theme.
 //!
 //! In: a theme (dark or light). Out: egui styles and fonts, and the pointer action that takes the focus from a text field; widths of texts. Always: the
-//! contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA); `tests/view/contrast` measures the ratio on the painted output. Not here: the colours of names in
-//! images (`scene::labels`) and of source code (`shader::module_text`).
+//! contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA); `tests/view/contrast` measures the ratio on the painted output. Not here:
+//! the colours of names in images (`scene::labels`) and of source code (`shader::module_text`), and red light for the night (`window::night_colours`).
 
 use super::icons;
 use crate::scene::labels::SELECTED_COLOUR;

@@ -103,10 +103,25 @@ impl Viewer {
     /// Starts or stops tracking the target. When tracking stops, the camera keeps its direction.
     pub(super) fn track(&mut self, tracks: bool, positions: &dyn BodyPositions) {
         self.leave_free_pose(positions);
-        if !tracks {
+        if tracks {
+            self.keep_up_direction(positions);
+        } else {
             self.keep_tracked_direction(positions);
         }
         self.view.tracks = tracks;
+    }
+
+    /// Before a camera in an orbit that has turned away from the body faces a target again: keeps the up direction of the image. Until then the roll is
+    /// measured from the body's pole, and [`Self::keep_tracked_direction`] may have put the angle between pole and celestial north into it.
+    pub(super) fn keep_up_direction(&mut self, positions: &dyn BodyPositions) {
+        let body = self.view.camera_pose.body();
+        let has_turned_away = matches!(self.view.camera_pose, CameraPose::Orbit { .. }) && self.view.target != body && !self.view.tracks;
+        if !has_turned_away {
+            return;
+        }
+        let Some(pose) = self.pose_relative_to(body, positions) else { return };
+        let (_, level_up) = rotated_view(pose.forward, DVec3::Z, 0.0, 0.0);
+        self.view.roll_deg = roll_deg(pose.forward, level_up, pose.up);
     }
 
     /// If the camera tracks a body other than the one that it stands on or orbits, stores the direction to that body in the angles of its pose. Without
