@@ -82,7 +82,7 @@ fn maps_with_misspelt_names_are_named() {
     assert_eq!(explained(), "", "an empty folder is one that the user may still fill");
     save("mras.jpg");
     let line = explained();
-    assert!(line.lines().count() == 1 && line.contains("mras.jpg") && line.contains("did you mean `mars.jpg`?"), "{line}");
+    assert!(line.lines().count() == 1 && line.contains("mras.jpg") && line.contains("did you mean `mars.jpg`"), "{line}");
     save("mars.jpg");
     assert_eq!(explained(), "", "one map is replaced");
     let report = checked();
