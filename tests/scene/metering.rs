@@ -175,9 +175,9 @@ fn a_far_planet_is_a_point_in_a_dark_sky() {
         let reason = exposure.reason.to_string();
         assert!(reason.starts_with(name.as_str()), "{name} from {distance_radii} radii: {reason}");
         assert!(found.visible_fraction < 0.1 && found.brightest_level > 60, "{name} from {distance_radii} radii: {found:?}, {reason}");
-        // Negative controls: five stops more show the sky where the image is wide; ten stops less do not show the point.
+        // Negative controls: six stops more show the sky where the image is wide; ten stops less do not show the point.
         let at = |stops: f64| displayed_light(&ViewRequest { exposure: ExposureRequest::Stops(exposure.stops + stops), ..request.clone() });
-        let (brighter, darker) = (at(5.0), at(-10.0));
+        let (brighter, darker) = (at(6.0), at(-10.0));
         assert_eq!(brighter.visible_fraction > 0.1, fov_deg == wide_fov_deg, "{name} from {distance_radii} radii: {brighter:?}");
         assert!(darker.brightest_level < 60, "{name} from {distance_radii} radii: {darker:?}");
     }
@@ -493,7 +493,8 @@ fn the_glare_of_a_point_like_sun_beside_the_frame_fades() {
     }
     let stops: Vec<f64> = (0..=48).map(|k| exposure_stops(&request(38.0 + 0.25 * f64::from(k)))).collect();
     for (k, [before, after]) in stops.array_windows().enumerate() {
-        assert!((before - after).abs() < 1.5, "{} degrees: {before} to {after} stops", 38.0 + 0.25 * k as f64);
+        // The largest step is that where the Sun's sprite, whose glare ends next to the edge, enters the image.
+        assert!((before - after).abs() < 2.0, "{} degrees: {before} to {after} stops", 38.0 + 0.25 * k as f64);
     }
     // Negative control: in all, the exposure falls by far more.
     assert!(stops[0] - stops[48] > 6.0, "{} to {} stops", stops[0], stops[48]);
