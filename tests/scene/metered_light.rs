@@ -85,10 +85,10 @@ fn geometric_mean(hdr: &[[f64; 3]]) -> f64 {
     (sum / weight).exp()
 }
 
-/// The luminance that the exposure's reason gives for a body is that of its drawn disc, within a factor of 1.8 (found: 0.6 to 1.6; Callisto, Saturn and Enceladus
-/// are the farthest off), that of Phobos, whose map is not as bright as its mean on every side, of 2.4 (found: 2.2), that of the Earth of 1.4 up to a phase of 60 degrees. Not for Iapetus, whose
-/// dark side has a fifth of its mean albedo. The Earth is exposed for its published albedo, twice what is drawn: its disc is shown at 0.2 of white, with the
-/// glint at 120 degrees at 0.36, not at 0.5 as other discs.
+/// The luminance that the exposure's reason gives for a body is that of its drawn disc, within a factor of 1.8 (found: 0.6 to 1.6; Callisto, Saturn and
+/// Enceladus are the farthest off), that of Phobos, whose map is not as bright as its mean on every side, of 2.4 (found: 2.2), that of the Earth of 1.4 up to
+/// a phase of 60 degrees. Not for Iapetus, whose dark side has a fifth of its mean albedo. The Earth is exposed for its published albedo, twice what is
+/// drawn: its disc is shown at 0.2 of white, with the glint at 120 degrees at 0.36, not at 0.5 as other discs.
 #[test]
 fn discs_are_metered_as_they_are_drawn() {
     const TIME: &str = "2019-06-20T00:00:00Z";
