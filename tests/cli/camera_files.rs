@@ -1,13 +1,6 @@
 //! Camera files: each error names the file, and the line or the field.
 
-use super::{path_text, stderr_text};
-use std::process::{Command, Output};
-
-fn orrery(args: &[&str]) -> Output {
-    let mut command = Command::new(crate::support::program::path());
-    command.args(["--renderer", "software", "--cache", path_text(&crate::support::scratch::program_cache())]);
-    command.args(args).output().expect("starts")
-}
+use super::{orrery, path_text, stderr_text};
 
 /// These errors had neither file nor field.
 #[test]

@@ -1,13 +1,6 @@
 //! A target below the horizon of the place: `render` and `explain` say so in one line.
 
-use super::{path_text, stderr_text};
-use std::process::{Command, Output};
-
-fn orrery(args: &[&str]) -> Output {
-    let mut command = Command::new(crate::support::program::path());
-    command.args(["--renderer", "software", "--cache", path_text(&crate::support::scratch::program_cache())]);
-    command.args(args).output().expect("starts")
-}
+use super::{orrery, path_text, stderr_text};
 
 /// At noon of this day the Moon was 50.7 degrees below London's horizon (`ephemeris --at`), ten hours later 19 degrees above it. Of the frames of a sequence
 /// only some are below.

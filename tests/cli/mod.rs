@@ -19,6 +19,16 @@ mod position_sources;
 mod readme;
 mod verbs;
 
+use std::path::PathBuf;
+use std::sync::LazyLock;
+
+/// Runs the program with the software renderer and a cache folder that all tests share.
+fn orrery(args: &[&str]) -> std::process::Output {
+    static CACHE: LazyLock<PathBuf> = LazyLock::new(crate::support::scratch::program_cache);
+    let mut command = std::process::Command::new(crate::support::program::path());
+    command.args(["--renderer", "software", "--cache", path_text(&CACHE)]).args(args).output().expect("the program starts")
+}
+
 /// What the program wrote to standard error.
 fn stderr_text(out: &std::process::Output) -> String {
     String::from_utf8_lossy(&out.stderr).into_owned()

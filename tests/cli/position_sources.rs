@@ -1,20 +1,6 @@
 //! The program refuses catalogs with bodies for which it has no source of position or rotation. Every shipped body has both.
 
-use super::{path_text, stderr_text};
-use std::path::PathBuf;
-use std::process::{Command, Output};
-use std::sync::LazyLock;
-
-static CACHE: LazyLock<PathBuf> = LazyLock::new(crate::support::scratch::program_cache);
-
-fn orrery(args: &[&str]) -> Output {
-    let cache = CACHE.to_str().expect("a plain name");
-    Command::new(crate::support::program::path())
-        .args(["--renderer", "software", "--cache", cache])
-        .args(args)
-        .output()
-        .expect("the program starts")
-}
+use super::{orrery, path_text, stderr_text};
 
 /// The error names file, line and field.
 #[test]

@@ -346,20 +346,18 @@ fn the_values_of_a_stereo_pair_are_those_of_the_view() {
     assert!((declination_deg + 20.1).abs() < 0.1, "{declination_deg}");
 }
 
+/// A body from the Earth's centre, celestial north up.
+fn from_earth(target: NaifId, utc: &str, fov_deg: f64, [width, height]: [u32; 2]) -> ViewRequest {
+    let (position, fov_deg) = (Position::Centre(NaifId::EARTH), Some(fov_deg));
+    ViewRequest { position, up: Up::Celestial, fov_deg, width, height, ..ViewRequest::of(target, Instant::parse(utc).expect(utc)) }
+}
+
 /// Jupiter's moons on 2026-11-30: Io had no name, since its places collided with the name of Ganymede, and the name of the invisible Amalthea stood at Io's
 /// marker.
 #[test]
 fn crowded_names_are_those_of_the_brighter_bodies_and_next_to_their_own() {
-    let time = Instant::parse("2026-11-30T20:40:00Z").expect("a time");
-    let request = ViewRequest {
-        position: Position::Centre(NaifId::EARTH),
-        up: Up::Celestial,
-        fov_deg: Some(1.0),
-        width: 760,
-        height: 712,
-        layers: Layers { labels: true, ..Layers::default() },
-        ..ViewRequest::of(JUPITER, time)
-    };
+    let layers = Layers { labels: true, ..Layers::default() };
+    let request = ViewRequest { layers, ..from_earth(JUPITER, "2026-11-30T20:40:00Z", 1.0, [760, 712]) };
     let layer = SESSION.scene(&request).expect("a scene").labels.expect("labels");
     let metrics = LabelMetrics::of_size(layer.glyph_px);
     let marker_px = 5.0 / 13.0 * layer.glyph_px;
@@ -383,15 +381,7 @@ fn crowded_names_are_those_of_the_brighter_bodies_and_next_to_their_own() {
 /// A caption over the sunlit Moon could not be read: its letters are about as bright as the ground, and had only a shadow to their right.
 #[test]
 fn a_caption_over_sunlit_ground_has_a_dark_halo() {
-    let time = Instant::parse("2026-11-24T21:00:00Z").expect("a time");
-    let request = ViewRequest {
-        position: Position::Centre(NaifId::EARTH),
-        up: Up::Celestial,
-        fov_deg: Some(0.2),
-        width: 512,
-        height: 256,
-        ..ViewRequest::of(NaifId::MOON, time)
-    };
+    let request = from_earth(NaifId::MOON, "2026-11-24T21:00:00Z", 0.2, [512, 256]);
     let [plain, captioned] = [false, true].map(|caption| draw_with(Layers { caption, ..Layers::default() }, &request));
     let levels = |pixel: &[u8; 4]| pixel[..3].iter().map(|level| i32::from(*level)).sum::<i32>();
     let changes = plain.frame.display.iter().zip(&captioned.frame.display).map(|(before, after)| levels(after) - levels(before));

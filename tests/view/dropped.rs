@@ -4,6 +4,7 @@ use super::interface::{harness_of, interface, settle};
 use egui_kittest::kittest::Queryable as _;
 use orrery::catalog::NaifId;
 use orrery::session::{Session, Sources};
+use orrery::view::panels::Interface;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -21,24 +22,43 @@ impl egui::DroppedFile for FileOnDisk {
     }
 }
 
-#[test]
-fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let sources = Sources { cache: Some(folder.path().join("cache")), ..Sources::default() };
+type Window = egui_kittest::Harness<'static, Interface>;
+
+/// A window that shows the Earth, with a session of its own, whose cache is in the folder.
+fn window(folder: &Path) -> (&'static Session, Window) {
+    let sources = Sources { cache: Some(folder.join("cache")), ..Sources::default() };
     let session: &'static Session = Box::leak(Box::new(Session::open(&sources, |line| panic!("{line}")).expect("a session")));
     let mut harness = harness_of(session, interface(NaifId::EARTH, "2024-03-20T03:00:00Z"));
     settle(&mut harness);
-    let dot_count = |window: &egui_kittest::Harness<'static, orrery::view::panels::Interface>| {
-        window.state().shown().and_then(|rendered| rendered.scene.labels.as_ref()).map_or(0, |labels| labels.dots.len())
-    };
+    (session, harness)
+}
+
+/// Writes a file and returns its path.
+fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, text).expect("written");
+    path
+}
+
+/// Drops files on the window, all in one frame.
+fn drop_files(window: &mut Window, paths: &[PathBuf]) {
+    for path in paths {
+        window.input_mut().dropped_files.push(Arc::new(FileOnDisk(path.clone())));
+    }
+    window.run_steps(1);
+    window.input_mut().dropped_files.clear();
+    settle(window);
+}
+
+#[test]
+fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (session, mut harness) = window(folder.path());
+    let dot_count =
+        |window: &Window| window.state().shown().and_then(|rendered| rendered.scene.labels.as_ref()).map_or(0, |labels| labels.dots.len());
     assert_eq!(dot_count(&harness), 0);
     let mut drop_file = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).expect("written");
-        harness.input_mut().dropped_files.push(Arc::new(FileOnDisk(path)));
-        harness.run_steps(1);
-        harness.input_mut().dropped_files.clear();
-        settle(&mut harness);
+        drop_files(&mut harness, &[write(folder.path(), name, text)]);
         (harness.state().reply_text().to_owned(), dot_count(&harness))
     };
     let (message, dots) = drop_file("own.csv", "lat,lon\n0,135\n5,140\n");
@@ -53,13 +73,8 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     assert_eq!(message, "own.csv: 1 point and 0 lines in the sky");
     assert_eq!(session.catalog().data_layers().len(), 1);
     // Of files dropped together, each has its message, the error first.
-    std::fs::write(folder.path().join("third.csv"), "lat,lon\n1,2\n").expect("written");
-    for name in ["own.csv", "wrong.csv", "third.csv"] {
-        harness.input_mut().dropped_files.push(Arc::new(FileOnDisk(folder.path().join(name))));
-    }
-    harness.run_steps(1);
-    harness.input_mut().dropped_files.clear();
-    settle(&mut harness);
+    let third = write(folder.path(), "third.csv", "lat,lon\n1,2\n");
+    drop_files(&mut harness, &[folder.path().join("own.csv"), folder.path().join("wrong.csv"), third]);
     let lines: Vec<&str> = harness.state().reply_text().lines().collect();
     assert!(lines.len() == 3 && lines[0].contains("wrong.csv:3"), "{lines:?}");
     assert_eq!(lines[1..], ["own.csv: 1 point and 0 lines in the sky", "third.csv: 1 point and 0 lines on Earth"]);
@@ -69,17 +84,9 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
 #[test]
 fn a_dropped_view_is_shown_and_a_dropped_tour_is_played() {
     let folder = tempfile::tempdir().expect("a folder");
-    let sources = Sources { cache: Some(folder.path().join("cache")), ..Sources::default() };
-    let session: &'static Session = Box::leak(Box::new(Session::open(&sources, |line| panic!("{line}")).expect("a session")));
-    let mut harness = harness_of(session, interface(NaifId::EARTH, "2024-03-20T03:00:00Z"));
-    settle(&mut harness);
+    let (_, mut harness) = window(folder.path());
     let mut drop_file = |name: &str, text: &str| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).expect("written");
-        harness.input_mut().dropped_files.push(Arc::new(FileOnDisk(path)));
-        harness.run_steps(1);
-        harness.input_mut().dropped_files.clear();
-        settle(&mut harness);
+        drop_files(&mut harness, &[write(folder.path(), name, text)]);
         let is_tour_open = harness.query_by_label_contains("Two planets: 1 of 1").is_some();
         (harness.state().viewer.view_after_flight().target, harness.state().reply_text().to_owned(), is_tour_open)
     };

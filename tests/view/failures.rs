@@ -198,9 +198,8 @@ impl RenderWorker for FailingWorker {
     }
 }
 
-/// The reason stayed in the previous language until another view was chosen.
-#[test]
-fn the_reason_is_in_the_new_language_after_a_change() {
+/// A window that shows the Moon, and the flag of its [`FailingWorker`].
+fn window_that_may_fail() -> (Harness<'static, Interface>, Arc<AtomicBool>) {
     let fails = Arc::<AtomicBool>::default();
     let worker = FailingWorker { inner: InlineWorker::new(session()), fails: Arc::clone(&fails) };
     let mut harness = Harness::builder()
@@ -209,6 +208,13 @@ fn the_reason_is_in_the_new_language_after_a_change() {
         .renderer(CpuTestRenderer(Painter::default()))
         .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface(NaifId::MOON, "2024-01-25T00:00:00Z"));
     settle(&mut harness);
+    (harness, fails)
+}
+
+/// The reason stayed in the previous language until another view was chosen.
+#[test]
+fn the_reason_is_in_the_new_language_after_a_change() {
+    let (mut harness, fails) = window_that_may_fail();
     fails.store(true, Ordering::Relaxed);
     harness.state_mut().viewer.view.fov_deg *= 0.5;
     settle(&mut harness);
@@ -221,14 +227,7 @@ fn the_reason_is_in_the_new_language_after_a_change() {
 
 #[test]
 fn the_exposure_adapts_although_an_image_fails() {
-    let fails = Arc::<AtomicBool>::default();
-    let worker = FailingWorker { inner: InlineWorker::new(session()), fails: Arc::clone(&fails) };
-    let mut harness = Harness::builder()
-        .with_size([700.0, 400.0])
-        .with_max_steps(40)
-        .renderer(CpuTestRenderer(Painter::default()))
-        .build_ui_state(move |ui, interface: &mut Interface| interface.ui(ui, &worker), interface(NaifId::MOON, "2024-01-25T00:00:00Z"));
-    settle(&mut harness);
+    let (mut harness, fails) = window_that_may_fail();
     let run_frame = |harness: &mut Harness<'static, Interface>| {
         let next = harness.input_mut().time.unwrap_or(0.0) + 0.02;
         harness.input_mut().time = Some(next);
