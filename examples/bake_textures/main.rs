@@ -73,6 +73,19 @@ struct Recolouring {
     is_zonal: bool,
 }
 
+/// A recolouring without red kept, ice or smoothing. Each map replaces the other fields.
+const PLAIN: Recolouring = Recolouring {
+    source_file: "",
+    output_file: "",
+    warm: [1.0; 3],
+    cool: [1.0; 3],
+    span: [0.0, 1.0],
+    contrast: 1.0,
+    red_kept: 0.0,
+    ice: None,
+    is_zonal: false,
+};
+
 /// Standard deviation of the latitudes over which zonal maps are smoothed.
 const ZONAL_SMOOTHING_DEG: f64 = 12.0;
 
@@ -86,9 +99,8 @@ const RECOLOURED: [Recolouring; 8] = [
         cool: [0.125, 0.09, 0.054],
         span: [0.3, 0.97],
         contrast: 0.62,
-        red_kept: 0.0,
         ice: Some([1.0, 0.97, 0.9]),
-        is_zonal: false,
+        ..PLAIN
     },
     // Brown-orange belts, cream white zones.
     Recolouring {
@@ -98,9 +110,7 @@ const RECOLOURED: [Recolouring; 8] = [
         cool: [1.02, 1.0, 0.89],
         span: [0.01, 0.6],
         contrast: 0.75,
-        red_kept: 0.0,
-        ice: None,
-        is_zonal: false,
+        ..PLAIN
     },
     // Pale gold from pole to pole.
     Recolouring {
@@ -110,9 +120,7 @@ const RECOLOURED: [Recolouring; 8] = [
         cool: [1.19, 1.0, 0.73],
         span: [0.05, 0.95],
         contrast: 0.7,
-        red_kept: 0.0,
-        ice: None,
-        is_zonal: false,
+        ..PLAIN
     },
     // Pale yellow plains, orange-brown poles, Pele's red ring.
     Recolouring {
@@ -123,8 +131,7 @@ const RECOLOURED: [Recolouring; 8] = [
         span: [0.03, 0.97],
         contrast: 0.5,
         red_kept: 0.6,
-        ice: None,
-        is_zonal: false,
+        ..PLAIN
     },
     // Nearly uniform cream: the markings of the source are from ultraviolet images and faint to the eye.
     Recolouring {
@@ -134,9 +141,7 @@ const RECOLOURED: [Recolouring; 8] = [
         cool: [1.02, 1.0, 0.9],
         span: [0.05, 0.95],
         contrast: 0.25,
-        red_kept: 0.0,
-        ice: None,
-        is_zonal: false,
+        ..PLAIN
     },
     // Dark red-brown along the equator, pale elsewhere (New Horizons: Olkin et al. 2017).
     Recolouring {
@@ -146,9 +151,7 @@ const RECOLOURED: [Recolouring; 8] = [
         cool: [1.1, 1.0, 0.86],
         span: [0.05, 0.7],
         contrast: 0.6,
-        red_kept: 0.0,
-        ice: None,
-        is_zonal: false,
+        ..PLAIN
     },
     // Haze without bands or spirals, which belong to images in the near infrared. The southern half is brighter, most in blue, as in Cassini's first years
     // (after published descriptions); in nature this changes with the season.
@@ -159,9 +162,8 @@ const RECOLOURED: [Recolouring; 8] = [
         cool: [1.15, 1.0, 0.70],
         span: [0.02, 0.98],
         contrast: 0.4,
-        red_kept: 0.0,
-        ice: None,
         is_zonal: true,
+        ..PLAIN
     },
     // Grey, faintly reddish (Voyager 2); the source is pink, so that with a gain per channel bright rays came out cyan.
     Recolouring {
@@ -171,9 +173,7 @@ const RECOLOURED: [Recolouring; 8] = [
         cool: [1.0, 1.0, 0.99],
         span: [0.05, 0.95],
         contrast: 0.8,
-        red_kept: 0.0,
-        ice: None,
-        is_zonal: false,
+        ..PLAIN
     },
 ];
 

@@ -248,7 +248,7 @@ fn estimates(mut table: TableReader) -> Estimates {
     found
 }
 
-/// Reads one `[[body]]` table and merges it into the draft of the same body, if there is one.
+/// Reads one `[[body]]` table and merges it into the draft of the same body, if there is one. Returns the id; `None` without a valid one.
 pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>) -> Option<WithLine<i32>> {
     let given = NEEDED_FIELDS.into_iter().filter(|field| table.has(field)).collect();
     let name = table.optional("name", ALLOWED_NAME, is_name);

@@ -41,7 +41,7 @@ events-contacts-coming = computing the contacts
 events-delta-t = Delta T is uncertain by { $seconds } s, and so are times at a place.
 events-delta-t-hint = Delta T = TT - UT1 says how far the Earth has turned. Its standard error also applies to all times before 1972.
 events-shadow = The shadow is enlarged by the Earth's air.
-events-shadow-hint = Type, magnitude and contacts are those of almanacs (Danjon's rule: 1 % of the Earth's radius), as observers time them. The image computes itself how the air bends light.
+events-shadow-hint = Type, magnitude and contacts are those of almanacs (Danjon's rule: 1 % of the Earth's radius), as observers time them. The image does not use this rule: it computes how the air bends light.
 events-not-visible = Not visible from this place.
 events-altitude = altitude { $degrees }°
 events-at-horizon = at the horizon
