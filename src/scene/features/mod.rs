@@ -209,10 +209,10 @@ fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
     0.25 * PI * inputs.diameter_px.powi(2) * (1.0 + beyond_limb)
 }
 
-/// The point of a body beside the frame: its glare may reach into the frame, as that of a star may. `None` for the Sun, whose glare `light::glare` draws.
+/// The point of a body beside the frame: its glare may reach into the frame, as that of a star may. That of the Sun is dimmed later (`build::bodies`).
 fn point_beside_frame(inputs: &DecisionInputs<'_, '_>) -> Option<Point> {
     let (camera, placed) = (inputs.frame.camera, inputs.placed);
-    let clip = camera.clip(placed.placement.centre_km).filter(|_| placed.body.id != NaifId::SUN)?;
+    let clip = camera.clip(placed.placement.centre_km)?;
     if !point::reaches_frame(camera, clip, point::MAX_RADIUS_PX) {
         return None;
     }
