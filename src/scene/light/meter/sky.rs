@@ -8,7 +8,7 @@
 //! Always: continuous in time (tests/atmosphere/dusk.rs) and in height (tests/atmosphere/top_of_air.rs); no sky is shown at a higher level because its light is
 //! less (dusk.rs, with the camera at eye level).
 
-use super::geometry::{ray_and_limb, visible_fraction_behind_body};
+use super::geometry::{angle_from_frame_rad, ray_and_limb, visible_fraction_behind_body};
 use super::{FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject};
 use crate::catalog::NaifId;
 use crate::message::reason;
@@ -19,7 +19,7 @@ use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE};
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// Luminance of the sky around sunset, cd/m2. Below it, images of sky and ground are made darker by so many stops per factor of ten in luminance, up to a
 /// maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
@@ -185,13 +185,6 @@ impl<'a> MeteredFrame<'_, 'a> {
         scattered + air.night_sky_radiance()
     }
 
-    /// Angle between the Sun and the nearest direction in the frame, degrees; 180 for a Sun behind the camera.
-    fn angle_from_sun_deg(&self, towards_sun: DVec3) -> f64 {
-        let camera = self.meter.camera;
-        let Some(clip) = camera.clip(towards_sun) else { return 180.0 };
-        crate::ephemeris::angle_rad(camera.ray(clip.clamp(DVec2::NEG_ONE, DVec2::ONE)), towards_sun).to_degrees()
-    }
-
     /// The least radiance that may be white, so that the sky in the frame is not brighter than [`MAX_SKY_LEVEL`] and [`MAX_AUREOLE_LEVEL`], whatever the image
     /// is exposed for; 0 without a sky. Falls to 0 as the sky leaves the frame.
     pub(super) fn least_white_for_sky(&self) -> f64 {
@@ -200,7 +193,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         if part_of_frame <= 0.0 {
             return 0.0;
         }
-        let angle_deg = self.angle_from_sun_deg(sunlight.towards).max(AUREOLE_DEG);
+        // Of the sky in the frame, that nearest to the Sun is the brightest part of the aureole.
+        let angle_deg = angle_from_frame_rad(self.meter.camera, sunlight.towards).to_degrees().max(AUREOLE_DEG);
         let aureole = sunlight.irradiance * self.light.sunlight_in_air.frame * air.radiance_above_light(sunlight.towards, angle_deg);
         let dusk = dusk_factor(self.light.sky_exposure_radiance).powf(air.sky_weight());
         part_of_frame / dusk * (self.drawn_sky_radiance(air) / MAX_SKY_LEVEL).max(aureole / MAX_AUREOLE_LEVEL)
