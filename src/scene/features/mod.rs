@@ -278,7 +278,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {
             draw.uniforms.lights.push(black_light);
         }
-        // The first light is the Sun; that of the second in the air is relative to it.
+        // The first light is the Sun.
         if let Some(sun) = draw.uniforms.lights.first_mut() {
             sun.irradiance *= sunlight_factor;
         }
@@ -288,7 +288,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
         draw.uniforms.air.map_weight = decided.map_weight;
-        draw.uniforms.air.second_light_irradiance = decided.second_light_irradiance / sunlight_factor;
+        draw.uniforms.air.second_light_irradiance = decided.second_light_irradiance;
         if draw.part != BodyPart::Sky {
             draw.uniforms.air.night_radiance *= decided.night_fraction_on_ground;
         }
