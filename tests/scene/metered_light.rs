@@ -86,9 +86,9 @@ fn geometric_mean(hdr: &[[f64; 3]]) -> f64 {
 }
 
 /// The luminance that the exposure's reason gives for a body is that of its drawn disc, within a factor of 1.8 (found: 0.6 to 1.6; Callisto, Saturn and
-/// Enceladus are the farthest off), that of Phobos, whose map is not as bright as its mean on every side, of 2.4 (found: 2.2), that of the Earth of 1.4 up to
-/// a phase of 60 degrees. Not for Iapetus, whose dark side has a fifth of its mean albedo. The Earth is exposed for its published albedo, twice what is
-/// drawn: its disc is shown at 0.2 of white, with the glint at 120 degrees at 0.36, not at 0.5 as other discs.
+/// Enceladus are the farthest off), that of Phobos, whose map is not as bright as its mean on every side, of 2.4 (found: 2.2), that of the Earth of 1.25. Not
+/// for Iapetus, whose dark side has a fifth of its mean albedo. The Earth is exposed for its published albedo, twice what is drawn: its disc is shown at 0.2 of
+/// white, with the glint at 120 degrees at 0.36, not at 0.5 as other discs.
 #[test]
 fn discs_are_metered_as_they_are_drawn() {
     const TIME: &str = "2019-06-20T00:00:00Z";
@@ -112,7 +112,7 @@ fn discs_are_metered_as_they_are_drawn() {
             let ratio = drawn_mean * CD_M2_PER_RADIANCE / metered;
             println!("{} at {phase_deg} degrees: drawn / metered {ratio:.2}; {reason}", body.name);
             let factor = match id {
-                NaifId::EARTH if phase_deg < 90.0 => 1.4,
+                NaifId::EARTH => 1.25,
                 PHOBOS => 2.4,
                 _ => 1.8,
             };
@@ -121,6 +121,35 @@ fn discs_are_metered_as_they_are_drawn() {
             assert!(id != NaifId::EARTH || (0.14..0.4).contains(&level), "the Earth at {phase_deg} degrees: {level} of white; {reason}");
         }
     }
+}
+
+/// The luminance that the exposure's reason gives for the Earth is that of its drawn disc (mean over a rotation) within 8 %, from full phase to crescents, also
+/// at phase angles between those of the meter's table. Negative control: with one factor for all phases it would not be.
+#[test]
+fn the_earth_is_reported_as_it_is_drawn_at_every_phase() {
+    let start = Instant::parse("2019-12-21T00:00:00Z").expect("a time");
+    let drawn_per_metered = |phase_deg: f64| {
+        let logs = [0.0, 6.0, 12.0, 18.0].map(|hours| {
+            let time = start.plus_seconds(3600.0 * hours);
+            let to_sun = SESSION.ephemeris().state(NaifId::SUN, NaifId::EARTH, time, None).expect("placed").state.pos_km.normalize();
+            let (sin, cos) = phase_deg.to_radians().sin_cos();
+            let offset_km = (to_sun * cos + DVec3::Z.cross(to_sun).normalize() * sin) * (60.0 * 6378.137);
+            let position = Position::Offset { body: NaifId::EARTH, offset_km, axes: Axes::Icrf };
+            let request = view(Some(NaifId::EARTH), "2019-12-21T00:00:00Z", position, Look::Target, 2.578);
+            let (scene, hdr) = drawn(&ViewRequest { time, ..request });
+            let reason = scene.exposure.reason.to_string();
+            let metered = reason.strip_prefix("Earth metered at ").and_then(|rest| rest.split_once(" cd/m2"));
+            let metered: f64 = metered.and_then(|(number, _)| number.parse().ok()).unwrap_or_else(|| panic!("{reason}"));
+            (geometric_mean(&hdr) * CD_M2_PER_RADIANCE / metered).ln()
+        });
+        (logs.iter().sum::<f64>() / 4.0).exp()
+    };
+    // The second number: the table at this phase angle, relative to full phase.
+    let ratios: Vec<(f64, f64)> =
+        [(0.0, 1.0), (45.0, 0.907), (97.5, 0.884), (127.5, 1.39), (150.0, 1.73)].map(|(deg, part)| (drawn_per_metered(deg), part)).to_vec();
+    println!("{ratios:.3?}");
+    assert!(ratios.iter().all(|(ratio, _)| (ratio - 1.0).abs() < 0.08), "{ratios:?}");
+    assert!(ratios.iter().any(|(ratio, part)| (ratio * part - 1.0).abs() > 0.5), "{ratios:?}");
 }
 
 /// Looking at the Sun from Gale on Mars, where Curiosity took the sunset of 15 April 2015 (PIA19400). `time`: UTC of that day.
