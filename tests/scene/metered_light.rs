@@ -6,6 +6,7 @@ use crate::support::sweep;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
+use orrery::ephemeris::angle_rad;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, Look, Position, Up, ViewRequest};
@@ -270,6 +271,31 @@ fn the_sky_over_dark_ground_is_not_white_after_sunset() {
         let level = median(sky) * scene.exposure.factor();
         println!("step {k}: {level:.3} of white; {}", scene.exposure.reason);
         assert!(level < 0.6, "step {k}: {level} of white; {}", scene.exposure.reason);
+    }
+}
+
+/// By day and before sunset, the luminance that the exposure's reason gives for the sky of Mars around the Sun is that of the drawn sky in narrow and wide
+/// views, within a factor of 1.35. Negative control: the narrow view is more than twice as bright as the wide one. It shows little but the aureole, which the
+/// rays of the meter's dome, 45 degrees apart, do not resolve: it was given at 0.3 of its luminance.
+#[test]
+fn the_sky_of_mars_around_the_sun_is_metered_with_its_aureole() {
+    for time in ["13:00:00", "15:00:00", "15:32:00"] {
+        let luminances = [20.0, 40.0, 80.0].map(|fov_deg| {
+            let request = ViewRequest { fov_deg: Some(fov_deg), ..from_gale(time, None) };
+            let (scene, hdr) = drawn(&with_effects("-glow,-points,-corona", request));
+            let up = -scene.body(MARS).expect("the ground").placement.centre_km.normalize();
+            let to_sun = scene.body(NaifId::SUN).expect("the Sun").placement.centre_km;
+            let is_sky = |ray: DVec3| ray.dot(up) > 0.0 && angle_rad(ray, to_sun) > 1_f64.to_radians();
+            let sky: Vec<f64> = hdr.iter().zip(rays(&scene)).filter(|(_, ray)| is_sky(*ray)).map(|(pixel, _)| luminance(*pixel)).collect();
+            let mean_cd_m2 = sky.iter().sum::<f64>() / sky.len() as f64 * CD_M2_PER_RADIANCE;
+            let reason = scene.exposure.reason.to_string();
+            let metered = reason.strip_prefix("the sky of Mars metered at ").and_then(|rest| rest.split_once(" cd/m2"));
+            let metered: f64 = metered.and_then(|(number, _)| number.parse().ok()).unwrap_or_else(|| panic!("{reason}"));
+            println!("{time}, {fov_deg} degrees: metered / drawn {:.2}; {reason}", metered / mean_cd_m2);
+            assert!((1.0 / 1.35..1.35).contains(&(metered / mean_cd_m2)), "{time}, {fov_deg} degrees: {mean_cd_m2} cd/m2 drawn; {reason}");
+            metered
+        });
+        assert!(luminances[0] > 2.0 * luminances[2], "{time}: {luminances:?}");
     }
 }
 

@@ -28,9 +28,9 @@ const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
 /// Share of the frame from which on its light counts fully for the exposure of a sky near the top of the air.
 const FULL_SKY_SHARE: f64 = 0.1;
-/// Highest levels, as fractions of white, of the sky in the frame: of its mean, and of the aureole [`AUREOLE_DEG`] from the Sun. In dusk both are lowered by
-/// [`dusk_factor`]. Chosen: the meter exposes the sky by day for a table made for the Earth, which shows the mean of its sky at 0.1 to 0.3 of white. Dust that
-/// scatters forwards would be white around the Sun, as would be a sky over dark ground that is the target.
+/// Highest levels, as fractions of white, of the sky in the frame: of its mean without the aureole, and of the aureole [`AUREOLE_DEG`] from the Sun. In dusk
+/// both are lowered by [`dusk_factor`]. Chosen: the meter exposes the sky by day for a table made for the Earth, which shows the mean of its sky at 0.1 to 0.3
+/// of white. Dust that scatters forwards would be white around the Sun, as would be a sky over dark ground that is the target.
 const MAX_SKY_LEVEL: f64 = 0.4;
 const MAX_AUREOLE_LEVEL: f64 = 0.75;
 /// Angle from the Sun, degrees, within which the aureole may be white.
@@ -175,11 +175,20 @@ impl<'a> MeteredFrame<'_, 'a> {
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.light.sky_exposure_radiance).powf(air.sky_weight());
         let by_weight = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
         let exposed = MeteredSubject { radiance: by_weight.radiance.max(least_radiance), ..by_weight };
-        Some(with_drawn_radiance(exposed, self.drawn_sky_radiance(air)))
+        Some(with_drawn_radiance(exposed, self.sky_radiance_without_aureole(air) + self.aureole_radiance(air)))
     }
 
-    /// The mean radiance that is drawn in the frame's part of the sky.
-    fn drawn_sky_radiance(&self, air: &SurroundingAir<'_>) -> f64 {
+    /// What the Sun's aureole adds to the mean radiance of the frame's part of the sky.
+    fn aureole_radiance(&self, air: &SurroundingAir<'_>) -> f64 {
+        let Some(sunlight) = self.light.lights_of_sky.first() else { return 0.0 };
+        let left = self.light.sunlight_in_air.frame;
+        // It comes from air near the camera. In a deep eclipse that is darker than the sky in the mean, which has light from outside the shadow: so the part of
+        // the sunlight that is left counts twice. While much of the Sun is visible, this makes the aureole too dark, by that part.
+        sunlight.irradiance * left * left * air.mean_aureole(sunlight.towards, &self.light.sky_rays)
+    }
+
+    /// The mean radiance that is drawn in the frame's part of the sky, without the Sun's aureole.
+    fn sky_radiance_without_aureole(&self, air: &SurroundingAir<'_>) -> f64 {
         let scattered =
             self.sum_over_lights_of_sky(self.light.sunlight_in_air.frame, |_, light, irradiance| light.scattered_radiance(irradiance));
         scattered + air.night_sky_radiance()
@@ -197,7 +206,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let angle_deg = angle_from_frame_rad(self.meter.camera, sunlight.towards).to_degrees().max(AUREOLE_DEG);
         let aureole = sunlight.irradiance * self.light.sunlight_in_air.frame * air.radiance_above_light(sunlight.towards, angle_deg);
         let dusk = dusk_factor(self.light.sky_exposure_radiance).powf(air.sky_weight());
-        part_of_frame / dusk * (self.drawn_sky_radiance(air) / MAX_SKY_LEVEL).max(aureole / MAX_AUREOLE_LEVEL)
+        part_of_frame / dusk * (self.sky_radiance_without_aureole(air) / MAX_SKY_LEVEL).max(aureole / MAX_AUREOLE_LEVEL)
     }
 }
 
