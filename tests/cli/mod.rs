@@ -10,6 +10,8 @@ mod error_bound;
 mod frames;
 mod horizon;
 mod hostile;
+#[cfg(unix)]
+mod interrupt;
 mod library_and_doctor;
 mod lunar_heights;
 mod measure;
