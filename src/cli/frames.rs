@@ -1,7 +1,8 @@
 //! The output of `orrery render`: where frames are written, which frames of a sequence this process draws, and which of their files exist already.
 //!
 //! In: options of the command line, and the provenance of each frame. Out: paths, and the numbers of existing frames that need not be drawn. Always: every
-//! path of the sequence is checked before anything is drawn. Without `--overwrite` a path must be free, or hold a complete frame of the same request.
+//! path of the sequence is checked before anything is drawn. Without `--overwrite` a path must be free, or hold a complete frame or an animation of the same
+//! request.
 
 use super::CliError;
 use crate::files::check_output_path;
@@ -151,6 +152,19 @@ pub(crate) fn existing_frames(
         }
     }
     Ok(existing_numbers)
+}
+
+/// Whether the file of an animation may be replaced: it is of this request, or `overwrite` is given.
+///
+/// # Errors
+/// A folder that does not exist, a folder in place of a file, or a file that this request must not replace.
+pub(crate) fn may_replace_animation(path: &Path, provenance: &Provenance, overwrite: bool, starts_now: bool) -> Result<bool, CliError> {
+    check_output_path(path)?;
+    let existing = provenance.compare_with_file(path);
+    match conflict_error(path, &existing, provenance, starts_now) {
+        Some(conflict) if !overwrite => Err(conflict),
+        _ => Ok(overwrite || existing == ExistingImage::Same),
+    }
 }
 
 #[cfg(test)]

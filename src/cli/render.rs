@@ -4,7 +4,7 @@
 //! taken. In a sequence, files that an earlier run completed for the same request are kept.
 
 use super::composition_args::CompositionArgs;
-use super::frames::{FrameOutput, existing_frames, parse_shard, step_seconds};
+use super::frames::{FrameOutput, existing_frames, may_replace_animation, parse_shard, step_seconds};
 use super::output::{print_message, print_result, print_to_stderr, progress};
 use super::render_views::Views;
 use super::video_output::VideoOutput;
@@ -15,7 +15,7 @@ use crate::measure::{check_has_bounds, error_bounds};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Projection, Purpose, StereoLayout, ViewRequest};
-use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
+use crate::session::{DrawnBy, PROVENANCE_CHUNK, Provenance, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
 use crate::wording::{counted, echo};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -163,7 +163,14 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let sampling = SamplingQuality::of(common.quality);
     // The time of `Stage::Write` alone, which the session does not measure.
     let mut write_time = Stages::default();
-    let mut video = VideoOutput::begin(&output, parse_size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
+    let mut may_replace = args.overwrite;
+    let mut animation_provenance = None;
+    if let FrameOutput::Animation(path, _) = &output {
+        let frames = numbers().map(|number| session.provenance(&request_of(number)));
+        let provenance = animation_provenance.insert(Provenance::of_animation(frames, args.rate));
+        may_replace = may_replace_animation(path, provenance, args.overwrite, starts_now)?;
+    }
+    let mut video = VideoOutput::begin(&output, parse_size(&args.view.size)?, views.count(), args.rate, may_replace)?;
     let bar = frame_progress(numbers().count() as u64);
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
@@ -188,13 +195,15 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         drawn_by = Some(drawn.drawn_by.clone());
         let cpu_before = if args.time_report { process_cpu() } else { None };
         let start = WallInstant::now();
+        let metadata = || {
+            let provenance = animation_provenance.as_ref().map_or_else(|| session.provenance(&request).to_text(), Provenance::to_text);
+            let mut metadata = text_chunks(args, views.title(), &request, &drawn.scene);
+            metadata.push((PROVENANCE_CHUNK, provenance));
+            metadata
+        };
         match &path {
-            Some(path) => {
-                let mut metadata = text_chunks(args, views.title(), &request, &drawn.scene);
-                metadata.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
-                write_image(path, &drawn.frame, &metadata)?;
-            }
-            None => video.add(&drawn.frame)?,
+            Some(path) => write_image(path, &drawn.frame, &metadata())?,
+            None => video.add(&drawn.frame, metadata)?,
         }
         write_time.add(Stage::Write, start.elapsed());
         if let Some(cpu_time) = cpu_before.and_then(|before| process_cpu()?.checked_sub(before)) {
@@ -276,7 +285,7 @@ fn frame_progress(frame_count: u64) -> indicatif::ProgressBar {
     if frame_count > 1 { progress(frame_count) } else { indicatif::ProgressBar::hidden() }
 }
 
-/// The metadata of an image. `Creation Time` is the time of the view. The time of writing is left out, so that the same command writes the same bytes.
+/// The metadata of an image, or of an animation by its first frame. `Creation Time` is the time of the view. The time of writing is left out, so that the same command writes the same bytes.
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let options = [("target", &v.target), ("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)];

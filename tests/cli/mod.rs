@@ -1,5 +1,6 @@
 //! The built program: verbs, messages, files.
 
+mod animations;
 mod bench;
 #[cfg(unix)]
 mod bounded;
