@@ -6,7 +6,7 @@
 
 use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
-use super::frames::step_seconds;
+use super::frames::parse_step;
 use super::output::{print_message, print_result};
 use super::stdin_lines::answer_lines;
 use super::view_args::parse_time_or_now;
@@ -54,7 +54,7 @@ pub(crate) struct EphemerisArgs {
     /// End of a table, included if a step falls on it
     #[arg(long, value_name = "T", allow_hyphen_values = true, requires = "from", conflicts_with_all = ["time", "stdin", "rise_set"])]
     to: Option<String>,
-    /// Time between rows: 60s, 10m, 6h, 1d
+    /// Time between rows: 60s, 10m, 6h, 1d. Leap seconds count, but days keep the time of day
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, requires = "from", conflicts_with_all = ["time", "stdin", "rise_set"])]
     step: Option<String>,
     /// Source of positions [default: the best one that covers the time]
@@ -116,7 +116,7 @@ fn check_words(catalog: &Catalog, args: &EphemerisArgs) -> Result<(), CliError> 
             parse_time(time).map_err(|e| CliError::Usage(format!("{option}: {e}")))?;
         }
     }
-    args.step.as_deref().map(step_seconds).transpose()?;
+    args.step.as_deref().map(parse_step).transpose()?;
     args.at.as_deref().map(parse_place).transpose().map_err(CliError::Usage)?;
     Ok(())
 }
@@ -191,7 +191,7 @@ fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &Epheme
     let times = match &args.step {
         Some(step) => {
             let (from, to) = (required_time("from", &args.from)?, required_time("to", &args.to)?);
-            ephemeris_table::instants(from, to, step_seconds(step)?).map_err(CliError::Usage)?
+            ephemeris_table::instants(from, to, parse_step(step)?).map_err(CliError::Usage)?
         }
         None => vec![required_time("time", &args.time)?],
     };

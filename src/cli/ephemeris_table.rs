@@ -7,7 +7,7 @@ use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
 use crate::ephemeris::topocentric::{Observer, ObserverSky};
 use crate::ephemeris::{Ephemeris, EphemerisError, Source};
-use crate::time::Instant;
+use crate::time::{Instant, TimeStep};
 use crate::units::SECONDS_PER_DAY;
 use crate::wording::fixed_decimals;
 use serde_json::{Map, Value, json};
@@ -58,19 +58,19 @@ pub(crate) enum OutputFormat {
     Json,
 }
 
-/// The instants from `from` to `to` (included if a step falls on it) in equal steps of UTC.
+/// The instants from `from` to `to` (included if a step falls on it) in equal steps.
 ///
 /// # Errors
 /// A step that is not positive, a negative span, or more than [`MAX_ROWS`] instants.
-pub(crate) fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>, String> {
+pub(crate) fn instants(from: Instant, to: Instant, step: TimeStep) -> Result<Vec<Instant>, String> {
     let span_s = to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000();
     if span_s < 0.0 {
         return Err("--from is after --to: swap them".into());
     }
-    if step_s <= 0.0 {
+    if !step.is_forward() {
         return Err("--step: must be more than 0".into());
     }
-    let all = (0..=MAX_ROWS).map(|k| from.plus_utc_seconds(k as f64 * step_s));
+    let all = (0..=MAX_ROWS).map(|k| step.after(from, k as f64));
     // The tolerance of a tenth of a millisecond covers the rounding of `to` in its conversion to TDB.
     let rows: Vec<Instant> = all.take_while(|t| t.tdb_seconds_past_j2000() <= to.tdb_seconds_past_j2000() + 1e-4).collect();
     if rows.len() > MAX_ROWS {

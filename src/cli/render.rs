@@ -4,7 +4,7 @@
 //! taken. In a sequence, files that an earlier run completed for the same request are kept.
 
 use super::composition_args::CompositionArgs;
-use super::frames::{FrameOutput, existing_frames, may_replace_animation, parse_shard, step_seconds};
+use super::frames::{FrameOutput, existing_frames, may_replace_animation, parse_shard, parse_step};
 use super::output::{print_message, print_result, print_to_stderr, progress};
 use super::render_views::Views;
 use super::video_output::VideoOutput;
@@ -79,7 +79,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "FILE", help_heading = OUTPUT_HEADING, conflicts_with_all = ["frames", "step", "error", "target", "from", "distance_radii", "at",
         "height_km", "camera_json", "time", "fov", "up", "exposure", "tone_map", "effects", "layers", "stars_boost", "pixels"])]
     tour: Option<PathBuf>,
-    /// Time between frames: 60s, 10m, 6h, 1d; may be negative
+    /// Time between frames: 60s, 10m, 6h, 1d; may be negative. Leap seconds count, but days keep the time of day
     #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, help_heading = OUTPUT_HEADING)]
     step: String,
     /// Render every n-th frame starting at i (0 to n-1), to share a sequence between machines
@@ -105,7 +105,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let tour_file = args.tour_file();
     // The number of frames of a tour is not known before its file has been read.
     let output = FrameOutput::of_option(args.output.as_deref(), tour_file.is_none().then_some(args.frames))?;
-    let step_s = step_seconds(&args.step)?;
+    let step = parse_step(&args.step)?;
     let (first_number, stride) = parse_shard(args.shard.as_deref())?;
     if matches!(output, FrameOutput::Stream | FrameOutput::Animation(..)) && stride > 1 {
         return Err(CliError::Usage(
@@ -121,7 +121,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let composition = args.composition.composition()?;
     let views = match tour_file {
         Some(file) => Views::along_tour(file, parse_size(&args.view.size)?, args.rate, &session, &composition)?,
-        None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
+        None => Views::steps(args.view.request_with(session.catalog(), composition)?, step, args.frames),
     };
     let numbers = || (first_number..views.count()).step_by(stride as usize);
     // A time outside the accepted range is reported before the first frame is drawn.

@@ -57,6 +57,22 @@ fn rows_of_a_table_equal_single_queries() {
     }
 }
 
+/// In steps of days the time of day stays: `rows_of_a_table_equal_single_queries`.
+#[test]
+fn a_table_in_seconds_has_a_row_for_a_leap_second() {
+    for rows in [
+        ["2016-12-31T23:59:59Z", "2016-12-31T23:59:60Z", "2017-01-01T00:00:00Z"],
+        ["1972-06-30T23:59:59Z", "1972-06-30T23:59:60Z", "1972-07-01T00:00:00Z"],
+    ] {
+        let table = json(&["--body", "moon", "--center", "earth", "--from", rows[0], "--to", rows[2], "--step", "1s"]);
+        let times: Vec<&str> = table.as_array().expect("rows").iter().map(|r| r["time_utc"].as_str().expect("a time")).collect();
+        assert_eq!(times, rows);
+        // In each of the two seconds the Moon moves as far.
+        let [first, second] = [0, 1].map(|k| number(&table[k + 1]["x_km"]) - number(&table[k]["x_km"]));
+        assert!(first.abs() > 0.1 && (first - second).abs() < 1e-5, "{first} and {second} km");
+    }
+}
+
 /// A query for the instant of rise, set or twilight has the Sun at the altitude that defines it: in middle latitudes, near the equator and
 /// beyond the polar circle.
 #[test]

@@ -418,6 +418,22 @@ fn a_stop_that_cannot_be_drawn_is_named() {
     assert_eq!(files(folder.path()).len(), 2, "no frame was written");
 }
 
+#[test]
+fn a_sequence_in_seconds_has_a_frame_in_a_leap_second() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for times in [
+        ["2016-12-31T23:59:59Z", "2016-12-31T23:59:60Z", "2017-01-01T00:00:00Z"],
+        ["1972-12-31T23:59:59Z", "1972-12-31T23:59:60Z", "1973-01-01T00:00:00Z"],
+    ] {
+        let pattern = folder.path().join("%d.png");
+        let args = ["--target", "phobos", "--size", "12x10", "--overwrite", "--frames", "3", "--step", "1s", "--time", times[0]];
+        let out = render(&[&args[..], &["-o", path_text(&pattern)]].concat());
+        assert!(out.status.success(), "{}", stderr_text(&out));
+        let drawn = [0, 1, 2].map(|k| std::fs::read(folder.path().join(format!("{k}.png"))).expect("a frame"));
+        assert_eq!(drawn.map(|png| orrery::image::png_text_in_head(&png, "Creation Time").expect("a time")), times);
+    }
+}
+
 /// No such file exists, so `--overwrite` is no remedy.
 #[test]
 fn a_name_that_the_file_system_refuses_is_reported_as_such() {
