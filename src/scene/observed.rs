@@ -9,7 +9,7 @@ use crate::catalog::small_bodies::{BrightnessLaw, NamedTarget};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place_from};
 use crate::ephemeris::target::Target;
-use crate::ephemeris::topocentric::{Observer, ObserverSky};
+use crate::ephemeris::topocentric::{Horizontal, Observer, ObserverSky};
 use crate::ephemeris::{BEST_SOURCE, Ephemeris, EphemerisError, State, angle_rad};
 use crate::scene::body_report::BodyReport;
 use crate::scene::error::SceneError;
@@ -110,6 +110,15 @@ impl<'a> SkyOfEarth<'a> {
             height_km: place.height_km.max(MIN_HEIGHT_KM),
         });
         body_seen_from(self.catalog, self.ephemeris, &self.caches, position, t, id)
+    }
+
+    /// Azimuth and altitude of a target without refraction; `None` as seen from the Earth's centre.
+    ///
+    /// # Errors
+    /// As [`ObserverSky::topocentric`].
+    pub fn horizontal(&self, target: &NamedTarget, t: Instant) -> Result<Option<Horizontal>, EphemerisError> {
+        let sky = self.place.map(|place| ObserverSky { catalog: self.catalog, ephemeris: self.ephemeris, place });
+        sky.map(|sky| sky.topocentric(target, t)).transpose()
     }
 
     /// What the observer sees of a target.
