@@ -128,6 +128,10 @@ fn errors_about_spans_and_places_name_a_remedy() {
         (span("soon", "2026-01-02", "1d"), "--from"),
         (vec!["--body", "mars", "--from", "2026-01-01", "--to", "2026-01-02"], "--step"),
         (vec!["--body", "mars", "--from", "2026-01-01", "--to", "2026-01-02", "--step", "1d"], "--center"),
+        // Of one instant it was a failure, without the name of the option.
+        (vec!["--body", "mars", "--apparent", "--center", "jupiter", "--time", "2026-01-01"], "--center: an apparent place"),
+        (vec!["--body", "mars", "--apparent", "--center", "nibiru", "--time", "2026-01-01"], "--center: no body"),
+        (vec!["--body", "mars", "--center", "sun", "--time", "soon"], "--time: time `soon`"),
         (vec!["--rise-set", "--at", "91,0", "--time", "now"], "--at"),
         (vec!["--rise-set", "--time", "now"], "--at"),
         (vec!["--body", "nibiru", "--at", "51,0", "--time", "now"], "nibiru"),
