@@ -1,7 +1,8 @@
 //! Ends the program early at Ctrl+C, when its terminal is closed, or when the system asks, without leaving temporary files behind.
 //!
 //! In: SIGINT, SIGTERM and SIGHUP; on Windows the console's Ctrl+C, Ctrl+Break and closing. Out: the temporary files are removed, and the process ends as if
-//! it had not caught the signal. A shell reports 128 + the number of the signal, 130 after Ctrl+C, and stops its loop, which it would not do after an exit with 130.
+//! it had not caught the signal. A shell reports 128 + the number of the signal, 130 after Ctrl+C, and stops its loop, which it would not do after an exit
+//! with 130.
 //! Always: a signal that is ignored at the start stays ignored, as with `nohup`. A second signal of the same kind ends the process at once.
 
 #[cfg(unix)]

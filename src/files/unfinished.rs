@@ -63,8 +63,8 @@ impl TemporaryFile {
     }
 }
 
-/// Removes all files that this process is writing. The process must end right after this call: a thread that creates, renames or drops a temporary file from now
-/// on waits forever.
+/// Removes all files that this process is writing. The process must end right after this call: a thread that creates, renames or drops a temporary file from
+/// now on waits forever.
 pub(crate) fn remove_unfinished() {
     let unfinished = UNFINISHED.lock();
     remove_all(unfinished.iter());

@@ -1,8 +1,8 @@
 //! Text embedded in saved images, and the integrity of the complete file.
 //!
 //! In: bytes of a file. Out: its text (of a PNG or a GIF, the text under one key), and whether a PNG or an EXR is intact. Always: any changed or missing
-//! byte of these is detected. A PNG has a checksum for each chunk; an EXR has none, so [`seal_exr`] stores the SHA-256 of the file in an attribute, in front of the text: the EXR is
-//! then *sealed*. Not here: the meaning of the text.
+//! byte of these is detected. A PNG has a checksum for each chunk; an EXR has none, so [`seal_exr`] stores the SHA-256 of the file in an attribute, in front of
+//! the text: the EXR is then *sealed*. Not here: the meaning of the text.
 
 use super::ImageError;
 use sha2::{Digest, Sha256};
