@@ -2,11 +2,13 @@
 //!
 //! In: the embedded files of catalogs/ (figures and borders as GeoJSON, and a list of names), with right ascension and declination of J2000 in degrees. Out:
 //! [`Constellations`]: figures, whose vertices refer to stars of the catalog where possible, so that they follow proper motion; and the borders of the IAU
-//! (Delporte 1930), which run along circles of right ascension and declination of the equinox B1875. Not here: apparent places.
+//! (Delporte 1930), which run along circles of right ascension and declination of the equinox B1875; the constellation that a direction lies in. Not here:
+//! apparent places.
 
 use super::stars::StarCatalog;
 use glam::DVec3;
 use serde::Deserialize;
+use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
 /// A vertex of a figure.
@@ -36,6 +38,8 @@ pub struct Constellation {
 pub struct BorderSegment {
     /// Right ascension and declination of B1875, radians. The right ascensions differ by at most half a turn, so the second may lie beyond ±pi.
     pub ends: [[f64; 2]; 2],
+    /// The constellations on its two sides, in no particular order: indices in [`Constellations::all`].
+    pub sides: [usize; 2],
 }
 
 /// All constellations, and the borders between them.
@@ -61,6 +65,8 @@ struct Collection {
 struct Feature {
     /// Of a figure: the IAU abbreviation of its constellation.
     id: Option<String>,
+    /// Of a border: the abbreviations of the constellations on its two sides, separated by a comma.
+    ids: Option<String>,
     geometry: Geometry,
 }
 
@@ -73,6 +79,11 @@ struct Geometry {
 fn direction([ra_deg, dec_deg]: [f64; 2]) -> DVec3 {
     let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra_deg.to_radians().sin_cos(), dec_deg.to_radians().sin_cos());
     DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)
+}
+
+/// Right ascension, -pi to pi, and declination of a unit vector, radians.
+fn ra_dec_rad(v: DVec3) -> [f64; 2] {
+    [v.y.atan2(v.x), v.z.clamp(-1.0, 1.0).asin()]
 }
 
 /// Rotation from the mean equator and equinox of B1875.0 to ICRF: precession between B1875.0 and J2000 by the angles of Lieske (1977, A&A 58, 1). The borders
@@ -131,17 +142,47 @@ impl Constellations {
             let figure = lines.map(|line| line.iter().map(|ra_dec_deg| vertex(*ra_dec_deg)).collect()).collect();
             Constellation { abbreviation, name, label_direction: direction(label_ra_dec_deg), figure }
         };
+        let all: Vec<Constellation> = names.into_iter().map(constellation).collect();
         let b1875_from_icrf = icrf_from_b1875().transpose();
-        let border = |ends: &[[f64; 2]]| {
-            let [a, b] = [ends[0], ends[1]].map(|end| {
-                let v = b1875_from_icrf * direction(end);
-                [v.y.atan2(v.x), v.z.clamp(-1.0, 1.0).asin()]
-            });
-            let turns = ((b[0] - a[0]) / std::f64::consts::TAU).round();
-            BorderSegment { ends: [a, [b[0] - turns * std::f64::consts::TAU, b[1]]] }
+        let border = |ends: &[[f64; 2]], sides: [usize; 2]| {
+            let [a, b] = [ends[0], ends[1]].map(|end| ra_dec_rad(b1875_from_icrf * direction(end)));
+            let turns = ((b[0] - a[0]) / TAU).round();
+            BorderSegment { ends: [a, [b[0] - turns * TAU, b[1]]], sides }
         };
-        let borders = borders.features.iter().flat_map(|f| &f.geometry.coordinates).flat_map(|line| line.windows(2).map(border)).collect();
-        Ok(Self { all: names.into_iter().map(constellation).collect(), borders })
+        let index_of = |abbreviation: &str| all.iter().position(|c| c.abbreviation == abbreviation);
+        let mut segments = Vec::new();
+        for feature in &borders.features {
+            let sides = feature.ids.as_deref().and_then(|ids| ids.split_once(',')).and_then(|(a, b)| Some([index_of(a)?, index_of(b)?]));
+            let sides = sides.ok_or_else(|| <serde_json::Error as serde::de::Error>::custom("a border without its two constellations"))?;
+            segments.extend(feature.geometry.coordinates.iter().flat_map(|line| line.windows(2).map(|ends| border(ends, sides))));
+        }
+        Ok(Self { all, borders: segments })
+    }
+
+    /// The constellation that a direction (of any length, ICRF) lies in. On a border it is one of the neighbours.
+    ///
+    /// The hour circle of B1875 is followed from its north pole to the direction: each border on the way leads from one constellation to the next.
+    pub fn containing(&self, direction_icrf: DVec3) -> Option<&Constellation> {
+        let [ra, dec] = ra_dec_rad(icrf_from_b1875().transpose() * direction_icrf.try_normalize()?);
+        // Declination at which a segment crosses the hour circle. The half-open test counts a border through a corner on the hour circle once.
+        let crossing = |segment: &BorderSegment| {
+            let [from, to] = segment.ends.map(|[end_ra, _]| (end_ra - ra + PI).rem_euclid(TAU) - PI);
+            // The other two crossings of zero are those opposite the hour circle, where the difference leaps by a turn.
+            let crosses = (from > 0.0) != (to > 0.0) && (to - from).abs() < PI;
+            let [[_, dec_from], [_, dec_to]] = segment.ends;
+            crosses.then(|| dec_from + (dec_to - dec_from) * from / (from - to)).filter(|crossing_dec| *crossing_dec > dec)
+        };
+        let mut crossings: Vec<(f64, [usize; 2])> = self.borders.iter().filter_map(|s| Some((crossing(s)?, s.sides))).collect();
+        crossings.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut current = self.all.iter().position(|c| c.abbreviation == "UMi")?;
+        for (_, [a, b]) in crossings {
+            if a == current {
+                current = b;
+            } else if b == current {
+                current = a;
+            }
+        }
+        self.all.get(current)
     }
 }
 
@@ -162,6 +203,53 @@ mod tests {
         let hips: Vec<u32> = orion.figure.iter().flatten().filter_map(|v| Some(StarCatalog::embedded().stars()[v.star?].hip)).collect();
         // Betelgeuse, Rigel, Bellatrix, the belt.
         assert!([27_989, 24_436, 25_336, 26_311, 26_727, 25_930].iter().all(|hip| hips.contains(hip)), "{hips:?}");
+    }
+
+    /// Positions of J2000, degrees, among them the two poles, both parts of Serpens, and Rho Aquilae, whose proper motion took it across the border to Delphinus.
+    #[test]
+    fn directions_lie_in_their_constellations() {
+        let sky = Constellations::embedded();
+        let places = [
+            (101.287, -16.716, "CMa"),
+            (37.95, 89.26, "UMi"),
+            (317.2, -88.95, "Oct"),
+            (0.0, 90.0, "UMi"),
+            (180.0, -90.0, "Oct"),
+            (303.57, 15.2, "Del"),
+            (236.07, 6.43, "Ser"),
+            (275.3, -2.9, "Ser"),
+            (2.097, 29.09, "And"),
+            (354.8, 77.6, "Cep"),
+            (344.41, -29.62, "PsA"),
+            (201.3, -11.16, "Vir"),
+            (247.35, -26.43, "Sco"),
+            (260.21, -24.99, "Oph"),
+        ];
+        for (ra, dec, abbreviation) in places {
+            let found = sky.containing(direction([ra, dec])).expect("the whole sky is covered");
+            assert_eq!(found.abbreviation, abbreviation, "{ra} {dec}");
+        }
+        assert!(sky.containing(DVec3::ZERO).is_none());
+    }
+
+    /// Areas of constellations, square degrees (IAU), from 40 000 directions that cover the sphere evenly, within 5. All 88 occur.
+    #[test]
+    fn constellations_have_their_published_areas() {
+        let sky = Constellations::embedded();
+        let count = 40_000;
+        let mut found = std::collections::BTreeMap::<&str, f64>::new();
+        for k in 0..count {
+            let dec_deg = (-1.0 + (2.0 * f64::from(k) + 1.0) / f64::from(count)).asin().to_degrees();
+            // Turned by the golden angle from one direction to the next.
+            let ra_deg = (f64::from(k) * 137.507_764_05).rem_euclid(360.0);
+            let constellation = sky.containing(direction([ra_deg, dec_deg])).expect("the whole sky is covered");
+            *found.entry(constellation.abbreviation.as_str()).or_default() += 41_252.96 / f64::from(count);
+        }
+        assert_eq!(found.len(), 88);
+        for (abbreviation, area) in [("Hya", 1302.84), ("UMa", 1279.66), ("Ser", 636.93), ("Oct", 291.05), ("UMi", 255.86), ("Cru", 68.45)]
+        {
+            assert!((found[abbreviation] - area).abs() < 5.0, "{abbreviation}: {} square degrees, not {area}", found[abbreviation]);
+        }
     }
 
     /// Delporte's borders run along circles of right ascension and declination of B1875: in the coordinates of another equinox they would be slanted.

@@ -1,24 +1,118 @@
 //! Tables of `orrery ephemeris`, one row per instant; also rise, transit, set and twilight of a day at a place.
 //!
-//! In: a body, instants and the requested columns. Out: a table as text, CSV or JSON. Always: every format has the same columns; a column's name ends in its
-//! unit (in text, sexagesimal angles have no such suffix); a row's time is UTC. Not here: parsing of the command line.
+//! In: a body, instants and the requested columns. Out: a table as text, CSV or JSON. Always: for the same columns every format has the same values; a column's
+//! name ends in its unit (in text, sexagesimal angles have no such suffix, and some headings are shorter); a row's time is UTC. Not here: parsing of the command
+//! line.
 
-use crate::catalog::{Catalog, NaifId};
+use crate::catalog::small_bodies::NamedTarget;
+use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
-use crate::ephemeris::topocentric::{Observer, ObserverSky};
+use crate::ephemeris::topocentric::{Horizontal, Observer, ObserverSky};
 use crate::ephemeris::{Ephemeris, EphemerisError, Source};
-use crate::time::Instant;
-use crate::units::SECONDS_PER_DAY;
+use crate::scene::{Observed, SceneError, SkyOfEarth};
+use crate::time::{Instant, TimeStep};
+use crate::units::{KM_PER_AU, SECONDS_PER_DAY};
 use crate::wording::fixed_decimals;
+use clap::ValueEnum;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
 /// Largest number of rows: enough for a year in steps of 160 s.
 pub(crate) const MAX_ROWS: usize = 200_000;
 
+/// A quantity that an observer sees; some have two columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ObserverColumn {
+    /// Apparent right ascension and declination of date
+    Position,
+    /// Azimuth and altitude at the place of --at, without refraction
+    Horizon,
+    /// Visual magnitude
+    Magnitude,
+    /// Mean visual magnitude of a square arcsecond of the lit part
+    SurfaceBrightness,
+    /// Largest diameter, arcseconds
+    Diameter,
+    /// Lit part of the disc, 0 to 1
+    Illuminated,
+    /// Angle at the body between Sun and observer
+    Phase,
+    /// Angle from the Sun, east (evening) or west (morning)
+    Elongation,
+    /// Constellation by the IAU's borders
+    Constellation,
+    /// Distance from the observer, km and au
+    Distance,
+    /// Rate of change of the distance, positive if it grows
+    RangeRate,
+}
+
+impl ObserverColumn {
+    /// All columns in their order; those of the horizon only at a place.
+    pub(crate) fn all(at_place: bool) -> Vec<Self> {
+        Self::value_variants().iter().copied().filter(|column| at_place || *column != Self::Horizon).collect()
+    }
+
+    /// The columns that fit into 100 characters.
+    pub(crate) fn of_text(at_place: bool) -> Vec<Self> {
+        let place = if at_place { Self::Horizon } else { Self::Position };
+        vec![place, Self::Magnitude, Self::Diameter, Self::Illuminated, Self::Elongation, Self::Constellation]
+    }
+
+    /// The cells of this quantity.
+    fn cells(self, observed: &Observed, horizon: Option<Horizontal>) -> Row {
+        let number = |value: Option<f64>, decimals: usize| value.map_or(Cell::Empty, |v| Cell::Number(v, decimals));
+        let place = &observed.place;
+        match self {
+            Self::Position => {
+                let of_date = place.true_of_date;
+                let sexagesimal = |text: String, degrees: f64| Cell::Sexagesimal { text, degrees, decimals: 7 };
+                vec![
+                    ("ra_deg", sexagesimal(of_date.ra_text(), of_date.ra_deg)),
+                    ("dec_deg", sexagesimal(of_date.dec_text(), of_date.dec_deg)),
+                ]
+            }
+            Self::Horizon => vec![
+                ("azimuth_deg", horizon.map_or(Cell::Empty, |h| Cell::Angle(h.azimuth_deg, 5))),
+                ("altitude_deg", number(horizon.map(|h| h.altitude_deg), 5)),
+            ],
+            Self::Magnitude => vec![("magnitude", number(observed.magnitude, 2))],
+            Self::SurfaceBrightness => vec![("surface_brightness_mag_arcsec2", number(observed.surface_brightness_mag_arcsec2, 2))],
+            Self::Diameter => vec![("diameter_arcsec", number(observed.angular_diameter_deg.map(|deg| 3600.0 * deg), 2))],
+            Self::Illuminated => vec![("illuminated_fraction", number(observed.illuminated_fraction, 3))],
+            Self::Phase => vec![("phase_angle_deg", number(observed.phase_angle_deg, 3))],
+            Self::Elongation => {
+                let side = |is_east: bool| Cell::Text(if is_east { "east" } else { "west" }.into());
+                vec![
+                    ("elongation_deg", number(observed.elongation.map(|e| e.angle_deg), 2)),
+                    ("elongation_side", observed.elongation.map_or(Cell::Empty, |e| side(e.is_east))),
+                ]
+            }
+            Self::Constellation => vec![("constellation", Cell::Text(observed.constellation.into()))],
+            Self::Distance => {
+                vec![("distance_km", Cell::Number(place.distance_km, 3)), ("distance_au", Cell::Number(place.distance_km / KM_PER_AU, 9))]
+            }
+            Self::RangeRate => vec![("range_rate_km_s", Cell::Number(observed.range_rate_km_s, 6))],
+        }
+    }
+}
+
+/// The shorter heading that a column has in text.
+fn short_heading(name: &str) -> &str {
+    match name {
+        "magnitude" => "mag",
+        "diameter_arcsec" => "arcsec",
+        "illuminated_fraction" => "lit",
+        "elongation_deg" => "elong",
+        "elongation_side" => "side",
+        "constellation" => "const",
+        other => other,
+    }
+}
+
 /// The columns of a table.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Columns {
+#[derive(Clone, Copy)]
+pub(crate) enum Columns<'a> {
     /// Geometric position and velocity relative to a centre, ICRF; distance, error and source. `source`: `None` selects the best one for each instant.
     State { center: NaifId, source: Option<Source> },
     /// Apparent right ascension and declination from the Earth's centre, of date and in GCRS; distance, light time and error.
@@ -27,6 +121,8 @@ pub(crate) enum Columns {
     Orientation { observer: NaifId },
     /// Azimuth, altitude and hour angle at a place, without refraction; distance and semidiameter.
     Horizontal { place: Observer },
+    /// What an observer on the Earth sees.
+    Observer { sky: &'a SkyOfEarth<'a>, columns: &'a [ObserverColumn] },
 }
 
 /// One value of a row.
@@ -58,19 +154,19 @@ pub(crate) enum OutputFormat {
     Json,
 }
 
-/// The instants from `from` to `to` (included if a step falls on it) in equal steps of UTC.
+/// The instants from `from` to `to` (included if a step falls on it) in equal steps.
 ///
 /// # Errors
 /// A step that is not positive, a negative span, or more than [`MAX_ROWS`] instants.
-pub(crate) fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>, String> {
+pub(crate) fn instants(from: Instant, to: Instant, step: TimeStep) -> Result<Vec<Instant>, String> {
     let span_s = to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000();
     if span_s < 0.0 {
         return Err("--from is after --to: swap them".into());
     }
-    if step_s <= 0.0 {
+    if !step.is_forward() {
         return Err("--step: must be more than 0".into());
     }
-    let all = (0..=MAX_ROWS).map(|k| from.plus_utc_seconds(k as f64 * step_s));
+    let all = (0..=MAX_ROWS).map(|k| step.after(from, k as f64));
     // The tolerance of a tenth of a millisecond covers the rounding of `to` in its conversion to TDB.
     let rows: Vec<Instant> = all.take_while(|t| t.tdb_seconds_past_j2000() <= to.tdb_seconds_past_j2000() + 1e-4).collect();
     if rows.len() > MAX_ROWS {
@@ -86,8 +182,8 @@ pub(crate) fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<In
 pub(crate) fn table(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
-    body: NaifId,
-    columns: Columns,
+    body: &NamedTarget,
+    columns: Columns<'_>,
     times: &[Instant],
     format: OutputFormat,
 ) -> Result<String, String> {
@@ -98,13 +194,41 @@ pub(crate) fn table(
     Ok(format_rows(&rows, format))
 }
 
+/// The row of what an observer sees at an instant.
+fn observer_row(sky: &SkyOfEarth<'_>, body: &NamedTarget, columns: &[ObserverColumn], t: Instant) -> Result<Row, SceneError> {
+    let observed = sky.observe(body, t)?;
+    let horizon = if columns.contains(&ObserverColumn::Horizon) { sky.horizontal(body, t)? } else { None };
+    let mut row: Row = vec![("time_utc", Cell::Text(t.to_utc_iso()))];
+    row.extend(columns.iter().flat_map(|column| column.cells(&observed, horizon)));
+    Ok(row)
+}
+
+/// What an observer sees at an instant, as a JSON object.
+///
+/// # Errors
+/// See [`SkyOfEarth::observe`].
+pub(crate) fn observed_as_json(sky: &SkyOfEarth<'_>, body: &NamedTarget, columns: &[ObserverColumn], t: Instant) -> Result<Value, String> {
+    observer_row(sky, body, columns, t).map(|row| row_as_json(&row)).map_err(|e| e.to_string())
+}
+
+/// The body of the catalog whose orientation is requested.
+///
+/// # Errors
+/// A barycentre has no orientation, and that of minor planets and comets outside the catalog is unknown.
+pub(crate) fn body_with_orientation<'c>(catalog: &'c Catalog, named: &NamedTarget) -> Result<&'c Body, &'static str> {
+    match named {
+        NamedTarget::Body(id) => catalog.body(*id).ok_or("a barycentre has no orientation"),
+        NamedTarget::SmallBody(_) => Err("the rotation of this small body is unknown, so that it has no orientation"),
+    }
+}
+
 /// The row of an instant. The last printed decimal is a metre, a micrometre per second or a millisecond. Of apparent places it is 0.4 milliarcseconds, of their
 /// error 0.1 milliarcseconds, of semidiameters 0.004 arcseconds, and of other angles 0.04 arcseconds.
-fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns, t: Instant) -> Result<Row, EphemerisError> {
+fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: &NamedTarget, columns: Columns<'_>, t: Instant) -> Result<Row, EphemerisError> {
     let mut row: Row = vec![("time_utc", Cell::Text(t.to_utc_iso()))];
     match columns {
         Columns::State { center, source } => {
-            let found = ephemeris.state(body, center, t, source)?;
+            let found = ephemeris.target_state(body.into(), center, t, source)?;
             for (name, km) in ["x_km", "y_km", "z_km"].into_iter().zip(found.state.pos_km.to_array()) {
                 row.push((name, Cell::Number(km, 3)));
             }
@@ -130,7 +254,7 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
             ]);
         }
         Columns::Orientation { observer } => {
-            let body = catalog.body(body).ok_or_else(|| EphemerisError::other("a barycentre has no orientation"))?;
+            let body = body_with_orientation(catalog, body).map_err(EphemerisError::other)?;
             let points = sub_points(ephemeris, body, observer, t)?;
             let degrees = |value: Option<f64>| value.map_or(Cell::Empty, |v| Cell::Angle(v, 5));
             row.extend([
@@ -145,13 +269,18 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
         }
         Columns::Horizontal { place } => {
             let topocentric = ObserverSky { catalog, ephemeris, place }.topocentric(body, t)?;
+            // The size of a minor planet or comet is not known.
+            let is_small = matches!(body, NamedTarget::SmallBody(_));
             row.extend([
                 ("azimuth_deg", Cell::Angle(topocentric.azimuth_deg, 5)),
                 ("altitude_deg", Cell::Number(topocentric.altitude_deg, 5)),
                 ("hour_angle_deg", Cell::Number(topocentric.hour_angle_deg, 5)),
                 ("distance_km", Cell::Number(topocentric.distance_km, 3)),
-                ("semidiameter_deg", Cell::Number(topocentric.semidiameter_deg, 6)),
+                ("semidiameter_deg", if is_small { Cell::Empty } else { Cell::Number(topocentric.semidiameter_deg, 6) }),
             ]);
+        }
+        Columns::Observer { sky, columns } => {
+            return observer_row(sky, body, columns, t).map_err(|e| EphemerisError::other(e.to_string()));
         }
     }
     Ok(row)
@@ -229,7 +358,7 @@ impl Cell {
     fn heading(&self, name: &str) -> String {
         match self {
             Self::Sexagesimal { .. } => name.trim_end_matches("_deg").to_owned(),
-            _ => name.to_owned(),
+            _ => short_heading(name).to_owned(),
         }
     }
 }
@@ -245,11 +374,15 @@ const TWILIGHTS: [(&str, f64); 3] = [("civil", -6.0), ("nautical", -12.0), ("ast
 pub(crate) fn rise_and_set(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
-    body: NaifId,
+    body: &NamedTarget,
     place: Observer,
     start: Instant,
 ) -> Result<Value, EphemerisError> {
     let sky = ObserverSky { catalog, ephemeris, place };
+    let name = match body {
+        NamedTarget::Body(id) => catalog.body(*id).map(|b| b.name.clone()),
+        NamedTarget::SmallBody(small) => Some(small.full_name()),
+    };
     let found = sky.rise_set_times(body, start, SECONDS_PER_DAY)?;
     let time = |t: Option<Instant>| t.map_or(Value::Null, |t| json!(t.to_utc_iso()));
     let event = |t: Option<Instant>| -> Result<Value, EphemerisError> {
@@ -258,7 +391,7 @@ pub(crate) fn rise_and_set(
         Ok(json!({ "time": t.to_utc_iso(), "azimuth_deg": topocentric.azimuth_deg, "altitude_deg": topocentric.altitude_deg }))
     };
     let mut answer = json!({
-        "body": catalog.body(body).map(|b| b.name.clone()),
+        "body": name,
         "place": { "lat_deg": place.lat_graphic_deg, "lon_deg": place.lon_east_deg, "height_km": place.height_km },
         "from": start.to_utc_iso(),
         "to": start.plus_seconds(SECONDS_PER_DAY).to_utc_iso(),
@@ -267,10 +400,10 @@ pub(crate) fn rise_and_set(
         "transit": event(found.transit.map(|(t, _altitude_deg)| t))?,
         "set": event(found.set)?,
     });
-    if body == NaifId::SUN {
+    if *body == NamedTarget::Body(NaifId::SUN) {
         let mut twilight = Map::new();
         for (name, altitude_deg) in TWILIGHTS {
-            let [dawn, dusk] = sky.crossings(body, altitude_deg, start, SECONDS_PER_DAY)?;
+            let [dawn, dusk] = sky.crossings(NaifId::SUN, altitude_deg, start, SECONDS_PER_DAY)?;
             twilight.insert(name.into(), json!({ "dawn": time(dawn), "dusk": time(dusk) }));
         }
         answer["twilight"] = twilight.into();

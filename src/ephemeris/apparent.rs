@@ -1,12 +1,13 @@
-//! Apparent places from the Earth's centre, and the sub-observer and sub-solar points of a body.
+//! Apparent places from the Earth, and the sub-observer and sub-solar points of a body.
 //!
-//! In: a body and an instant (of reception); for the points also the body from whose centre they are observed. Out: degrees, kilometres and seconds, for
+//! In: a body, barycentre or small body, and an instant (of reception); for the points also the body from whose centre they are observed. Out: degrees, kilometres and seconds, for
 //! display. Apparent places include light time, light deflection by the Sun, and stellar aberration with its relativistic terms. Omitted: deflection by the
-//! planets (under 0.02 arcsec, and only beside their discs), the atmosphere, and the observer's position on the Earth.
+//! planets (under 0.02 arcsec, and only beside their discs), and the atmosphere.
 
 use super::orientation::{self, PoleAndMeridian};
+use super::target::Target;
 use super::topocentric::place_of_normal_deg;
-use super::{BEST_SOURCE, Ephemeris, EphemerisError, Source};
+use super::{BEST_SOURCE, Ephemeris, EphemerisError, Source, State};
 use crate::catalog::{Body, NaifId};
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
@@ -38,6 +39,12 @@ impl RaDec {
         Self { ra_deg: lon_deg, dec_deg: lat_deg }
     }
 
+    /// The direction as a unit vector in the frame of the coordinates.
+    pub fn direction(&self) -> DVec3 {
+        let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (self.ra_deg.to_radians().sin_cos(), self.dec_deg.to_radians().sin_cos());
+        DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)
+    }
+
     /// Right ascension in hours, minutes and seconds of time: `5h 34m 31.9s`.
     pub fn ra_text(&self) -> String {
         let tenths = tenths_of_seconds(self.ra_deg.rem_euclid(360.0) / 15.0) % (24 * TENTHS_PER_HOUR_OR_DEGREE);
@@ -64,7 +71,7 @@ fn sexagesimal(tenths: u64) -> (u64, u64, f64) {
     (tenths / TENTHS_PER_HOUR_OR_DEGREE, tenths / TENTHS_PER_MINUTE % 60, (tenths % TENTHS_PER_MINUTE) as f64 / 10.0)
 }
 
-/// A body's apparent place, as seen from the Earth's centre.
+/// A body's apparent place, as seen from the Earth's centre or from a place on the Earth.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct ApparentPlace {
     /// Right ascension and declination in the GCRS.
@@ -81,38 +88,56 @@ pub struct ApparentPlace {
     pub error_arcsec: f64,
 }
 
-/// Apparent place of `body`, as seen from the Earth's centre at `t`.
-pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result<ApparentPlace, EphemerisError> {
+/// Apparent place of a target, as seen from the Earth's centre at `t`.
+///
+/// # Errors
+/// The ephemeris cannot place the target, or the target is the Earth.
+pub fn apparent_place<'a>(ephemeris: &Ephemeris, target: impl Into<Target<'a>>, t: Instant) -> Result<ApparentPlace, EphemerisError> {
     let earth = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state;
+    apparent_place_from(ephemeris, earth, target, t)
+}
+
+/// Apparent place of a target, as seen at `t` by an observer at the Earth's centre or on the Earth, with the barycentric state `observer`. The bound of the error
+/// is that of the geocentric place.
+///
+/// # Errors
+/// The ephemeris cannot place the target, or the target is where the observer is.
+pub fn apparent_place_from<'a>(
+    ephemeris: &Ephemeris,
+    observer: State,
+    target: impl Into<Target<'a>>,
+    t: Instant,
+) -> Result<ApparentPlace, EphemerisError> {
+    let target = target.into();
     let sun_pos_km = ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
-    let (body_pos_km, _emission_time) = ephemeris.light_time_position(body, earth.pos_km, t)?;
-    let to_body = body_pos_km - earth.pos_km;
+    let (body_pos_km, _emission_time) = ephemeris.target_light_time_position(target, observer.pos_km, t)?;
+    let to_body = body_pos_km - observer.pos_km;
     let distance_km = to_body.length();
     // The direction with light time, but without deflection and aberration.
     let astrometric = to_body.try_normalize().ok_or_else(|| EphemerisError::other("the Earth has no place as seen from its own centre"))?;
 
-    let sun_to_earth_km = earth.pos_km - sun_pos_km;
-    let sun_distance_au = sun_to_earth_km.length() / KM_PER_AU;
-    // Arguments of `ld`: the Sun's mass in solar masses; the directions from the Earth to the body, from the Sun to the body, from the Sun to the Earth; the
-    // Earth's distance from the Sun; the limit. The Sun's position is that at `t`: it moves by a few kilometres while light travels from it to
+    let sun_to_observer_km = observer.pos_km - sun_pos_km;
+    let sun_distance_au = sun_to_observer_km.length() / KM_PER_AU;
+    // Arguments of `ld`: the Sun's mass in solar masses; the directions from the observer to the body, from the Sun to the body, from the Sun to the observer; the
+    // observer's distance from the Sun; the limit. The Sun's position is that at `t`: it moves by a few kilometres while light travels from it to
     // the Earth. The Sun does not deflect its own light.
     let deflected = match (body_pos_km - sun_pos_km).try_normalize() {
-        Some(sun_to_body) if body != NaifId::SUN => DVec3::from_array(sofars::astro::ld(
+        Some(sun_to_body) if target != Target::Body(NaifId::SUN) => DVec3::from_array(sofars::astro::ld(
             1.0,
             astrometric.to_array(),
             sun_to_body.to_array(),
-            sun_to_earth_km.normalize().to_array(),
+            sun_to_observer_km.normalize().to_array(),
             sun_distance_au,
             DEFLECTION_LIMIT,
         )),
         _ => astrometric,
     };
-    let beta = earth.vel_km_s / SPEED_OF_LIGHT_KM_S;
+    let beta = observer.vel_km_s / SPEED_OF_LIGHT_KM_S;
     let inverse_gamma = (1.0 - beta.length_squared()).sqrt();
-    // Arguments of `ab`: the direction without aberration; the Earth's velocity, units of c; its distance from the Sun, au; one over the Lorentz factor.
+    // Arguments of `ab`: the direction without aberration; the observer's velocity, units of c; its distance from the Sun, au; one over the Lorentz factor.
     let apparent = DVec3::from_array(sofars::astro::ab(&deflected.to_array(), &beta.to_array(), sun_distance_au, inverse_gamma));
     // Source and error of the body's position are taken from its geometric state at `t`.
-    let geometric_state = ephemeris.state(body, NaifId::EARTH, t, BEST_SOURCE)?;
+    let geometric_state = ephemeris.target_state(target, NaifId::EARTH, t, BEST_SOURCE)?;
     Ok(ApparentPlace {
         gcrs: RaDec::of(apparent),
         true_of_date: RaDec::of(orientation::true_of_date_from_gcrs(t) * apparent),

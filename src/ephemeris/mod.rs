@@ -32,6 +32,7 @@ pub mod series;
 #[doc(hidden)]
 pub mod spk;
 pub mod star_place;
+pub mod target;
 mod time_grid;
 pub mod topocentric;
 #[doc(hidden)]

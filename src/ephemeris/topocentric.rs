@@ -6,7 +6,8 @@
 //! Stellar aberration is left out: it changes altitudes by up to 20 arcsec, hence risings by up to 1.4 s at the equator and by more elsewhere; two
 //! neighbouring discs are shifted by nearly the same angle. The horizon is perpendicular to the ellipsoid's normal.
 
-use super::{BEST_SOURCE, Ephemeris, EphemerisError, angle_rad};
+use super::target::Target;
+use super::{BEST_SOURCE, Ephemeris, EphemerisError, State, angle_rad};
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
 use crate::units::INVERSE_GOLDEN_RATIO;
@@ -48,7 +49,7 @@ pub struct Horizontal {
     pub hour_angle_deg: f64,
     /// Distance from the observer to the body's centre.
     pub distance_km: f64,
-    /// Angular radius of the disc, from the body's mean radius.
+    /// Angular radius of the disc, from the body's mean radius; 0 for a minor planet or comet, whose radius is unknown.
     pub semidiameter_deg: f64,
     /// Direction from the place to the target, ICRF.
     pub direction: DVec3,
@@ -123,21 +124,26 @@ impl ObserverSky<'_> {
     /// The position of a target in the sky of the place.
     ///
     /// # Errors
-    /// The target is the body that the place is on, one of the two is not in the catalog, or the ephemeris cannot place it at `t`.
-    pub fn topocentric(&self, target: NaifId, t: Instant) -> Result<Horizontal, EphemerisError> {
+    /// The target is the body that the place is on or a barycentre, one of the two is not in the catalog, or the ephemeris cannot place it at `t`.
+    pub fn topocentric<'t>(&self, target: impl Into<Target<'t>>, t: Instant) -> Result<Horizontal, EphemerisError> {
+        let target = target.into();
         let catalog_body = |id: NaifId| {
             let unknown = || EphemerisError::other(format!("{} has no disc and no ground: name a body", self.ephemeris.name_of(id)));
             self.catalog.body(id).ok_or_else(unknown)
         };
-        let (ground, body) = (catalog_body(self.place.body)?, catalog_body(target)?);
-        if ground.id == body.id {
-            return Err(EphemerisError::other(format!("{} has no altitude and azimuth from a place on it", body.name)));
+        let ground = catalog_body(self.place.body)?;
+        let radius_km = match target {
+            Target::Body(id) => catalog_body(id)?.radii_km.element_sum() / 3.0,
+            Target::SmallBody(_) => 0.0,
+        };
+        if target == Target::Body(ground.id) {
+            return Err(EphemerisError::other(format!("{} has no altitude and azimuth from a place on it", ground.name)));
         }
         let (point, normal) = ground_point_km(ground.radii_km, self.place.lat_graphic_deg, self.place.lon_east_deg, self.place.height_km);
         let icrf_from_body = self.ephemeris.body_from_icrf(ground.id, t)?.transpose();
         let centre_km = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
         let observer_km = centre_km + icrf_from_body * point;
-        let (target_km, _) = self.ephemeris.light_time_position(target, observer_km, t)?;
+        let (target_km, _) = self.ephemeris.target_light_time_position(target, observer_km, t)?;
         let to_target = target_km - observer_km;
         let distance_km = to_target.length();
         let direction = to_target / distance_km;
@@ -155,14 +161,30 @@ impl ObserverSky<'_> {
             // The angle in the equatorial plane from the direction to the normal, positive if the target is west of the meridian.
             hour_angle_deg: (normal.y * in_body.x - normal.x * in_body.y).atan2(normal.x * in_body.x + normal.y * in_body.y).to_degrees(),
             distance_km,
-            semidiameter_deg: (body.radii_km.element_sum() / 3.0 / distance_km).min(1.0).asin().to_degrees(),
+            semidiameter_deg: (radius_km / distance_km).min(1.0).asin().to_degrees(),
             direction,
         })
     }
 
+    /// The state of the place relative to the solar system's barycentre, ICRF: it moves with its body and turns with the ground.
+    ///
+    /// # Errors
+    /// The body that the place is on is not in the catalog, or the ephemeris cannot place it at `t`.
+    pub fn state(&self, t: Instant) -> Result<State, EphemerisError> {
+        let unknown = || EphemerisError::other(format!("{} has no ground", self.ephemeris.name_of(self.place.body)));
+        let ground = self.catalog.body(self.place.body).ok_or_else(unknown)?;
+        let (point, _) = ground_point_km(ground.radii_km, self.place.lat_graphic_deg, self.place.lon_east_deg, self.place.height_km);
+        let from_centre =
+            |t: Instant| -> Result<DVec3, EphemerisError> { Ok(self.ephemeris.body_from_icrf(ground.id, t)?.transpose() * point) };
+        // The chord over two seconds is shorter than the arc by a part of 1e-9, for the Earth.
+        let (before, after) = (from_centre(t.plus_seconds(-1.0))?, from_centre(t.plus_seconds(1.0))?);
+        let centre = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state;
+        Ok(centre.plus(State { pos_km: from_centre(t)?, vel_km_s: (after - before) / 2.0 }))
+    }
+
     /// Altitude in degrees that is 0 when the target rises or sets: the altitude of a large disc's upper limb, or of a small disc's centre. On the Earth, the
     /// result includes the refraction at the horizon.
-    fn rise_set_altitude_deg(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
+    fn rise_set_altitude_deg(&self, target: Target<'_>, t: Instant) -> Result<f64, EphemerisError> {
         let horizontal = self.topocentric(target, t)?;
         let refraction_deg = if self.place.body == NaifId::EARTH { HORIZON_REFRACTION_DEG } else { 0.0 };
         // Almanacs use the upper limb of the Sun and the Moon, and the centre of planets and stars. Here the upper limb counts for every disc of more than
@@ -175,7 +197,8 @@ impl ObserverSky<'_> {
     ///
     /// # Errors
     /// As [`Self::topocentric`].
-    pub fn rise_set_times(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
+    pub fn rise_set_times<'t>(&self, target: impl Into<Target<'t>>, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
+        let target = target.into();
         let rise_set_altitude = |s: f64| self.rise_set_altitude_deg(target, start.plus_seconds(s));
         let (rise_s, set_s) = first_crossings(length_s, rise_set_altitude)?;
         let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));

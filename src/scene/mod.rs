@@ -7,7 +7,8 @@
 //! `build` calls the submodules in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light::meter`
 //! (exposure), `features` with the modules of each effect (`surface`, `eclipse`, `rings`, `atmosphere`), light around the Sun (`light::corona`,
 //! `light::glare`), `visibility` (what is hidden), `sky`, `visibility::order` (order of draws), `annotation`. `draw` defines the data that these
-//! modules create for the renderer; `composite` combines several frames into one image, and `seen_from` reports all bodies without an image.
+//! modules create for the renderer; `composite` combines several frames into one image, `seen_from` reports all bodies without an image, and
+//! `observed` gives the quantities of an ephemeris.
 //!
 //! Modules and names with `doc(hidden)` are public only for tests and benches.
 
@@ -35,6 +36,7 @@ mod finished;
 #[doc(hidden)]
 pub mod light;
 mod numeric;
+mod observed;
 mod placed;
 mod point;
 pub mod purpose;
@@ -67,13 +69,15 @@ pub use build::SceneBuilder;
 pub use camera::{silhouette, viewpoint};
 #[doc(hidden)]
 pub use eclipse::refracted_limb;
-pub use error::SceneError;
+pub use error::{OutOfRange, RequestValue, SceneError};
 pub use finished::Scene;
 pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CD_M2_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
 #[doc(hidden)]
 pub use light::meter::{corrected_twilight_rows, metered_twilight};
 #[doc(hidden)]
 pub use light::{bright_ground, corona, disc_light, glare, night_lights, photometry};
+#[doc(hidden)]
+pub use observed::{Elongation, Observed, SkyOfEarth, small_body_magnitude};
 #[doc(hidden)]
 pub use point::{
     CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, MIN_POINT_RADIUS_PX, disc_fraction,

@@ -1,16 +1,18 @@
 //! All bodies as seen from one place: distance, magnitude, phase, sub-points, without an image.
 //!
-//! In: the catalog, the ephemeris, the viewer's position and a time. Out: one [`BodyReport`] per body of the catalog. They are the reports of the scene of a
+//! In: the catalog, the ephemeris, the viewer's position and a time. Out: one [`BodyReport`] per body of the catalog, or that of one body. They are the reports of the scene of a
 //! tiny image, so that light time, aberration, light of rings, light curves and eclipses are those of images.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::scene::body_report::BodyReport;
+use crate::scene::build::SceneBuilder;
 use crate::scene::error::SceneError;
 use crate::scene::finished::Scene;
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use crate::scene::request::layers::Layers;
 use crate::scene::request::view_request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
+use crate::scene::resources::{Caches, Resources};
 use crate::time::Instant;
 use glam::DVec3;
 
@@ -33,10 +35,33 @@ pub fn bodies_seen_from(
     position: Position,
     time: Instant,
 ) -> Result<Vec<BodyReport>, SceneError> {
+    let request = request(position, time);
+    Ok(Scene::build(catalog, ephemeris, &request)?.bodies)
+}
+
+/// One body of the catalog as in [`bodies_seen_from`], and the part of its light that comes from its globe, without rings and ring-shine; `None` for a body that
+/// the ephemeris cannot place. It decides on no effect, and `caches` keeps tables from call to call, so that it is faster.
+///
+/// # Errors
+/// As [`bodies_seen_from`].
+pub(crate) fn body_seen_from(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    caches: &Caches,
+    position: Position,
+    time: Instant,
+    id: NaifId,
+) -> Result<Option<(BodyReport, f64)>, SceneError> {
+    let request = request(position, time);
+    Ok(SceneBuilder::new(catalog, ephemeris, &request, caches)?.values_of_body(id, &Resources::default()))
+}
+
+/// The view whose reports are used.
+fn request(position: Position, time: Instant) -> ViewRequest {
     let mut effects = EffectOverrides::default();
     // Magnitudes have ring-shine at large phase angles whatever this effect; for images it would need a new table for each date.
     effects.set(Effect::RingShine, false);
-    let request = ViewRequest {
+    ViewRequest {
         target: None,
         position,
         // Any direction, because bodies outside the image are reported, too.
@@ -48,6 +73,5 @@ pub fn bodies_seen_from(
         effects,
         layers: Layers::NONE,
         ..ViewRequest::of(NaifId::SUN, time)
-    };
-    Ok(Scene::build(catalog, ephemeris, &request)?.bodies)
+    }
 }

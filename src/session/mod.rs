@@ -158,6 +158,14 @@ pub struct Session {
     source_digests: OnceLock<BTreeMap<String, String>>,
 }
 
+/// The minor planets and comets of the user's file ([`Catalog::with_small_bodies`]), if a path is given.
+///
+/// # Errors
+/// A file that cannot be read, or its first invalid line.
+pub fn read_small_bodies(path: Option<&Path>) -> Result<Option<SmallBodies>, SessionError> {
+    star_and_body_files::small_bodies(path)
+}
+
 /// The error of an option that names a folder which does not exist. `remedy`: a text that says what the option takes.
 fn no_folder(folder: &Path, remedy: &str) -> SessionError {
     SessionError::File { path: echo(&folder.display().to_string()), why: format!("there is no such folder; {remedy}") }

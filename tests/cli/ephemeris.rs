@@ -57,6 +57,22 @@ fn rows_of_a_table_equal_single_queries() {
     }
 }
 
+/// In steps of days the time of day stays: `rows_of_a_table_equal_single_queries`.
+#[test]
+fn a_table_in_seconds_has_a_row_for_a_leap_second() {
+    for rows in [
+        ["2016-12-31T23:59:59Z", "2016-12-31T23:59:60Z", "2017-01-01T00:00:00Z"],
+        ["1972-06-30T23:59:59Z", "1972-06-30T23:59:60Z", "1972-07-01T00:00:00Z"],
+    ] {
+        let table = json(&["--body", "moon", "--center", "earth", "--from", rows[0], "--to", rows[2], "--step", "1s"]);
+        let times: Vec<&str> = table.as_array().expect("rows").iter().map(|r| r["time_utc"].as_str().expect("a time")).collect();
+        assert_eq!(times, rows);
+        // In each of the two seconds the Moon moves as far.
+        let [first, second] = [0, 1].map(|k| number(&table[k + 1]["x_km"]) - number(&table[k]["x_km"]));
+        assert!(first.abs() > 0.1 && (first - second).abs() < 1e-5, "{first} and {second} km");
+    }
+}
+
 /// A query for the instant of rise, set or twilight has the Sun at the altitude that defines it: in middle latitudes, near the equator and
 /// beyond the polar circle.
 #[test]
@@ -112,6 +128,10 @@ fn errors_about_spans_and_places_name_a_remedy() {
         (span("soon", "2026-01-02", "1d"), "--from"),
         (vec!["--body", "mars", "--from", "2026-01-01", "--to", "2026-01-02"], "--step"),
         (vec!["--body", "mars", "--from", "2026-01-01", "--to", "2026-01-02", "--step", "1d"], "--center"),
+        // Of one instant it was a failure, without the name of the option.
+        (vec!["--body", "mars", "--apparent", "--center", "jupiter", "--time", "2026-01-01"], "--center: an apparent place"),
+        (vec!["--body", "mars", "--apparent", "--center", "nibiru", "--time", "2026-01-01"], "--center: no body"),
+        (vec!["--body", "mars", "--center", "sun", "--time", "soon"], "--time: time `soon`"),
         (vec!["--rise-set", "--at", "91,0", "--time", "now"], "--at"),
         (vec!["--rise-set", "--time", "now"], "--at"),
         (vec!["--body", "nibiru", "--at", "51,0", "--time", "now"], "nibiru"),

@@ -5,6 +5,7 @@
 //! (`ephemeris::conic`), and the brightness in an image (`scene`).
 
 mod mpcorb;
+mod names;
 mod read;
 mod rows;
 
@@ -13,6 +14,8 @@ use crate::random::Random;
 use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
+
+pub use names::NamedTarget;
 
 /// Gauss' constant: square root of the Sun's GM in au^1.5 per day (IAU 1976). It once defined the au. IAU 2012 Resolution B2 fixes the au in kilometres
 /// instead; the two lengths differ by less than 1e-9 of the au.

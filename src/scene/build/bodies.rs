@@ -97,19 +97,30 @@ impl BodiesInFrame {
 impl SceneBuilder<'_> {
     /// One report per body of the catalog, in its order, with the values that the viewer sees, but without decisions and draws.
     pub(crate) fn values_of_bodies(&self, resources: &Resources) -> Vec<BodyReport> {
-        let context = self.context(resources);
-        let mut of_placed = self.placed.iter().map(|p| {
-            let undecided = DecidedBody {
-                appearance: Appearance::NotShown,
-                diameter_px: diameter_px(&self.viewer.camera, p),
-                decisions: Vec::new(),
-                draws: Vec::new(),
-                point: None,
-                disc_glare: None,
-            };
-            report(p, undecided, &[], magnitude::magnitude(context, p, &self.placed))
-        });
+        let mut of_placed = self.placed.iter().map(|p| self.values_of(p, resources));
         self.unplaced_reports.iter().filter_map(|unplaced| unplaced.clone().or_else(|| of_placed.next())).collect()
+    }
+
+    /// The report of one body as [`Self::values_of_bodies`] has it, and the part of its light that comes from the globe ([`Irradiance::globe_fraction`]);
+    /// `None` for a body that is not placed.
+    ///
+    /// [`Irradiance::globe_fraction`]: crate::scene::light::brightness::Irradiance::globe_fraction
+    pub(crate) fn values_of_body(&self, id: NaifId, resources: &Resources) -> Option<(BodyReport, f64)> {
+        let p = self.placed.iter().find(|p| p.body.id == id)?;
+        Some((self.values_of(p, resources), p.irradiance.globe_fraction()))
+    }
+
+    /// The report of a placed body without decisions and draws.
+    fn values_of(&self, p: &PlacedBody<'_>, resources: &Resources) -> BodyReport {
+        let undecided = DecidedBody {
+            appearance: Appearance::NotShown,
+            diameter_px: diameter_px(&self.viewer.camera, p),
+            decisions: Vec::new(),
+            draws: Vec::new(),
+            point: None,
+            disc_glare: None,
+        };
+        report(p, undecided, &[], magnitude::magnitude(self.context(resources), p, &self.placed))
     }
 }
 

@@ -50,6 +50,12 @@ impl Irradiance {
         self.of_ground + luminance((self.of_air + self.of_rings + self.of_ring_shine).to_array())
     }
 
+    /// The part of its luminance that comes from the globe, in the light of the Sun alone: without rings and ring-shine. 0 without any light.
+    pub(crate) fn globe_fraction(self) -> f64 {
+        let total = self.luminance();
+        if total > 0.0 { (self.of_ground + luminance(self.of_air.to_array())) / total } else { 0.0 }
+    }
+
     /// Its colour, linear RGB.
     pub(crate) fn rgb(self, body: &Body) -> DVec3 {
         body.colour.as_dvec3() * self.of_ground + self.of_air + self.of_rings + self.of_ring_shine

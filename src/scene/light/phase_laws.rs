@@ -34,13 +34,17 @@ impl Curve {
         match self {
             Self::Magnitude(coefficients) => polynomial(coefficients, alpha_deg),
             Self::Flux(magnitude, coefficients) => magnitude - 2.5 * polynomial(coefficients, alpha_deg / 180.0).log10(),
-            Self::SlopeParameter(g) => {
-                let tan_half = (0.5 * alpha_deg).to_radians().tan();
-                let term = |a: f64, b: f64| (-a * tan_half.powf(b)).exp();
-                -2.5 * ((1.0 - g) * term(3.33, 0.63) + g * term(1.87, 1.22)).log10()
-            }
+            Self::SlopeParameter(g) => slope_parameter_magnitude(*g, alpha_deg),
         }
     }
+}
+
+/// Magnitudes by which a body of the H, G system is fainter than at zero phase: the formula of shaders/entry/minor_planets.wesl. Not finite where the law gives
+/// no light, near 180 degrees.
+pub(crate) fn slope_parameter_magnitude(g: f64, alpha_deg: f64) -> f64 {
+    let tan_half = (0.5 * alpha_deg).to_radians().tan();
+    let term = |a: f64, b: f64| (-a * tan_half.powf(b)).exp();
+    -2.5 * ((1.0 - g) * term(3.33, 0.63) + g * term(1.87, 1.22)).log10()
 }
 
 /// Magnitude as a function of phase angle.
