@@ -35,13 +35,14 @@ use serde_json::{Value, json};
     Positions are geometric: km and km/s, ICRF axes. error_km bounds the error of the source; it is null if it is unknown, as for files of --kernel. \
     The source is the coarsest part of the position: of Pluto it is mean, because Pluto's place about its barycentre follows from Charon's mean orbit. With one \
     --time, --apparent and --orientation print JSON. \
-    Minor planets and comets of the tables and of --minor-planets have names (pallas, \"2 Pallas\", \"1P/Halley\"), numbers (433) and designations, packed or not \
-    (\"C/1995 O1\", K07Tf8A). They follow their osculating orbits without perturbations: their source is mean, and their error unknown. A number that is a NAIF code \
-    (2 is Venus' barycentre) is the minor planet's in brackets: (2).\n\n\
-    --observer and --quantities print what is seen from the Earth's centre, or from --at: the apparent place of date; the visual magnitude (of planets with their \
-    rings, of comets in total; without the air's extinction); the mean magnitude of a square arcsecond of the globe's lit part; the lit part of the disc; the largest diameter; the \
-    phase angle; the elongation from the Sun, east (evening, trailing the Sun) or west (morning, leading it); the constellation. Without --quantities, JSON \
-    and CSV have all of them, text those that fit into 100 columns.\n\n\
+    Minor planets and comets of the tables and of --minor-planets have names (pallas, \"2 Pallas\", \"1P/Halley\"), numbers (433) and \
+    designations, packed or not (\"C/1995 O1\", K07Tf8A). They follow their osculating orbits without perturbations: their source is mean, \
+    and their error unknown. A number that is a NAIF code (2 is Venus' barycentre) is the minor planet's in brackets: (2).\n\n\
+    --observer and --quantities print what is seen from the Earth's centre, or from --at: the apparent place of date; the visual magnitude \
+    (of planets with their rings, of comets in total, by M1 and K1, which may be magnitudes off; without the air's extinction); the mean \
+    magnitude of a square arcsecond of the globe's lit part; the lit part of the disc; the largest diameter; the phase angle; the elongation \
+    from the Sun, east (evening, trailing the Sun) or west (morning, leading it); the constellation. Without --quantities, JSON and CSV have \
+    all of them, text those that fit into 100 columns.\n\n\
     Azimuth is measured from north through east; altitudes are without refraction. Rise and set are those of the upper limb of the Sun and the Moon, with 34 arcminutes of \
     refraction on the Earth; twilight ends with the Sun's centre at -6, -12 and -18 degrees. The \
     horizon is level at any height: it has no dip.\n\n\
@@ -211,8 +212,8 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
     print_result(&text)
 }
 
-/// The output for `--from`, `--at` or `--observer`: a table of positions, apparent places, orientations, azimuth and altitude, or what an observer sees, with one
-/// row per instant; with `--rise-set` rise, transit, set and twilights of one day.
+/// The output for `--from`, `--at` or `--observer`: a table of positions, apparent places, orientations, azimuth and altitude, or what an observer sees, with
+/// one row per instant; with `--rise-set` rise, transit, set and twilights of one day.
 fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs, words: &Words) -> Result<String, CliError> {
     let Words { body, center, times, place } = words;
     if let (Some(place), Times::One(start), true) = (*place, *times, args.rise_set) {

@@ -1,8 +1,8 @@
 //! Tables of `orrery ephemeris`, one row per instant; also rise, transit, set and twilight of a day at a place.
 //!
 //! In: a body, instants and the requested columns. Out: a table as text, CSV or JSON. Always: for the same columns every format has the same values; a column's
-//! name ends in its unit (in text, sexagesimal angles have no such suffix, and some headings are shorter); a row's time is UTC. Not here: parsing of the command
-//! line.
+//! name ends in its unit (in text, sexagesimal angles have no such suffix, and some headings are shorter); a row's time is UTC. Not here: parsing of the
+//! command line.
 
 use crate::catalog::small_bodies::NamedTarget;
 use crate::catalog::{Body, Catalog, NaifId};
