@@ -45,7 +45,7 @@ layers! {
     orbits: "orbits" false,
     /// Past positions of bodies, relative to the target.
     traces: "traces" false,
-    /// Names and markers of bodies.
+    /// Names and markers of bodies; with `comets` also names of comets.
     labels: "labels" false,
     /// Points, lines and images of the catalog's data layers.
     data: "data" true,
