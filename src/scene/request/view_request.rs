@@ -63,6 +63,11 @@ pub enum Position {
 }
 
 impl Position {
+    /// At an offset from a body's centre; without an offset at the centre, from where the body is not drawn.
+    pub fn at_offset(body: NaifId, offset_km: DVec3, axes: Axes) -> Self {
+        if offset_km == DVec3::ZERO { Self::Centre(body) } else { Self::Offset { body, offset_km, axes } }
+    }
+
     /// The up direction of a request that gives a position but no up direction: on the ground the zenith, so that the horizon is level, else north.
     pub fn default_up(&self) -> Up {
         match self {

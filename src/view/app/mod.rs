@@ -13,6 +13,7 @@ pub mod exposure_adaptation;
 pub mod file_names;
 pub mod flight;
 pub mod initial_view;
+pub(crate) mod julian_calendar;
 pub mod known_events;
 pub mod moment_view;
 mod option_serde;

@@ -15,7 +15,7 @@ use crate::scene::effects::Effect;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;
 use crate::view::app::civil_time::ShownTimeZone;
-use crate::view::app::date_text::{parse_date, resembles_date};
+use crate::view::app::date_text::{julian_date, parse_date, resembles_date};
 use crate::view::app::event_search::EventKind;
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::place_text::parse_place;
@@ -23,7 +23,7 @@ use crate::view::app::presets::Preset;
 use crate::view::app::view_state::{DEFAULT_FOV_DEG, ViewState, body_fixed_orbit_pose};
 use crate::view::app::viewer::{SelectableBody, Viewer};
 use crate::view::app::what_to_see_now::NowItem;
-use crate::view::language::dates::{day_text, minute_text, second_text};
+use crate::view::language::dates::{day_text, minute_text, second_text, written_date};
 use crate::view::language::{body_name, catalog_text, decimal, text, translated_name};
 use crate::wording::nearest;
 use chrono::{NaiveDate, NaiveTime};
@@ -99,6 +99,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTi
     if let Some(time) = parse_date(text, zone, viewer.now()) {
         let has_seconds = text.matches(':').count() >= 2 && !time.to_utc_iso().ends_with(":00Z");
         let name = if has_seconds { second_text(time, zone) } else { minute_text(time, zone) };
+        let name = julian_date(text).map_or(name.clone(), |julian| text!("search-julian", julian = written_date(julian), date = name));
         found.push(suggestion(name, text!("search-date"), SearchTarget::Time(time)));
         if resembles_date(text) {
             // Who types a day or a month may look for its eclipse.

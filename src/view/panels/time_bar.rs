@@ -100,6 +100,8 @@ const EVENT_SEARCH_YEARS: u32 = 130;
 /// Time between the displayed time and the start of the search for another event, seconds, so that the search does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 
+/// Last year with days that history books give in the Julian calendar.
+const LAST_YEAR_OF_JULIAN_DATES: i32 = 1582;
 /// Width that the date field needs in addition to its text, points: its margins and the cursor.
 const DATE_FIELD_MARGIN: f32 = 16.0;
 /// A digit that is at least as wide as any other in the font of the interface.
@@ -220,6 +222,9 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
         let later = month_button(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
+    if month.year() <= LAST_YEAR_OF_JULIAN_DATES {
+        ui.weak(text!("calendar-gregorian"));
+    }
     // A press that ends the text of the year changes the month before the release, which may be a click on a day. Until then the days stay in place. So they
     // do for a click of a screen reader, before which the text is read.
     let is_readers_click = |event: &Event| matches!(event, Event::AccessKitActionRequest(request) if request.action == ReaderAction::Click);

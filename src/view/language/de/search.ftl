@@ -1,6 +1,7 @@
 # The search field and its suggestions.
 
 search-date = Datum
+search-julian = { $julian } (julianisch) = { $date } (gregorianisch)
 search-place = Ort auf: { $body }
 search-events = Ereignisse suchen
 search-city = Stadt, { $country }

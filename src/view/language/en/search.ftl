@@ -1,6 +1,7 @@
 # The search field and its suggestions.
 
 search-date = date
+search-julian = { $julian } (Julian) = { $date } (Gregorian)
 search-place = place on { $body }
 search-events = search for events
 search-city = city, { $country }
