@@ -357,6 +357,9 @@ impl ViewRequest {
             ));
         }
         self.composition.check()?;
+        if let Some(stereo) = self.composition.stereo {
+            stereo.check_width(self.width, matches!(self.position, Position::Ground { .. }))?;
+        }
         if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost_stops) {
             let (boost, range) = (self.stars_boost_stops, STARS_BOOST_RANGE_STOPS);
             return invalid(format!("stars boost {boost:?}: must be {} to {} stops", range.start(), range.end()));
