@@ -1,7 +1,7 @@
 //! What an observer looks at: a body or barycentre of the catalog, a minor planet or comet on its orbit about the Sun, or a star's direction.
 //!
-//! In: a target and an instant. Out: its state, and its position when the light left it. The orbit of a small body is osculating: without perturbations, so that
-//! its error is unknown and grows with the time from the epoch of its elements.
+//! In: a target and an instant. Out: its state, and its position when the light left it. The orbit of a small body is osculating: without perturbations, so
+//! that its error is unknown and grows with the time from the epoch of its elements.
 
 use super::conic::heliocentric_state;
 use super::{Ephemeris, EphemerisError, Source, SourcedState, State};
@@ -43,8 +43,8 @@ const EMISSION_TOLERANCE_S: f64 = 1e-6;
 const MAX_EMISSION_ROUNDS: u32 = 10;
 
 impl Ephemeris {
-    /// As [`Self::state`], also for small bodies: their source is [`Source::Mean`] whatever `source`, which then applies to the Sun and the centre; the bound of
-    /// their error is infinite.
+    /// As [`Self::state`], also for small bodies: their source is [`Source::Mean`] whatever `source`, which then applies to the Sun and the centre; the bound
+    /// of their error is infinite.
     ///
     /// # Errors
     /// As [`Self::state`]; also for a direction, which has no position.

@@ -55,8 +55,8 @@ pub struct Horizontal {
     pub direction: DVec3,
 }
 
-/// The risings, transits and settings of a target in a span, usually a day. A star, and so a planet, may have two of them in one day, because it returns after 23 h
-/// 56 min.
+/// The risings, transits and settings of a target in a span, usually a day. A star, and so a planet, may have two of them in one day, because it returns after
+/// 23 h 56 min.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RiseSetTimes {
     /// First rising; `None`: the target does not rise within the span.

@@ -80,8 +80,8 @@ pub struct Scene {
     /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of the user's data; `None` if all
     /// are off.
     pub labels: Option<labels::LabelLayer>,
-    /// Over the finished image: texts about lines and the sky, which are coordinates of grids, and names of constellations, stars, comets and instruments; `None` if
-    /// there are none.
+    /// Over the finished image: texts about lines and the sky, which are coordinates of grids, and names of constellations, stars, comets and instruments;
+    /// `None` if there are none.
     pub line_texts: Option<line_texts::TextLayer>,
     /// What the image is for.
     pub purpose: Purpose,

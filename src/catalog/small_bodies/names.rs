@@ -1,8 +1,8 @@
 //! Finds minor planets and comets by what people and other programs call them.
 //!
 //! In: a name, a number, or a designation, packed or not (the Minor Planet Center's "Packed Provisional and Permanent Designations"). Out: the body of the
-//! catalog or of its tables, or an error that suggests another name. Case does not matter, except in packed designations; nor do hyphens, underscores and spaces.
-//! Not here: barycentres and NAIF codes of the catalog's bodies (`Catalog::find_body_or_barycenter`).
+//! catalog or of its tables, or an error that suggests another name. Case does not matter, except in packed designations; nor do hyphens, underscores and
+//! spaces. Not here: barycentres and NAIF codes of the catalog's bodies (`Catalog::find_body_or_barycenter`).
 
 use super::SmallBody;
 use crate::catalog::{Catalog, NaifId, UnknownName, normalized_name};
@@ -176,7 +176,8 @@ const MAX_COMPARED: usize = 20_000;
 
 #[cfg(feature = "view")]
 impl Catalog {
-    /// Minor planets and comets for a search field, at most `max_count`: those that are called so, then those whose name or designation begins so, comets first.
+    /// Minor planets and comets for a search field, at most `max_count`: those that are called so, then those whose name or designation begins so, comets
+    /// first.
     pub(crate) fn small_bodies_matching(&self, text: &str, max_count: usize) -> Vec<SmallBody> {
         let all = self.small_bodies();
         let count = all.minor_planets.len() + all.comets.len();
@@ -206,8 +207,8 @@ impl Catalog {
         all.minor_planets.iter().chain(&all.comets).filter(|body| is_called(body, &wanted)).cloned().collect()
     }
 
-    /// The body or barycentre of the catalog, or the minor planet or comet of its tables, with a name, number or designation. A number from 0 to 9, or one that is
-    /// a body's NAIF code, is that code; `(4)` is always the minor planet.
+    /// The body or barycentre of the catalog, or the minor planet or comet of its tables, with a name, number or designation. A number from 0 to 9, or one that
+    /// is a body's NAIF code, is that code; `(4)` is always the minor planet.
     ///
     /// # Errors
     /// The name is unknown (the error suggests another), or it is that of several small bodies.

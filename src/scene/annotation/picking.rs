@@ -1,7 +1,7 @@
 //! Picking: finds the body, star, comet or minor planet under a click.
 //!
-//! In: the labels, the finished scene, the catalog with its rings, and the position of a click in pixels of the screen. Out: a body, an index into a list of the
-//! catalog, or a position in pixels of the screen. Screen and image differ only on a warp mesh.
+//! In: the labels, the finished scene, the catalog with its rings, and the position of a click in pixels of the screen. Out: a body, an index into a list of
+//! the catalog, or a position in pixels of the screen. Screen and image differ only on a warp mesh.
 
 use crate::catalog::small_bodies::{SmallBodies, SmallBody};
 use crate::catalog::{Catalog, NaifId, Ring};

@@ -1,7 +1,7 @@
 //! Names of comets, and of chosen minor planets, beside them.
 //!
-//! In: bodies, their viewer, and the image. Out: texts, brightest bodies first, each at the right of its body; `line_texts` decides which of them fit. A comet is
-//! named however faint it is, because a faint one has a marker. Bodies behind a nearer disc have no name.
+//! In: bodies, their viewer, and the image. Out: texts, brightest bodies first, each at the right of its body; `line_texts` decides which of them fit. A comet
+//! is named however faint it is, because a faint one has a marker. Bodies behind a nearer disc have no name.
 
 use crate::catalog::small_bodies::SmallBody;
 use crate::scene::annotation::data;

@@ -3,8 +3,8 @@
 //!
 //! In: text, the displayed time zone, the current time. Out: an instant, or `None` if the text is not a date. Always: a date is read in the displayed zone,
 //! unless it names UTC; ISO 8601 text has its ISO 8601 meaning, that is the Gregorian calendar in all years, and so have other dates in digits alone. A date
-//! before 15 October 1582 with the name of a month or an era is meant in the Julian calendar, as in history books, unless it says `(Gregorian)`; a later date is
-//! in the Julian calendar if it says so. Not supported: other named zones and offsets; dates of ambiguous order, such as 4/8/2024.
+//! before 15 October 1582 with the name of a month or an era is meant in the Julian calendar, as in history books, unless it says `(Gregorian)`; a later date
+//! is in the Julian calendar if it says so. Not supported: other named zones and offsets; dates of ambiguous order, such as 4/8/2024.
 
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;

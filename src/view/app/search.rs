@@ -1,5 +1,5 @@
-//! Interpretations of a text in the search field: bodies, moments, stars, minor planets, comets, constellations, dates, events, cities, surface features, places,
-//! effects, shader keys (each names one generated shader).
+//! Interpretations of a text in the search field: bodies, moments, stars, minor planets, comets, constellations, dates, events, cities, surface features,
+//! places, effects, shader keys (each names one generated shader).
 //!
 //! In: the text, the catalog, the current time. Out: suggestions, the likeliest first; or similar names. Not here: the effect of choosing a
 //! suggestion (`panels`).
@@ -148,8 +148,8 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTi
     found
 }
 
-/// Texts that the user may have meant by one that matches nothing, likeliest first: similar names of bodies, stars, constellations, cities, comets and minor planets; then the text with
-/// its words for events and views spelled correctly, if that matches something. No two differ only in the case of letters.
+/// Texts that the user may have meant by one that matches nothing, likeliest first: similar names of bodies, stars, constellations, cities, comets and minor
+/// planets; then the text with its words for events and views spelled correctly, if that matches something. No two differ only in the case of letters.
 pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTimeZone) -> Vec<String> {
     let text = text.trim();
     let preset_words = Preset::ALL.into_iter().flat_map(|preset| preset.search_words().split_whitespace());

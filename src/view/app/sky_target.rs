@@ -1,7 +1,7 @@
 //! Views of stars, constellations, minor planets and comets, from near the Earth.
 //!
-//! In: a star, a constellation or a small body, the time of a base view. Out: a view with it in the middle of the image and the Earth behind the camera; `None` if
-//! the ephemeris does not cover the time. Always: settings other than camera, time and the layer that draws the target are those of the base view.
+//! In: a star, a constellation or a small body, the time of a base view. Out: a view with it in the middle of the image and the Earth behind the camera; `None`
+//! if the ephemeris does not cover the time. Always: settings other than camera, time and the layer that draws the target are those of the base view.
 
 use crate::catalog::NaifId;
 use crate::catalog::constellations::Constellation;

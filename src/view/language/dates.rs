@@ -1,8 +1,8 @@
 //! Formats dates as is usual in the window's language.
 //!
 //! In: instants, the displayed time zone, ISO 8601 text, calendar dates. Out: text. Always: a day and a time of day are in the given zone, or name UTC; the
-//! messages `date-*` determine order and punctuation, `month-*` the names of months. A date in words before the Gregorian calendar says that it is in it. An instant that ISO 8601 cannot express is written as a Julian date,
-//! in every language alike. Not here: parsing of typed dates (`view::app::date_text`).
+//! messages `date-*` determine order and punctuation, `month-*` the names of months. A date in words before the Gregorian calendar says that it is in it. An
+//! instant that ISO 8601 cannot express is written as a Julian date, in every language alike. Not here: parsing of typed dates (`view::app::date_text`).
 
 use super::numbers::localised;
 use super::{text, translated_name};
