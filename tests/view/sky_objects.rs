@@ -52,9 +52,12 @@ fn comets_minor_planets_and_constellations_are_found_by_name() {
         let found = first(text).unwrap_or_else(|| panic!("nothing for {text}"));
         assert_eq!(found.name, name, "{text}");
     }
-    // Bodies and stars come first.
+    // Bodies, stars and cities of the same name come first.
     assert!(matches!(first("europa").map(|s| s.target), Some(SearchTarget::Body(_))));
     assert!(matches!(first("hydra").map(|s| s.target), Some(SearchTarget::Body(_))));
+    for city in ["paris", "vienna", "phoenix"] {
+        assert!(matches!(first(city).map(|s| s.target), Some(SearchTarget::City(_))), "{city}");
+    }
     assert!(matches!(first("spica").map(|s| s.target), Some(SearchTarget::Star(_))));
 }
 

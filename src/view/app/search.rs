@@ -127,16 +127,17 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTi
             .map(|body| suggestion(body_name(&body.name), about_body(body, viewer), SearchTarget::Body(body.id))),
     );
     found.extend(stars(text, catalog));
-    found.extend(catalog.small_bodies_matching(text, MAX_SMALL_BODIES).into_iter().map(|body| {
-        let about = if body.is_comet() { text!("search-comet") } else { text!("search-minor-planet") };
-        suggestion(body.full_name(), about, SearchTarget::SmallBody(Box::new(body)))
-    }));
-    found.extend(constellations(text));
+    // Minor planets have the names of cities, too (Paris, Vienna): the city is likelier.
+    let is_city = cities::all().iter().any(|city| city.name.to_lowercase() == text.to_lowercase());
+    let sky_objects = small_bodies(text, catalog).chain(constellations(text));
+    let (called_so, beginning_so): (Vec<_>, Vec<_>) = sky_objects.partition(|(is_exact, _)| *is_exact && !is_city);
+    found.extend(called_so.into_iter().map(|(_, suggestion)| suggestion));
     found.extend(presets_and_now_items(text));
     found.extend(moments(text, catalog.moments(), zone));
     found.extend(cities::with_prefix(text, max_count).into_iter().map(|city| {
         suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), SearchTarget::City(city))
     }));
+    found.extend(beginning_so.into_iter().map(|(_, suggestion)| suggestion));
     found.extend(surface_features(text, viewer).take(max_count));
     found.extend(effects(text));
     if text.contains('.')
@@ -208,15 +209,27 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     found
 }
 
-/// Constellations whose Latin name begins with the text, or whose abbreviation it is; `o` also stands for the `ö` of Boötes.
-fn constellations(text: &str) -> impl Iterator<Item = Suggestion> {
+/// Minor planets and comets whose name or designation is the text or begins so, each with whether it is the text.
+fn small_bodies(text: &str, catalog: &Catalog) -> impl Iterator<Item = (bool, Suggestion)> {
+    let lower = text.to_lowercase();
+    catalog.small_bodies_matching(text, MAX_SMALL_BODIES).into_iter().map(move |body| {
+        let full_name = body.full_name();
+        let is_exact = [body.short_name(), body.designation.as_str(), full_name.as_str()].iter().any(|name| name.to_lowercase() == lower);
+        let about = if body.is_comet() { text!("search-comet") } else { text!("search-minor-planet") };
+        (is_exact, suggestion(full_name, about, SearchTarget::SmallBody(Box::new(body))))
+    })
+}
+
+/// Constellations whose Latin name begins with the text, or whose abbreviation it is, each with whether the name is the text; `o` also stands for the `ö` of
+/// Boötes.
+fn constellations(text: &str) -> impl Iterator<Item = (bool, Suggestion)> {
     let plain = |text: &str| text.to_lowercase().replace('ö', "o");
     let wanted = plain(text);
-    let is_match = move |c: &&'static Constellation| {
-        wanted.chars().count() >= MIN_LETTERS && (plain(&c.name).starts_with(&wanted) || plain(&c.abbreviation) == wanted)
-    };
-    let found = Constellations::embedded().all.iter().filter(is_match);
-    found.map(|c| suggestion(c.name.as_str(), text!("search-constellation"), SearchTarget::Constellation(c)))
+    Constellations::embedded().all.iter().filter_map(move |c: &'static Constellation| {
+        let name = plain(&c.name);
+        let is_match = wanted.chars().count() >= MIN_LETTERS && (name.starts_with(&wanted) || plain(&c.abbreviation) == wanted);
+        is_match.then(|| (name == wanted, suggestion(c.name.as_str(), text!("search-constellation"), SearchTarget::Constellation(c))))
+    })
 }
 
 /// Presets and items of *What to see now*, if each typed word is the beginning of a word in the view's name or search words.
