@@ -171,7 +171,9 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     let other_zone = if time_zone == ShownTimeZone::Utc { ShownTimeZone::Local } else { ShownTimeZone::Utc };
     let label = time_zone.label(time);
     let hover = text!("time-zone-hint");
-    if ui.button(&label).on_hover_text(hover).accessible_name(text!("time-zone", name = label)).clicked() {
+    // Without the minutes of whole hours the row fits into a window 1264 points wide, a usual one on a screen of 1280.
+    let short_label = label.strip_suffix(":00").unwrap_or(&label);
+    if ui.button(short_label).on_hover_text(hover).accessible_name(text!("time-zone", name = label)).clicked() {
         interface.settings.time_zone = other_zone;
     }
 }
