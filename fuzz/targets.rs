@@ -10,7 +10,7 @@ use orrery::catalog::small_bodies::SmallBodies;
 use orrery::catalog::stars::StarCatalog;
 use orrery::ephemeris::orientation::Pck;
 use orrery::image::{
-    MapStore, StoredMaps, TexelFormat, Texture, exr_text_in_head, png_text_in_head, read_panorama, verify_exr, verify_png,
+    MapStore, StoredMaps, TexelFormat, Texture, exr_text_in_head, gif_text_in_head, png_text_in_head, read_panorama, verify_exr, verify_png,
 };
 use orrery::mesh::{Mesh, ShapeParameters, obj};
 use orrery::probe::Prober;
@@ -253,13 +253,14 @@ pub static TARGETS: &[Target] = &[
     Target {
         name: "image-heads",
         run: |bytes| {
-            drop((png_text_in_head(bytes, "Request"), exr_text_in_head(bytes)));
+            drop((png_text_in_head(bytes, "Request"), gif_text_in_head(bytes, "Request"), exr_text_in_head(bytes)));
             drop((verify_png(bytes, (4, 4)), verify_exr(bytes)));
         },
         seeds: || {
             vec![
                 seeds::small_png(),
                 seeds::exr(2, 2, Some("{}")),
+                b"GIF89a\x04\0\x04\0\0\0\0!\xfe\x0bRequest: {}\0".to_vec(),
                 b"\x76\x2f\x31\x01\x02\x00\x00\x00comments\0string\0\x04\0\0\0four\0".to_vec(),
             ]
         },

@@ -2,11 +2,12 @@
 //!
 //! In: paths. Out: bytes of regular files, of bounded length; files that are written completely or not at all. Always: a pipe, a device or a folder is
 //! refused at once. A new file is created under an unpredictable name in its target's folder, never through a link, and is synced to disk before it is
-//! renamed to its target. Temporary files that a killed process left behind are removed after a day. This module knows no file format and chooses no
-//! location.
+//! renamed to its target. A process that ends early removes its temporary files (`unfinished`); those that a killed process left behind are removed after a
+//! day. This module knows no file format and chooses no location.
 
 pub(crate) mod frame_number;
 mod links;
+mod unfinished;
 
 use crate::wording::{echo, without_byte_order_mark};
 pub(crate) use links::{check_inside, is_there};
@@ -16,7 +17,8 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Error, ErrorKind, Read, Result, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
-use tempfile::NamedTempFile;
+use unfinished::TemporaryFile;
+pub(crate) use unfinished::remove_unfinished;
 
 /// Prefix of the names of temporary files.
 const TEMPORARY_PREFIX: &str = ".orrery-writing-";
@@ -126,15 +128,14 @@ pub(crate) fn write_new(
     let mut path = paths.next().ok_or_else(|| WriteError { path: String::new(), why: "no name to write to".into() })?;
     let mut file = write_temporary(&path, access, fill).map_err(|e| write_error(&path, &e))?;
     loop {
-        // A single system call checks and renames; between two separate calls another program could take the name.
-        match file.persist_noclobber(&path) {
-            Ok(_) => return Ok(path),
-            Err(e) if e.error.kind() == ErrorKind::AlreadyExists => {
+        match file.persist_new(&path) {
+            Ok(()) => return Ok(path),
+            Err((e, same_file)) if e.kind() == ErrorKind::AlreadyExists => {
                 let taken = || WriteError { path: echo(&path.display().to_string()), why: "a file of this name exists already".into() };
-                file = e.file;
+                file = same_file;
                 path = paths.next().ok_or_else(taken)?;
             }
-            Err(e) => return Err(write_error(&path, &e.error)),
+            Err((e, _)) => return Err(write_error(&path, &e)),
         }
     }
 }
@@ -161,12 +162,11 @@ fn replace(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWriter<&mu
     if path.metadata().is_ok_and(|existing| !existing.is_file() && !existing.is_dir()) {
         return Err(Error::new(ErrorKind::InvalidInput, NOT_REPLACED));
     }
-    write_temporary(path, access, fill)?.persist(path).map_err(|e| e.error)?;
-    Ok(())
+    write_temporary(path, access, fill)?.persist(path)
 }
 
 /// Writes the content for `path`, completely and synced to disk, to a temporary file in the same folder.
-fn write_temporary(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<NamedTempFile> {
+fn write_temporary(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<TemporaryFile> {
     let folder = folder_of(path);
     remove_stale_once(folder);
     let mut options = OpenOptions::new();
@@ -177,12 +177,13 @@ fn write_temporary(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWr
     #[cfg(not(unix))]
     let _ = access;
     // The file is opened here, because the error message of `tempfile` would contain the temporary name.
-    let mut file = tempfile::Builder::new().prefix(TEMPORARY_PREFIX).make_in(folder, |temporary_path| options.open(temporary_path))?;
+    let create = || tempfile::Builder::new().prefix(TEMPORARY_PREFIX).make_in(folder, |temporary_path| options.open(temporary_path));
+    let mut file = TemporaryFile::new(create)?;
     let mut out = BufWriter::new(file.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
     drop(out);
-    file.as_file().sync_all()?;
+    file.as_file_mut().sync_all()?;
     Ok(file)
 }
 

@@ -205,7 +205,8 @@ mod tests {
         assert!([27_989, 24_436, 25_336, 26_311, 26_727, 25_930].iter().all(|hip| hips.contains(hip)), "{hips:?}");
     }
 
-    /// Positions of J2000, degrees, among them the two poles, both parts of Serpens, and Rho Aquilae, whose proper motion took it across the border to Delphinus.
+    /// Positions of J2000, degrees, among them the two poles, both parts of Serpens, and Rho Aquilae, whose proper motion took it across the border to
+    /// Delphinus.
     #[test]
     fn directions_lie_in_their_constellations() {
         let sky = Constellations::embedded();

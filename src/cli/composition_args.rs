@@ -5,6 +5,7 @@
 use super::CliError;
 use crate::files::read_text;
 use crate::scene::request::{Composition, Projection, Stereo, StereoLayout, WarpMesh};
+use crate::scene::{OutOfRange, RequestValue, SceneError};
 use crate::wording::echo;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -58,7 +59,14 @@ impl CompositionArgs {
             stereo: self.stereo.map(|layout| Stereo { layout, eye_separation_km: self.eye_separation_km }),
             warp: warp.transpose()?,
         };
-        composition.check().map_err(|e| CliError::Usage(e.to_string()))?;
+        composition.check().map_err(|e| {
+            let option = match &e {
+                SceneError::OutOfRange(OutOfRange { what: RequestValue::DomeTilt, .. }) => "--dome-tilt: ",
+                SceneError::OutOfRange(OutOfRange { what: RequestValue::EyeSeparation, .. }) => "--eye-separation-km: ",
+                _ => "",
+            };
+            CliError::Usage(format!("{option}{e}"))
+        })?;
         Ok(composition)
     }
 }

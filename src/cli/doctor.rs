@@ -1,7 +1,8 @@
 //! `orrery doctor`: checks adapters, data files and caches.
 //!
-//! In: the common options, whose files are read. Out: a report as text or JSON. Always: a problem is a line of the report and does not change the exit
-//! status; in JSON it is marked.
+//! In: the common options, whose files are read. Out: a report as text or JSON. Always: a problem is a line of the report; in JSON it is marked. It is a
+//! *failure*, and the exit status 1, if other commands that draw or compute end with the same options: a file that cannot be used, or a missing renderer. Other
+//! problems leave something out or cost time: a missing map, a cache that cannot be written.
 
 use super::{CliError, Common};
 use crate::catalog::{BodyKind, Catalog};
@@ -16,9 +17,19 @@ use crate::wording::counted;
 use std::collections::BTreeSet;
 
 #[derive(clap::Args, Debug, Default)]
-#[command(
-    after_help = "Examples:\n  orrery doctor\n  orrery doctor --textures maps/ --catalogs bodies/\n  orrery doctor --json\n\nJSON: {\"problems\": their number, \"lines\": [{\"topic\", \"text\", \"problem\": true or false}]}."
-)]
+#[command(after_help = "Examples:
+  orrery doctor
+  orrery doctor --textures maps/ --catalogs bodies/
+  orrery doctor --json
+
+The exit status is 1 if a problem is a failure: other commands end with it. That is a file
+or folder of an option that cannot be used (--catalogs, --kernel, --shaders, --surface,
+--stars, --minor-planets, --lunar-heights, --sky, --textures), or --renderer gpu without
+one. With any other problem they work, such as a map that is missing (the body has its
+mean colour) or a cache that cannot be written (starts are slower).
+
+JSON: {\"problems\": their number, \"failures\": how many of them are failures,
+\"lines\": [{\"topic\", \"text\", \"problem\", \"failure\": true or false}]}.")]
 pub(crate) struct DoctorArgs {
     /// Print one JSON value
     #[arg(long)]
@@ -32,6 +43,8 @@ struct Line {
     text: String,
     /// Whether something is missing, invalid or not used as the user wants.
     problem: bool,
+    /// Whether other commands end with this problem.
+    failure: bool,
     /// Whether the text belongs to the line before it; the topic is then not printed again.
     #[serde(skip)]
     continues: bool,
@@ -45,16 +58,20 @@ struct Report {
 
 impl Report {
     fn fact(&mut self, topic: &'static str, text: impl Into<String>) {
-        self.lines.push(Line { topic, text: text.into(), problem: false, continues: false });
+        self.lines.push(Line { topic, text: text.into(), problem: false, failure: false, continues: false });
     }
 
     /// A fact about the line before it.
     fn detail(&mut self, topic: &'static str, text: impl Into<String>) {
-        self.lines.push(Line { topic, text: text.into(), problem: false, continues: true });
+        self.lines.push(Line { topic, text: text.into(), problem: false, failure: false, continues: true });
     }
 
     fn problem(&mut self, topic: &'static str, text: impl Into<String>) {
-        self.lines.push(Line { topic, text: text.into(), problem: true, continues: false });
+        self.lines.push(Line { topic, text: text.into(), problem: true, failure: false, continues: false });
+    }
+
+    fn failure(&mut self, topic: &'static str, text: impl Into<String>) {
+        self.lines.push(Line { topic, text: text.into(), problem: true, failure: true, continues: false });
     }
 
     fn to_text(&self) -> String {
@@ -64,7 +81,19 @@ impl Report {
 
     fn to_json(&self) -> serde_json::Value {
         let problems = self.lines.iter().filter(|line| line.problem).count();
-        serde_json::json!({ "problems": problems, "lines": self.lines })
+        let failures = self.lines.iter().filter(|line| line.failure).count();
+        serde_json::json!({ "problems": problems, "failures": failures, "lines": self.lines })
+    }
+
+    /// # Errors
+    /// The topics of the failures.
+    fn check_failures(&self) -> Result<(), CliError> {
+        let mut topics: Vec<&str> = self.lines.iter().filter(|line| line.failure).map(|line| line.topic).collect();
+        topics.dedup();
+        if topics.is_empty() {
+            return Ok(());
+        }
+        Err(CliError::Failed(format!("other commands fail with these options; the report says why at: {}", topics.join(", "))))
     }
 }
 
@@ -80,12 +109,12 @@ fn report_catalogs(common: &Common, out: &mut Report) -> Catalog {
         Err(SessionError::Catalog(e)) => {
             // The number of fields is a heading; each field is a problem of its own.
             out.fact("catalogs", format!("{}:", counted(e.problems.len(), "invalid field")));
-            let of_field = |line: &str| Line { topic: "catalogs", text: line.to_owned(), problem: true, continues: true };
+            let of_field = |line: &str| Line { topic: "catalogs", text: line.to_owned(), problem: true, failure: true, continues: true };
             out.lines.extend(e.to_string().lines().map(of_field));
             Catalog::embedded()
         }
         Err(e) => {
-            out.problem("catalogs", format!("{e}; give a readable folder with --catalogs"));
+            out.failure("catalogs", format!("{e}; give a readable folder with --catalogs"));
             Catalog::embedded()
         }
     }
@@ -124,11 +153,11 @@ fn report_shaders(common: &Common, catalog: &Catalog, out: &mut Report) {
                 out.detail("shaders", format!("{} replaced or added by {}", fragments.replaced_or_added().count(), origins.join(" and ")));
             }
         }
-        Err(e) => out.problem("shaders", e.to_string()),
+        Err(e) => out.failure("shaders", e.to_string()),
     }
     // The bodies of --surface.
     if let Err(e) = with_surfaces(catalog.clone(), &common.surface) {
-        out.problem("shaders", e.to_string());
+        out.failure("shaders", e.to_string());
     }
 }
 
@@ -140,14 +169,14 @@ fn report_ephemeris_kernel(common: &Common, catalog: &Catalog, out: &mut Report)
             None => out.fact("kernel", "embedded, 1900 to 2100; series and mean elements outside"),
         },
         // One line per error. If a body has no source of positions, the line names its catalog file first.
-        Err(e) => e.to_string().lines().for_each(|line| out.problem("kernel", line)),
+        Err(e) => e.to_string().lines().for_each(|line| out.failure("kernel", line)),
     }
 }
 
 /// Checks maps and shape models, and lists the bodies without a map.
 fn report_textures(common: &Common, catalog: &Catalog, out: &mut Report) {
     if let Some(folder) = common.textures.as_ref().filter(|folder| !folder.is_dir()) {
-        out.problem("textures", format!("{}: there is no such folder; --textures takes a folder of maps", folder.display()));
+        out.failure("textures", format!("{}: there is no such folder; --textures takes a folder of maps", folder.display()));
     }
     let store = MapStore::with_limit(common.textures.clone(), common.max_megapixels);
     let meshes = Meshes::new(common.textures.iter().chain(&common.catalogs).cloned());
@@ -217,7 +246,7 @@ fn report_data_files(common: &Common, out: &mut Report) {
         match Session::open(&sources, |_| {}) {
             Ok(_) => out.fact("data", format!("the file of {option} can be read")),
             // Some errors are `FILE: --lunar-heights: REASON`. The option is removed from the error, because the line already names it.
-            Err(e) => out.problem("data", format!("{option}: {}", e.to_string().replacen(&format!(": {option}: "), ": ", 1))),
+            Err(e) => out.failure("data", format!("{option}: {}", e.to_string().replacen(&format!(": {option}: "), ": ", 1))),
         }
     }
 }
@@ -234,7 +263,7 @@ fn report_adapters(common: &Common, out: &mut Report) {
             match GpuRenderer::open(accept_software) {
                 Ok(gpu) => out.fact("renderer", format!("GPU: {}", gpu.facts())),
                 Err(e) if preference == RendererPreference::Gpu => {
-                    out.problem("renderer", format!("none: {e}; omit --renderer to draw in software"));
+                    out.failure("renderer", format!("none: {e}; omit --renderer to draw in software"));
                 }
                 Err(e) => out.fact("renderer", format!("software: {e}")),
             }
@@ -257,7 +286,7 @@ fn report_adapters(common: &Common, out: &mut Report) {
 fn report_adapters(common: &Common, out: &mut Report) {
     match common.renderer {
         RendererPreference::Gpu => {
-            out.problem("renderer", "none: this build has no GPU renderer; omit --renderer to draw in software");
+            out.failure("renderer", "none: this build has no GPU renderer; omit --renderer to draw in software");
         }
         _ => out.fact("renderer", "software: this build has no GPU renderer"),
     }
@@ -304,7 +333,8 @@ pub(crate) fn run(common: &Common, args: &DoctorArgs) -> Result<(), CliError> {
     report_data_files(common, out);
     report_shaders(common, &catalog, out);
     report_cache(common, out);
-    super::output::print_result(&if args.json { format!("{}\n", report.to_json()) } else { report.to_text() })
+    super::output::print_result(&if args.json { format!("{}\n", report.to_json()) } else { report.to_text() })?;
+    report.check_failures()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, ObserverColumn, OutputFormat};
-use super::frames::step_seconds;
+use super::frames::parse_step;
 use super::output::{print_message, print_result};
 use super::stdin_lines::answer_lines;
 use super::view_args::parse_time_or_now;
@@ -18,7 +18,7 @@ use crate::ephemeris::topocentric::Observer;
 use crate::ephemeris::{Ephemeris, Source, SourcedState};
 use crate::scene::SkyOfEarth;
 use crate::session::read_small_bodies;
-use crate::time::Instant;
+use crate::time::{Instant, TimeStep};
 use crate::wording::{echo, suggestion_or_list};
 use clap::Args;
 use serde_json::{Value, json};
@@ -35,13 +35,14 @@ use serde_json::{Value, json};
     Positions are geometric: km and km/s, ICRF axes. error_km bounds the error of the source; it is null if it is unknown, as for files of --kernel. \
     The source is the coarsest part of the position: of Pluto it is mean, because Pluto's place about its barycentre follows from Charon's mean orbit. With one \
     --time, --apparent and --orientation print JSON. \
-    Minor planets and comets of the tables and of --minor-planets have names (pallas, \"2 Pallas\", \"1P/Halley\"), numbers (433) and designations, packed or not \
-    (\"C/1995 O1\", K07Tf8A). They follow their osculating orbits without perturbations: their source is mean, and their error unknown. A number that is a NAIF code \
-    (2 is Venus' barycentre) is the minor planet's in brackets: (2).\n\n\
-    --observer and --quantities print what is seen from the Earth's centre, or from --at: the apparent place of date; the visual magnitude (of planets with their \
-    rings, of comets in total; without the air's extinction); the mean magnitude of a square arcsecond of the globe's lit part; the lit part of the disc; the largest diameter; the \
-    phase angle; the elongation from the Sun, east (evening, trailing the Sun) or west (morning, leading it); the constellation. Without --quantities, JSON \
-    and CSV have all of them, text those that fit into 100 columns.\n\n\
+    Minor planets and comets of the tables and of --minor-planets have names (pallas, \"2 Pallas\", \"1P/Halley\"), numbers (433) and \
+    designations, packed or not (\"C/1995 O1\", K07Tf8A). They follow their osculating orbits without perturbations: their source is mean, \
+    and their error unknown. A number that is a NAIF code (2 is Venus' barycentre) is the minor planet's in brackets: (2).\n\n\
+    --observer and --quantities print what is seen from the Earth's centre, or from --at: the apparent place of date; the visual magnitude \
+    (of planets with their rings, of comets in total, by M1 and K1, which may be magnitudes off; without the air's extinction); the mean \
+    magnitude of a square arcsecond of the globe's lit part; the lit part of the disc; the largest diameter; the phase angle; the elongation \
+    from the Sun, east (evening, trailing the Sun) or west (morning, leading it); the constellation. Without --quantities, JSON and CSV have \
+    all of them, text those that fit into 100 columns.\n\n\
     Azimuth is measured from north through east; altitudes are without refraction. Rise and set are those of the upper limb of the Sun and the Moon, with 34 arcminutes of \
     refraction on the Earth; twilight ends with the Sun's centre at -6, -12 and -18 degrees. The \
     horizon is level at any height: it has no dip.\n\n\
@@ -66,7 +67,7 @@ pub(crate) struct EphemerisArgs {
     /// End of a table, included if a step falls on it
     #[arg(long, value_name = "T", allow_hyphen_values = true, requires = "from", conflicts_with_all = ["time", "stdin", "rise_set"])]
     to: Option<String>,
-    /// Time between rows: 60s, 10m, 6h, 1d
+    /// Time between rows: 60s, 10m, 6h, 1d. Leap seconds count, but days keep the time of day
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, requires = "from", conflicts_with_all = ["time", "stdin", "rise_set"])]
     step: Option<String>,
     /// Source of positions [default: the best one that covers the time]
@@ -134,46 +135,73 @@ impl EphemerisArgs {
     }
 }
 
-/// Checks bodies, times, step and place of the options, so that a wrong word is not taken for a failure.
-fn check_words(catalog: &Catalog, args: &EphemerisArgs) -> Result<(), CliError> {
-    if let Some(name) = &args.body {
-        target(catalog, "--body", name).map_err(CliError::Usage)?;
-    }
-    if let Some(name) = &args.center {
-        body_id(catalog, "--center", name).map_err(CliError::Usage)?;
-    }
-    if args.at.is_none() && args.quantities.contains(&ObserverColumn::Horizon) {
-        return Err(CliError::Usage("--quantities: horizon needs a place; add --at LAT,LON".into()));
-    }
-    for (option, time) in [("--time", &args.time), ("--from", &args.from), ("--to", &args.to)] {
-        if let Some(time) = time {
-            parse_time(time).map_err(|e| CliError::Usage(format!("{option}: {e}")))?;
+/// The instants of which the options ask.
+#[derive(Clone, Copy, Debug)]
+enum Times {
+    One(Instant),
+    Steps { from: Instant, to: Instant, step: TimeStep },
+}
+
+/// The words of the options, parsed: bodies, times and place. Not of `--stdin`, whose lines have words of their own.
+struct Words {
+    /// Without `--body` the Sun.
+    body: NamedTarget,
+    center: Option<NaifId>,
+    times: Times,
+    place: Option<Observer>,
+}
+
+impl Words {
+    /// # Errors
+    /// The option, and what is wrong with its word.
+    fn parse(catalog: &Catalog, args: &EphemerisArgs) -> Result<Self, CliError> {
+        let body = match &args.body {
+            Some(name) => target(catalog, "--body", name).map_err(CliError::Usage)?,
+            None => NamedTarget::Body(NaifId::SUN),
+        };
+        let center = args.center.as_deref().map(|name| body_id(catalog, "--center", name)).transpose().map_err(CliError::Usage)?;
+        if args.apparent && center.is_some_and(|center| center != NaifId::EARTH) {
+            let why = "--center: an apparent place is always seen from the Earth's centre; omit this option";
+            return Err(CliError::Usage(why.into()));
         }
+        let time_of = |option: &str, text: &Option<String>| -> Result<Instant, CliError> {
+            let text = text.as_deref().ok_or_else(|| CliError::Usage(format!("{option} is missing")))?;
+            parse_time(text).map_err(|e| CliError::Usage(format!("{option}: {e}")))
+        };
+        let times = match &args.step {
+            Some(step) => Times::Steps { from: time_of("--from", &args.from)?, to: time_of("--to", &args.to)?, step: parse_step(step)? },
+            None => Times::One(time_of("--time", &args.time)?),
+        };
+        let place = args.at.as_deref().map(parse_place).transpose().map_err(CliError::Usage)?.map(|geodetic| Observer {
+            body: NaifId::EARTH,
+            lat_graphic_deg: geodetic.latitude_deg,
+            lon_east_deg: geodetic.longitude_deg,
+            height_km: geodetic.height_km,
+        });
+        Ok(Self { body, center, times, place })
     }
-    args.step.as_deref().map(step_seconds).transpose()?;
-    args.at.as_deref().map(parse_place).transpose().map_err(CliError::Usage)?;
-    Ok(())
 }
 
 pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError> {
     let catalog = inputs::catalog(common)?.with_small_bodies(read_small_bodies(common.minor_planets.as_deref())?);
-    check_words(&catalog, args)?;
+    if args.at.is_none() && args.quantities.contains(&ObserverColumn::Horizon) {
+        return Err(CliError::Usage("--quantities: horizon needs a place; add --at LAT,LON".into()));
+    }
+    // Before the kernel is read, whose errors are failures.
+    let words = if args.stdin { None } else { Some(Words::parse(&catalog, args)?) };
     let ephemeris = inputs::ephemeris(common, &catalog)?;
-    let source = args.source;
-    let quantity = args.quantity();
-    if args.stdin {
-        return answer_stdin(&catalog, &ephemeris, args);
-    }
-    if args.from.is_some() || args.at.is_some() || quantity == Quantity::Observed {
-        return print_result(&table_or_rise_and_set(&catalog, &ephemeris, args)?);
-    }
-    let or_empty = |text: &Option<String>| text.clone().unwrap_or_default();
-    let query = Query { body: or_empty(&args.body), center: args.center.clone(), time: or_empty(&args.time), source };
+    let Some(words) = words else { return answer_stdin(&catalog, &ephemeris, args) };
+    let (source, quantity) = (args.source, args.quantity());
+    let time = match words.times {
+        Times::One(time) if words.place.is_none() && quantity != Quantity::Observed => time,
+        _ => return print_result(&table_or_rise_and_set(&catalog, &ephemeris, args, &words)?),
+    };
+    let query = Query { name: args.body.clone().unwrap_or_default(), body: words.body, center: words.center, time, source };
     if quantity != Quantity::State {
         let value = query.apparent_or_orientation(&catalog, &ephemeris, quantity).map_err(CliError::Failed)?;
         return print_result(&if args.json { format!("{value}\n") } else { format!("{value:#}\n") });
     }
-    let answer = query.state(&catalog, &ephemeris).map_err(CliError::Failed)?;
+    let answer = query.state(&ephemeris).map_err(CliError::Failed)?;
     if let Some(requested) = source.filter(|requested| *requested != answer.source) {
         let [requested, found] = [requested, answer.source].map(source_name);
         print_message(&format!(
@@ -184,112 +212,82 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
     print_result(&text)
 }
 
-/// The output for `--from`, `--at` or `--observer`: a table of positions, apparent places, orientations, azimuth and altitude, or what an observer sees, with one
-/// row per instant; with `--rise-set` rise, transit, set and twilights of one day.
-fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, CliError> {
-    let place = args.at.as_deref().map(parse_place).transpose().map_err(CliError::Usage)?.map(|geodetic| Observer {
-        body: NaifId::EARTH,
-        lat_graphic_deg: geodetic.latitude_deg,
-        lon_east_deg: geodetic.longitude_deg,
-        height_km: geodetic.height_km,
-    });
-    let required_time = |option: &str, text: &Option<String>| -> Result<Instant, CliError> {
-        let text = text.as_deref().ok_or_else(|| CliError::Usage(format!("--{option} is missing")))?;
-        parse_time(text).map_err(|e| CliError::Usage(format!("--{option}: {e}")))
-    };
-    let body = match &args.body {
-        Some(name) => target(catalog, "--body", name).map_err(CliError::Usage)?,
-        None => NamedTarget::Body(NaifId::SUN),
-    };
-    if let (Some(place), true) = (place, args.rise_set) {
-        let start = required_time("time", &args.time)?;
-        let events = ephemeris_table::rise_and_set(catalog, ephemeris, &body, place, start).map_err(|e| CliError::Failed(e.to_string()))?;
+/// The output for `--from`, `--at` or `--observer`: a table of positions, apparent places, orientations, azimuth and altitude, or what an observer sees, with
+/// one row per instant; with `--rise-set` rise, transit, set and twilights of one day.
+fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs, words: &Words) -> Result<String, CliError> {
+    let Words { body, center, times, place } = words;
+    if let (Some(place), Times::One(start), true) = (*place, *times, args.rise_set) {
+        let events = ephemeris_table::rise_and_set(catalog, ephemeris, body, place, start).map_err(|e| CliError::Failed(e.to_string()))?;
         return Ok(if args.json { format!("{events}\n") } else { ephemeris_table::rise_and_set_text(&events) });
     }
-    // `None` as the default: `--center` is required.
-    let center_or = |default_center: Option<NaifId>| match (&args.center, default_center) {
-        (Some(name), _) => body_id(catalog, "--center", name).map_err(CliError::Usage),
-        (None, Some(default_center)) => Ok(default_center),
-        (None, None) => Err(CliError::Usage("--center is missing: the body that positions are relative to".into())),
-    };
     let format = match (args.csv, args.json) {
         (true, _) => OutputFormat::Csv,
         (_, true) => OutputFormat::Json,
         _ => OutputFormat::Text,
     };
-    let (sky, observer_columns) = (SkyOfEarth::new(catalog, ephemeris, place), args.observer_columns(format == OutputFormat::Text));
-    let columns = match (place, args.quantity()) {
+    let (sky, observer_columns) = (SkyOfEarth::new(catalog, ephemeris, *place), args.observer_columns(format == OutputFormat::Text));
+    let columns = match (*place, args.quantity()) {
         (_, Quantity::Observed) => Columns::Observer { sky: &sky, columns: &observer_columns },
         (Some(place), _) => Columns::Horizontal { place },
-        (_, Quantity::State) => Columns::State { center: center_or(None)?, source: args.source },
-        (_, Quantity::Apparent) if center_or(Some(NaifId::EARTH))? != NaifId::EARTH => {
-            let why = "--center: an apparent place is always seen from the Earth's centre; omit this option";
-            return Err(CliError::Usage(why.into()));
+        (_, Quantity::State) => {
+            let missing = || CliError::Usage("--center is missing: the body that positions are relative to".into());
+            Columns::State { center: center.ok_or_else(missing)?, source: args.source }
         }
         (_, Quantity::Apparent) => Columns::Apparent,
-        (_, Quantity::Orientation) => Columns::Orientation { observer: center_or(Some(NaifId::EARTH))? },
+        (_, Quantity::Orientation) => Columns::Orientation { observer: center.unwrap_or(NaifId::EARTH) },
     };
-    let times = match &args.step {
-        Some(step) => {
-            let (from, to) = (required_time("from", &args.from)?, required_time("to", &args.to)?);
-            ephemeris_table::instants(from, to, step_seconds(step)?).map_err(CliError::Usage)?
-        }
-        None => vec![required_time("time", &args.time)?],
+    let times = match *times {
+        Times::Steps { from, to, step } => ephemeris_table::instants(from, to, step).map_err(CliError::Usage)?,
+        Times::One(time) => vec![time],
     };
-    ephemeris_table::table(catalog, ephemeris, &body, columns, &times, format).map_err(CliError::Failed)
+    ephemeris_table::table(catalog, ephemeris, body, columns, &times, format).map_err(CliError::Failed)
 }
 
-/// A query as the user wrote it; names and time are not yet resolved.
+/// A query for one instant.
 struct Query {
-    body: String,
+    /// The body as the user wrote it, for messages.
+    name: String,
+    body: NamedTarget,
     /// Of a position: its origin, always present. Of an apparent place or an orientation: the observer.
-    center: Option<String>,
-    time: String,
+    center: Option<NaifId>,
+    time: Instant,
     /// The source of a position; `None`: the best one that covers the time.
     source: Option<Source>,
 }
 
 impl Query {
     /// The geometric position and velocity.
-    fn state(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<SourcedState, String> {
-        let body = target(catalog, "body", &self.body)?;
-        let center = body_id(catalog, "center", self.center.as_deref().unwrap_or_default())?;
-        let t = parse_time(&self.time)?;
-        ephemeris.target_state((&body).into(), center, t, self.source).map_err(|e| e.to_string())
+    fn state(&self, ephemeris: &Ephemeris) -> Result<SourcedState, String> {
+        let center = self.center.ok_or("center is missing: the body that positions are relative to")?;
+        ephemeris.target_state((&self.body).into(), center, self.time, self.source).map_err(|e| e.to_string())
     }
 
     /// The apparent place or the orientation as JSON. An orientation is seen from the query's centre, or from the Earth if the query has none.
     fn apparent_or_orientation(&self, catalog: &Catalog, ephemeris: &Ephemeris, quantity: Quantity) -> Result<Value, String> {
-        let named = target(catalog, "body", &self.body)?;
-        let t = parse_time(&self.time)?;
-        let center = self.center.as_deref().map(|name| body_id(catalog, "center", name)).transpose()?;
-        let observer = center.unwrap_or(NaifId::EARTH);
+        let observer = self.center.unwrap_or(NaifId::EARTH);
         let value = if quantity == Quantity::Apparent {
             if observer != NaifId::EARTH {
                 return Err("center: an apparent place is always seen from the Earth's centre; omit this field".into());
             }
-            serde_json::to_value(apparent_place(ephemeris, &named, t).map_err(|e| e.to_string())?)
+            serde_json::to_value(apparent_place(ephemeris, &self.body, self.time).map_err(|e| e.to_string())?)
         } else {
             let body =
-                ephemeris_table::body_with_orientation(catalog, &named).map_err(|why| format!("body `{}`: {why}", echo(&self.body)))?;
-            serde_json::to_value(sub_points(ephemeris, body, observer, t).map_err(|e| e.to_string())?)
+                ephemeris_table::body_with_orientation(catalog, &self.body).map_err(|why| format!("body `{}`: {why}", echo(&self.name)))?;
+            serde_json::to_value(sub_points(ephemeris, body, observer, self.time).map_err(|e| e.to_string())?)
         };
         value.map_err(|e| e.to_string())
     }
 
     /// What an observer at the Earth's centre sees, as JSON.
-    fn observed(&self, catalog: &Catalog, sky: &SkyOfEarth<'_>, columns: &[ObserverColumn]) -> Result<Value, String> {
-        let body = target(catalog, "body", &self.body)?;
-        let t = parse_time(&self.time)?;
-        let center = self.center.as_deref().map(|name| body_id(catalog, "center", name)).transpose()?;
-        if center.is_some_and(|center| center != NaifId::EARTH) {
+    fn observed(&self, sky: &SkyOfEarth<'_>, columns: &[ObserverColumn]) -> Result<Value, String> {
+        if self.center.is_some_and(|center| center != NaifId::EARTH) {
             return Err("center: the observer is at the Earth's centre; omit this field".into());
         }
-        ephemeris_table::observed_as_json(sky, &body, columns, t)
+        ephemeris_table::observed_as_json(sky, &self.body, columns, self.time)
     }
 
     /// Parses a line of standard input; `source` is the default for lines without a source.
-    fn from_json(line: &str, source: Option<Source>, quantity: Quantity) -> Result<Self, String> {
+    fn from_json(catalog: &Catalog, line: &str, source: Option<Source>, quantity: Quantity) -> Result<Self, String> {
         let value = crate::json::value(line).map_err(|e| if e.is_data() { e.to_string() } else { format!("not a JSON object: {e}") })?;
         let object = value.as_object().ok_or("not a JSON object; give {\"body\",\"center\",\"time\",\"source\"}")?;
         let known = ["body", "center", "time", "source"];
@@ -312,7 +310,10 @@ impl Query {
         };
         // Only a position needs a centre.
         let center = if quantity == Quantity::State || object.contains_key("center") { Some(text("center")?) } else { None };
-        Ok(Self { body: text("body")?, center, time: text("time")?, source })
+        let (name, time) = (text("body")?, text("time")?);
+        let body = target(catalog, "body", &name)?;
+        let center = center.map(|center| body_id(catalog, "center", &center)).transpose()?;
+        Ok(Self { name, body, center, time: parse_time(&time)?, source })
     }
 }
 
@@ -336,10 +337,10 @@ fn answer_stdin(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) 
     let (quantity, is_text) = (args.quantity(), false);
     let (sky, columns) = (SkyOfEarth::new(catalog, ephemeris, None), args.observer_columns(is_text));
     answer_lines(|line| {
-        let query = Query::from_json(line, args.source, quantity)?;
+        let query = Query::from_json(catalog, line, args.source, quantity)?;
         match quantity {
-            Quantity::State => query.state(catalog, ephemeris).map(|answer| as_json(&answer)),
-            Quantity::Observed => query.observed(catalog, &sky, &columns),
+            Quantity::State => query.state(ephemeris).map(|answer| as_json(&answer)),
+            Quantity::Observed => query.observed(&sky, &columns),
             Quantity::Apparent | Quantity::Orientation => query.apparent_or_orientation(catalog, ephemeris, quantity),
         }
     })
@@ -378,7 +379,7 @@ mod tests {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped kernel");
         let default_source = None;
-        Query::from_json(line, default_source, Quantity::State)?.state(&catalog, &ephemeris)
+        Query::from_json(&catalog, line, default_source, Quantity::State)?.state(&ephemeris)
     }
 
     #[test]
@@ -409,7 +410,7 @@ mod tests {
         let answer = |fields: &str, quantity: Quantity| {
             let line = format!(r#"{{"body":"mars","time":"2024-04-08"{fields}}}"#);
             let default_source = None;
-            Query::from_json(&line, default_source, quantity)?.apparent_or_orientation(&catalog, &ephemeris, quantity)
+            Query::from_json(&catalog, &line, default_source, quantity)?.apparent_or_orientation(&catalog, &ephemeris, quantity)
         };
         for quantity in [Quantity::Apparent, Quantity::Orientation] {
             let plain = answer("", quantity).expect("an answer");

@@ -1,8 +1,8 @@
 //! Tables of `orrery ephemeris`, one row per instant; also rise, transit, set and twilight of a day at a place.
 //!
 //! In: a body, instants and the requested columns. Out: a table as text, CSV or JSON. Always: for the same columns every format has the same values; a column's
-//! name ends in its unit (in text, sexagesimal angles have no such suffix, and some headings are shorter); a row's time is UTC. Not here: parsing of the command
-//! line.
+//! name ends in its unit (in text, sexagesimal angles have no such suffix, and some headings are shorter); a row's time is UTC. Not here: parsing of the
+//! command line.
 
 use crate::catalog::small_bodies::NamedTarget;
 use crate::catalog::{Body, Catalog, NaifId};
@@ -10,7 +10,7 @@ use crate::ephemeris::apparent::{apparent_place, sub_points};
 use crate::ephemeris::topocentric::{Horizontal, Observer, ObserverSky};
 use crate::ephemeris::{Ephemeris, EphemerisError, Source};
 use crate::scene::{Observed, SceneError, SkyOfEarth};
-use crate::time::Instant;
+use crate::time::{Instant, TimeStep};
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY};
 use crate::wording::fixed_decimals;
 use clap::ValueEnum;
@@ -154,19 +154,19 @@ pub(crate) enum OutputFormat {
     Json,
 }
 
-/// The instants from `from` to `to` (included if a step falls on it) in equal steps of UTC.
+/// The instants from `from` to `to` (included if a step falls on it) in equal steps.
 ///
 /// # Errors
 /// A step that is not positive, a negative span, or more than [`MAX_ROWS`] instants.
-pub(crate) fn instants(from: Instant, to: Instant, step_s: f64) -> Result<Vec<Instant>, String> {
+pub(crate) fn instants(from: Instant, to: Instant, step: TimeStep) -> Result<Vec<Instant>, String> {
     let span_s = to.tdb_seconds_past_j2000() - from.tdb_seconds_past_j2000();
     if span_s < 0.0 {
         return Err("--from is after --to: swap them".into());
     }
-    if step_s <= 0.0 {
+    if !step.is_forward() {
         return Err("--step: must be more than 0".into());
     }
-    let all = (0..=MAX_ROWS).map(|k| from.plus_utc_seconds(k as f64 * step_s));
+    let all = (0..=MAX_ROWS).map(|k| step.after(from, k as f64));
     // The tolerance of a tenth of a millisecond covers the rounding of `to` in its conversion to TDB.
     let rows: Vec<Instant> = all.take_while(|t| t.tdb_seconds_past_j2000() <= to.tdb_seconds_past_j2000() + 1e-4).collect();
     if rows.len() > MAX_ROWS {

@@ -1,13 +1,15 @@
 //! The output of `orrery render`: where frames are written, which frames of a sequence this process draws, and which of their files exist already.
 //!
 //! In: options of the command line, and the provenance of each frame. Out: paths, and the numbers of existing frames that need not be drawn. Always: every
-//! path of the sequence is checked before anything is drawn. Without `--overwrite` a path must be free, or hold a complete frame of the same request.
+//! path of the sequence is checked before anything is drawn. Without `--overwrite` a path must be free, or hold a complete frame or an animation of the same
+//! request.
 
 use super::CliError;
 use crate::files::check_output_path;
 use crate::files::frame_number::NumberedName;
 use crate::image::{AnimationFormat, animation_format};
 use crate::session::{ExistingImage, Provenance};
+use crate::time::TimeStep;
 use crate::units::SECONDS_PER_DAY;
 use crate::wording::echo;
 use std::collections::BTreeSet;
@@ -80,18 +82,18 @@ impl FrameOutput {
     }
 }
 
-/// Parses `--step`: the seconds of a text such as `60s`, `10m`, `6h` or `1d`. A number without a unit is in seconds.
-pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
+/// Parses `--step`: a text such as `60s`, `10m`, `6h` or `1d`. A number without a unit is in seconds.
+pub(crate) fn parse_step(text: &str) -> Result<TimeStep, CliError> {
     let (number, unit) = text.split_at(text.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len());
-    let unit_s = match unit {
-        "" | "s" => Some(1.0),
-        "m" | "min" => Some(60.0),
-        "h" => Some(3600.0),
-        "d" => Some(SECONDS_PER_DAY),
+    let seconds_of = |n: f64, unit_s: f64| Some(TimeStep::Seconds(n * unit_s)).filter(|_| (n * unit_s).is_finite());
+    let step = number.trim().parse::<f64>().ok().and_then(|n| match unit {
+        "" | "s" => seconds_of(n, 1.0),
+        "m" | "min" => seconds_of(n, 60.0),
+        "h" => seconds_of(n, 3600.0),
+        "d" => Some(TimeStep::Days(n)).filter(|_| (n * SECONDS_PER_DAY).is_finite()),
         _ => None,
-    };
-    let seconds = unit_s.zip(number.trim().parse::<f64>().ok()).map(|(unit_s, n)| unit_s * n).filter(|s| s.is_finite());
-    seconds.ok_or_else(|| CliError::Usage(format!("--step {}: write a number with s, m, h or d, such as 60s", echo(text))))
+    });
+    step.ok_or_else(|| CliError::Usage(format!("--step {}: write a number with s, m, h or d, such as 60s", echo(text))))
 }
 
 /// Parses `--shard i/n` as (i, n), with 0 <= i < n: of a sequence that n processes share, this process draws the frames i, i + n, i + 2 n ... Without the
@@ -153,6 +155,19 @@ pub(crate) fn existing_frames(
     Ok(existing_numbers)
 }
 
+/// Whether the file of an animation may be replaced: it is of this request, or `overwrite` is given.
+///
+/// # Errors
+/// A folder that does not exist, a folder in place of a file, or a file that this request must not replace.
+pub(crate) fn may_replace_animation(path: &Path, provenance: &Provenance, overwrite: bool, starts_now: bool) -> Result<bool, CliError> {
+    check_output_path(path)?;
+    let existing = provenance.compare_with_file(path);
+    match conflict_error(path, &existing, provenance, starts_now) {
+        Some(conflict) if !overwrite => Err(conflict),
+        _ => Ok(overwrite || existing == ExistingImage::Same),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -192,10 +207,10 @@ mod tests {
 
     #[test]
     fn steps_and_shards_are_read_or_refused() {
-        assert_eq!(step_seconds("60s").expect("s"), 60.0);
-        assert_eq!(step_seconds("-1.5h").expect("h"), -5400.0);
-        assert_eq!(step_seconds("2d").expect("d"), 172_800.0);
-        assert!(step_seconds("soon").is_err());
+        assert_eq!(parse_step("60s").expect("s"), TimeStep::Seconds(60.0));
+        assert_eq!(parse_step("-1.5h").expect("h"), TimeStep::Seconds(-5400.0));
+        assert_eq!(parse_step("2d").expect("d"), TimeStep::Days(2.0));
+        assert!(parse_step("soon").is_err() && parse_step("1e305d").is_err());
         assert_eq!(parse_shard(Some("3/4")).expect("a shard"), (3, 4));
         assert_eq!(parse_shard(None).expect("no shard"), (0, 1));
         for bad in ["4/4", "0/0", "1", "a/b"] {

@@ -3,7 +3,8 @@
 //! Exit status:
 //! - 0: success, even if the reader of standard output closes it early;
 //! - 1: failure. A line on standard error states the reason and what to do; invalid catalog files get a line per invalid field;
-//! - 2: the arguments are wrong, whether clap rejects them or a command: a word that is not known, a number out of range, options that exclude each other.
+//! - 2: the arguments are wrong, whether clap rejects them or a command: a word that is not known, a number out of range, options that exclude each other;
+//! - none: a signal ended the process, which a shell reports as 128 + its number (`interrupt`).
 //!
 //! Each command's arguments and function are in a file of its name (`documents` for `completions` and `man`). The commands parse, call other modules and
 //! format: the results themselves are computed by the modules below the command line.
@@ -35,6 +36,7 @@ mod ephemeris_table;
 mod explain;
 mod frames;
 mod inputs;
+mod interrupt;
 mod library;
 mod measure;
 mod option_values;
@@ -304,6 +306,7 @@ pub fn run() -> ExitCode {
         }
         Err(e) => return exit_code(print_help(&e)),
     };
+    interrupt::catch_signals();
     let common = &cli.common;
     let start = std::time::Instant::now();
     let result = match &cli.verb {

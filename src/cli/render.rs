@@ -4,7 +4,7 @@
 //! taken. In a sequence, files that an earlier run completed for the same request are kept.
 
 use super::composition_args::CompositionArgs;
-use super::frames::{FrameOutput, existing_frames, parse_shard, step_seconds};
+use super::frames::{FrameOutput, existing_frames, may_replace_animation, parse_shard, parse_step};
 use super::output::{print_message, print_result, print_to_stderr, progress};
 use super::render_views::Views;
 use super::video_output::VideoOutput;
@@ -15,7 +15,7 @@ use crate::measure::{check_has_bounds, error_bounds};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
 use crate::scene::request::{CAMERA_FILE_HELP, Projection, Purpose, StereoLayout, ViewRequest};
-use crate::session::{DrawnBy, PROVENANCE_CHUNK, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
+use crate::session::{DrawnBy, PROVENANCE_CHUNK, Provenance, Session, Stage, Stages, is_exr, milliseconds, process_cpu, write_image};
 use crate::wording::{counted, echo};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -79,7 +79,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "FILE", help_heading = OUTPUT_HEADING, conflicts_with_all = ["frames", "step", "error", "target", "from", "distance_radii", "at",
         "height_km", "camera_json", "time", "fov", "up", "exposure", "tone_map", "effects", "layers", "stars_boost", "pixels"])]
     tour: Option<PathBuf>,
-    /// Time between frames: 60s, 10m, 6h, 1d; may be negative
+    /// Time between frames: 60s, 10m, 6h, 1d; may be negative. Leap seconds count, but days keep the time of day
     #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, help_heading = OUTPUT_HEADING)]
     step: String,
     /// Render every n-th frame starting at i (0 to n-1), to share a sequence between machines
@@ -105,7 +105,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let tour_file = args.tour_file();
     // The number of frames of a tour is not known before its file has been read.
     let output = FrameOutput::of_option(args.output.as_deref(), tour_file.is_none().then_some(args.frames))?;
-    let step_s = step_seconds(&args.step)?;
+    let step = parse_step(&args.step)?;
     let (first_number, stride) = parse_shard(args.shard.as_deref())?;
     if matches!(output, FrameOutput::Stream | FrameOutput::Animation(..)) && stride > 1 {
         return Err(CliError::Usage(
@@ -121,7 +121,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let composition = args.composition.composition()?;
     let views = match tour_file {
         Some(file) => Views::along_tour(file, parse_size(&args.view.size)?, args.rate, &session, &composition)?,
-        None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
+        None => Views::steps(args.view.request_with(session.catalog(), composition)?, step, args.frames),
     };
     let numbers = || (first_number..views.count()).step_by(stride as usize);
     // A time outside the accepted range is reported before the first frame is drawn.
@@ -163,7 +163,14 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let sampling = SamplingQuality::of(common.quality);
     // The time of `Stage::Write` alone, which the session does not measure.
     let mut write_time = Stages::default();
-    let mut video = VideoOutput::begin(&output, parse_size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
+    let mut may_replace = args.overwrite;
+    let mut animation_provenance = None;
+    if let FrameOutput::Animation(path, _) = &output {
+        let frames = numbers().map(|number| session.provenance(&request_of(number)));
+        let provenance = animation_provenance.insert(Provenance::of_animation(frames, args.rate));
+        may_replace = may_replace_animation(path, provenance, args.overwrite, starts_now)?;
+    }
+    let mut video = VideoOutput::begin(&output, parse_size(&args.view.size)?, views.count(), args.rate, may_replace)?;
     let bar = frame_progress(numbers().count() as u64);
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
@@ -188,13 +195,15 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         drawn_by = Some(drawn.drawn_by.clone());
         let cpu_before = if args.time_report { process_cpu() } else { None };
         let start = WallInstant::now();
+        let metadata = || {
+            let provenance = animation_provenance.as_ref().map_or_else(|| session.provenance(&request).to_text(), Provenance::to_text);
+            let mut metadata = text_chunks(args, views.title(), &request, &drawn.scene);
+            metadata.push((PROVENANCE_CHUNK, provenance));
+            metadata
+        };
         match &path {
-            Some(path) => {
-                let mut metadata = text_chunks(args, views.title(), &request, &drawn.scene);
-                metadata.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
-                write_image(path, &drawn.frame, &metadata)?;
-            }
-            None => video.add(&drawn.frame)?,
+            Some(path) => write_image(path, &drawn.frame, &metadata())?,
+            None => video.add(&drawn.frame, metadata)?,
         }
         write_time.add(Stage::Write, start.elapsed());
         if let Some(cpu_time) = cpu_before.and_then(|before| process_cpu()?.checked_sub(before)) {
@@ -276,7 +285,7 @@ fn frame_progress(frame_count: u64) -> indicatif::ProgressBar {
     if frame_count > 1 { progress(frame_count) } else { indicatif::ProgressBar::hidden() }
 }
 
-/// The metadata of an image. `Creation Time` is the time of the view. The time of writing is left out, so that the same command writes the same bytes.
+/// The metadata of an image, or of an animation by its first frame. `Creation Time` is the time of the view. The time of writing is left out, so that the same command writes the same bytes.
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let options = [("target", &v.target), ("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)];

@@ -1,7 +1,7 @@
 //! Writes all frames into one output: a y4m stream on standard output, or an animation file.
 //!
 //! In: frames in order. Out: the stream, to which each frame is written as soon as it is drawn, or the animation file, which is written after the last frame.
-//! Always: an existing file is replaced only with `--overwrite`; an interrupted run leaves no animation file. Not here: frames with files of their own.
+//! Always: an existing file is replaced only if the caller allows it; an interrupted run leaves no animation file. Not here: frames with files of their own.
 
 use super::CliError;
 use super::frames::FrameOutput;
@@ -32,6 +32,8 @@ pub(crate) enum VideoOutput {
         path: PathBuf,
         overwrite: bool,
         writer: Box<AnimationWriter<SharedBytes>>,
+        /// Whether the metadata are written.
+        has_texts: bool,
         /// The encoded frames, to which `writer` appends.
         bytes: SharedBytes,
     },
@@ -72,16 +74,16 @@ impl VideoOutput {
                 let bytes = SharedBytes::default();
                 let writer =
                     AnimationWriter::new(bytes.clone(), *format, size, frames, rate).map_err(|e| CliError::Usage(e.to_string()))?;
-                Ok(Self::File { path: path.clone(), overwrite, writer: Box::new(writer), bytes })
+                Ok(Self::File { path: path.clone(), overwrite, writer: Box::new(writer), has_texts: false, bytes })
             }
         }
     }
 
-    /// Adds the next frame.
+    /// Adds the next frame. `texts`: keyword and text of the metadata of an animation, asked for with its first frame.
     ///
     /// # Errors
     /// The reason why the frame cannot be written.
-    pub(crate) fn add(&mut self, frame: &Frame) -> Result<(), CliError> {
+    pub(crate) fn add(&mut self, frame: &Frame, texts: impl FnOnce() -> Vec<(&'static str, String)>) -> Result<(), CliError> {
         match self {
             Self::ImageFiles => Ok(()),
             Self::Stream { rate, out, bytes } => {
@@ -98,7 +100,12 @@ impl VideoOutput {
                 overwrite_with_y4m_frame(bytes, &frame.display);
                 out.write_all(bytes).map_err(|e| stdout_error(&e))
             }
-            Self::File { writer, .. } => writer.add(&frame.display).map_err(failed),
+            Self::File { writer, has_texts, .. } => {
+                if !std::mem::replace(has_texts, true) {
+                    writer.add_texts(&texts()).map_err(failed)?;
+                }
+                writer.add(&frame.display).map_err(failed)
+            }
         }
     }
 
@@ -107,7 +114,7 @@ impl VideoOutput {
     /// # Errors
     /// The reason why the file cannot be written.
     pub(crate) fn finish(self) -> Result<(), CliError> {
-        let Self::File { path, overwrite, writer, bytes } = self else { return Ok(()) };
+        let Self::File { path, overwrite, writer, bytes, .. } = self else { return Ok(()) };
         writer.finish().map_err(failed)?;
         let bytes = bytes.0.lock();
         let fill = |out: &mut std::io::BufWriter<&mut std::fs::File>| out.write_all(&bytes);

@@ -6,13 +6,13 @@ use super::CliError;
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::files::read_text;
-use crate::scene::Scene;
 use crate::scene::draw::PixelView;
 use crate::scene::effects::{Effect, EffectOverrides};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{
     CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Look, Position, ToneMap, ViewRequest, up_by_name,
 };
+use crate::scene::{RequestValue, Scene, SceneError};
 use crate::time::{Instant, TimeError};
 use crate::wording::{echo, suggestion_or_list};
 use std::path::PathBuf;
@@ -156,6 +156,8 @@ impl ViewArgs {
         let mut request = ViewRequest::of(target.unwrap_or(NaifId::EARTH), time);
         request.target = target;
         request.composition = composition;
+        // The camera file and its name in messages.
+        let mut camera_file = None;
         if let Some(file) = &self.camera_json {
             if file.as_os_str() == "-" {
                 return Err(invalid_option("--camera-json", "-", "standard input is not read; name a file"));
@@ -163,11 +165,11 @@ impl ViewArgs {
             let file_name = echo(&file.display().to_string());
             let text = read_text(file, MAX_CAMERA_FILE_BYTES).map_err(|e| CliError::Failed(format!("{file_name}: {e}")))?;
             let camera = CameraFile::parse(&file_name, &text).map_err(|e| CliError::Failed(e.to_string()))?;
-            camera.resolve(catalog, &mut request).map_err(|e| {
-                // The message names the field; the file has a name of its own.
-                let why = e.to_string();
-                CliError::Failed(format!("{file_name}: {}", why.trim_start_matches("camera file, ")))
+            camera.resolve(catalog, &mut request).map_err(|e| match e {
+                SceneError::CameraField { field, why } => CliError::Failed(format!("{file_name}: {field}: {why}")),
+                other => CliError::Failed(format!("{file_name}: {other}")),
             })?;
+            camera_file = Some((file_name, camera));
         } else {
             let target = target.ok_or_else(|| CliError::Usage("no target: give --target BODY or --camera-json FILE".into()))?;
             if catalog.body(target).is_none() {
@@ -200,25 +202,44 @@ impl ViewArgs {
             || invalid_option("--tone-map", &self.tone_map, &suggestion_or_list(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
         request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(unknown_tone_map)?;
         request.pixel_view = parse_pixel_view(&self.pixels)?;
-        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| self.request_error(&e.to_string()))?;
+        request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| self.request_error(&e, camera_file.as_ref()))?;
         Ok(request)
     }
 
-    /// The error of a request that has a number out of its range. If the number is an option's, the message begins with the option.
-    fn request_error(&self, why: &str) -> CliError {
-        // The starts of the messages of `ViewRequest::check`. With a camera file, `--fov` may be missing.
-        let options = [
-            ("field of view ", "--fov", self.fov.is_some()),
-            ("distance ", "--distance-radii", self.distance_radii.is_some()),
-            ("height ", "--height-km", self.height_km.is_some()),
-            ("exposure ", "--exposure", true),
-            ("stars boost ", "--stars-boost", true),
-            ("effects: ", "--effects", true),
-        ];
-        match options.iter().find(|(start, _, is_given)| *is_given && why.starts_with(start)) {
-            Some((_, option, _)) => CliError::Usage(format!("{option}: {}", why.trim_start_matches("effects: "))),
-            None if self.camera_json.is_some() => CliError::Failed(why.to_owned()),
-            None => CliError::Usage(why.to_owned()),
+    /// The option that gives this value of a request; `None` if none does.
+    fn option_of(&self, value: RequestValue) -> Option<&'static str> {
+        let (distance, height) = (self.distance_radii.map(|_| "--distance-radii"), self.height_km.map(|_| "--height-km"));
+        match value {
+            RequestValue::Size => Some("--size"),
+            RequestValue::FieldOfView => self.fov.map(|_| "--fov"),
+            RequestValue::Distance => distance,
+            RequestValue::Latitude | RequestValue::Longitude => self.at.as_ref().map(|_| "--at"),
+            RequestValue::Height => height,
+            // Above a place of the target.
+            RequestValue::CameraOffset => distance.or(height),
+            RequestValue::Exposure => Some("--exposure"),
+            RequestValue::StarsBoost => Some("--stars-boost"),
+            RequestValue::DomeTilt => Some("--dome-tilt"),
+            RequestValue::EyeSeparation => Some("--eye-separation-km"),
+            RequestValue::Time => Some("--time"),
+        }
+    }
+
+    /// The error of an invalid request. For a value outside its range it begins with the option, or with the file and the field.
+    fn request_error(&self, error: &SceneError, camera_file: Option<&(String, CameraFile)>) -> CliError {
+        if let SceneError::EffectBody(e) = error {
+            return CliError::Usage(format!("--effects: {e}"));
+        }
+        let value = if let SceneError::OutOfRange(e) = error { Some(e.what) } else { None };
+        if let Some(option) = value.and_then(|value| self.option_of(value)) {
+            return CliError::Usage(format!("{option}: {error}"));
+        }
+        match camera_file {
+            Some((name, file)) => CliError::Failed(match value.and_then(|value| file.field_of(value)) {
+                Some(field) => format!("{name}: {field}: {error}"),
+                None => format!("{name}: {error}"),
+            }),
+            None => CliError::Usage(error.to_string()),
         }
     }
 

@@ -1,8 +1,8 @@
 //! Apparent places from the Earth, and the sub-observer and sub-solar points of a body.
 //!
-//! In: a body, barycentre or small body, and an instant (of reception); for the points also the body from whose centre they are observed. Out: degrees, kilometres and seconds, for
-//! display. Apparent places include light time, light deflection by the Sun, and stellar aberration with its relativistic terms. Omitted: deflection by the
-//! planets (under 0.02 arcsec, and only beside their discs), and the atmosphere.
+//! In: a body, barycentre or small body, and an instant (of reception); for the points also the body from whose centre they are observed. Out: degrees,
+//! kilometres and seconds, for display. Apparent places include light time, light deflection by the Sun, and stellar aberration with its relativistic terms.
+//! Omitted: deflection by the planets (under 0.02 arcsec, and only beside their discs), and the atmosphere.
 
 use super::orientation::{self, PoleAndMeridian};
 use super::target::Target;
@@ -97,8 +97,8 @@ pub fn apparent_place<'a>(ephemeris: &Ephemeris, target: impl Into<Target<'a>>, 
     apparent_place_from(ephemeris, earth, target, t)
 }
 
-/// Apparent place of a target, as seen at `t` by an observer at the Earth's centre or on the Earth, with the barycentric state `observer`. The bound of the error
-/// is that of the geocentric place.
+/// Apparent place of a target, as seen at `t` by an observer at the Earth's centre or on the Earth, with the barycentric state `observer`. The bound of the
+/// error is that of the geocentric place.
 ///
 /// # Errors
 /// The ephemeris cannot place the target, or the target is where the observer is.
@@ -118,9 +118,9 @@ pub fn apparent_place_from<'a>(
 
     let sun_to_observer_km = observer.pos_km - sun_pos_km;
     let sun_distance_au = sun_to_observer_km.length() / KM_PER_AU;
-    // Arguments of `ld`: the Sun's mass in solar masses; the directions from the observer to the body, from the Sun to the body, from the Sun to the observer; the
-    // observer's distance from the Sun; the limit. The Sun's position is that at `t`: it moves by a few kilometres while light travels from it to
-    // the Earth. The Sun does not deflect its own light.
+    // Arguments of `ld`: the Sun's mass in solar masses; the directions from the observer to the body, from the Sun to the body, from the Sun to the observer;
+    // the observer's distance from the Sun; the limit. The Sun's position is that at `t`: it moves by a few kilometres while light travels from it to the
+    // Earth. The Sun does not deflect its own light.
     let deflected = match (body_pos_km - sun_pos_km).try_normalize() {
         Some(sun_to_body) if target != Target::Body(NaifId::SUN) => DVec3::from_array(sofars::astro::ld(
             1.0,

@@ -1,7 +1,7 @@
 //! Encodes frames as an animation: an animated PNG, which is lossless, or a GIF of 256 colours per frame.
 //!
-//! In: frames of one size (display bytes, top row first), their number and their rate. Out: the bytes of a file. Always: the animation loops
-//! forever at the given rate. GIF delays are whole hundredths of a second, so at rates that do not divide 100 the delays of a GIF's frames differ by one
+//! In: frames of one size (display bytes, top row first), their number and their rate, and texts to embed. Out: the bytes of a file. Always: the animation
+//! loops forever at the given rate. GIF delays are whole hundredths of a second, so at rates that do not divide 100 the delays of a GIF's frames differ by one
 //! hundredth, which keeps the mean rate. Alpha is ignored. The same input gives the same bytes.
 
 use super::ImageError;
@@ -114,6 +114,25 @@ impl<W: Write> AnimationWriter<W> {
         Ok(Self { encoder, width, height, frames_per_s, frames_written: 0 })
     }
 
+    /// Stores texts with their keywords: in an animated PNG as iTXt chunks, in a GIF as comments `keyword: text`. Called before the first frame.
+    ///
+    /// # Errors
+    /// A keyword that the format does not support, or an error of the writer.
+    pub(crate) fn add_texts(&mut self, texts: &[(&str, String)]) -> Result<(), ImageError> {
+        for (keyword, text) in texts {
+            match &mut self.encoder {
+                Encoder::Apng(writer) => {
+                    writer.write_text_chunk(&png::text_metadata::ITXtChunk::new(*keyword, text.as_str())).map_err(write_error)?;
+                }
+                Encoder::Gif(writer) => {
+                    let comment = format!("{keyword}: {text}");
+                    writer.write_raw_extension(gif::Extension::Comment.into(), &[comment.as_bytes()]).map_err(write_error)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Adds a frame of sRGB display bytes.
     ///
     /// # Errors
@@ -154,6 +173,7 @@ impl<W: Write> AnimationWriter<W> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{gif_text_in_head, png_text_in_head};
     use super::*;
     use image::AnimationDecoder;
     use std::io::Cursor;
@@ -200,6 +220,40 @@ mod tests {
                 count += 1;
             }
             assert!(count == 5 && (f64::from(hundredths) - 500.0 / f64::from(frames_per_s)).abs() <= 0.5, "{frames_per_s}: {hundredths}");
+        }
+    }
+
+    /// The long text fills several blocks of a GIF's comment.
+    #[test]
+    fn texts_read_back_and_leave_the_frames_as_they_are() {
+        let texts = [("Title", "Earth, \u{3b1} Cen".to_owned()), ("Request", "0123456789".repeat(60))];
+        for format in [AnimationFormat::Apng, AnimationFormat::Gif] {
+            let mut bytes = Vec::new();
+            let mut writer = AnimationWriter::new(&mut bytes, format, (4, 3), 5, 25).expect("a writer");
+            writer.add_texts(&texts).expect("texts");
+            frames().iter().for_each(|frame| writer.add(frame).expect("a frame"));
+            writer.finish().expect("an end");
+            let read: fn(&[u8], &str) -> Option<String> = match format {
+                AnimationFormat::Apng => png_text_in_head,
+                AnimationFormat::Gif => gif_text_in_head,
+            };
+            for (keyword, text) in &texts {
+                assert_eq!(read(&bytes, keyword).as_ref(), Some(text), "{format:?}");
+            }
+            assert_eq!((read(&bytes, "Legend"), read(&written(format, 25), "Title")), (None, None));
+            // A file that is cut within a text has none.
+            let end_of_title = bytes.windows(5).position(|w| w == b"Earth").expect("a title") + 5;
+            assert_eq!(read(&bytes[..end_of_title], "Title"), None, "{format:?}");
+            let count = match format {
+                AnimationFormat::Apng => {
+                    image::codecs::png::PngDecoder::new(Cursor::new(&bytes)).expect("a PNG").apng().expect("animated").into_frames().count()
+                }
+                AnimationFormat::Gif => {
+                    let mut decoder = gif::DecodeOptions::new().read_info(Cursor::new(&bytes)).expect("a GIF");
+                    std::iter::from_fn(|| decoder.read_next_frame().expect("a frame").map(drop)).count()
+                }
+            };
+            assert_eq!(count, 5, "{format:?}");
         }
     }
 

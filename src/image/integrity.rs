@@ -1,8 +1,8 @@
 //! Text embedded in saved images, and the integrity of the complete file.
 //!
-//! In: bytes of a file. Out: its text (of a PNG, the text under one key), and whether the file is intact. Always: any changed or missing byte is detected.
-//! A PNG has a checksum for each chunk; an EXR has none, so [`seal_exr`] stores the SHA-256 of the file in an attribute, in front of the text: the EXR is
-//! then *sealed*. Not here: the meaning of the text.
+//! In: bytes of a file. Out: its text (of a PNG or a GIF, the text under one key), and whether a PNG or an EXR is intact. Always: any changed or missing
+//! byte of these is detected. A PNG has a checksum for each chunk; an EXR has none, so [`seal_exr`] stores the SHA-256 of the file in an attribute, in front of
+//! the text: the EXR is then *sealed*. Not here: the meaning of the text.
 
 use super::ImageError;
 use sha2::{Digest, Sha256};
@@ -17,13 +17,43 @@ fn damaged(why: impl std::fmt::Display) -> ImageError {
     ImageError::Damaged(why.to_string())
 }
 
-/// The texts of an image that [`super::write_png`] or [`super::write_exr`] wrote lie within this many bytes from the start of the file.
+/// The texts of an image that [`super::write_png`] or [`super::write_exr`] wrote, and of an animation, lie within this many bytes from the start of the file.
 pub const TEXT_SEARCH_BYTES: usize = 1 << 16;
 
 /// The text under `key` in the chunks before a PNG's pixels; the rest of the file may be missing or damaged. `head`: the first bytes of the file.
 pub fn png_text_in_head(head: &[u8], key: &str) -> Option<String> {
     let reader = png_decoder(head).read_info().ok()?;
     reader.info().utf8_text.iter().find(|c| c.keyword == key)?.get_text().ok()
+}
+
+/// The label of a GIF's comment.
+const GIF_COMMENT: u8 = 0xfe;
+
+/// The text under `key` in the comments before a GIF's first frame; the rest of the file may be missing or damaged. `head`: the first bytes of the file.
+pub fn gif_text_in_head(head: &[u8], key: &str) -> Option<String> {
+    // Signature, version, width and height have 10 bytes; then come a byte with the length of the colour table, two other bytes, and the table.
+    let flags = *head.get(10).filter(|_| head.starts_with(b"GIF8"))?;
+    let table_bytes = if flags & 0x80 == 0 { 0 } else { 3_usize << ((flags & 7) + 1) };
+    let mut rest = head.get(13 + table_bytes..)?;
+    // An extension is 0x21, its label, and blocks, each preceded by its length; the last block has the length 0.
+    while let [0x21, label, blocks @ ..] = rest {
+        let mut text = Vec::new();
+        rest = blocks;
+        loop {
+            let (length, bytes) = rest.split_first()?;
+            let block = bytes.get(..usize::from(*length))?;
+            rest = &bytes[block.len()..];
+            if block.is_empty() {
+                break;
+            }
+            text.extend_from_slice(block);
+        }
+        let value = std::str::from_utf8(&text).ok().and_then(|text| text.strip_prefix(key)?.strip_prefix(": "));
+        if let (GIF_COMMENT, Some(value)) = (*label, value) {
+            return Some(value.to_owned());
+        }
+    }
+    None
 }
 
 /// A decoder that also checks the checksums of text chunks.

@@ -29,7 +29,7 @@ mod y4m;
 pub use animation::{AnimationFormat, AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 pub use compare::{Difference, DisplayImage};
 pub use glyph_atlas::{Glyph, GlyphAtlas};
-pub use integrity::{TEXT_SEARCH_BYTES, exr_text_in_head, png_text_in_head, verify_exr, verify_png};
+pub use integrity::{TEXT_SEARCH_BYTES, exr_text_in_head, gif_text_in_head, png_text_in_head, verify_exr, verify_png};
 pub use map_decoding::{MapDecoding, OpacityTexels};
 pub use maps::{MapOrigin, MapStore};
 pub use mip_level::Level;

@@ -3,10 +3,84 @@
 use crate::catalog::UnknownName;
 use crate::ephemeris::EphemerisError;
 
+/// A value of a request that has a range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RequestValue {
+    /// Width and height of the image.
+    Size,
+    /// The field of view.
+    FieldOfView,
+    /// The distance from the target.
+    Distance,
+    /// The latitude of a camera on the ground.
+    Latitude,
+    /// The longitude of a camera on the ground.
+    Longitude,
+    /// The height of a camera on the ground.
+    Height,
+    /// The offset of the camera from a body's centre.
+    CameraOffset,
+    /// The exposure.
+    Exposure,
+    /// The stops by which stars are brightened.
+    StarsBoost,
+    /// The tilt of a dome.
+    DomeTilt,
+    /// The distance between the eyes.
+    EyeSeparation,
+    /// The time.
+    Time,
+}
+
+impl std::fmt::Display for RequestValue {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Size => "size",
+            Self::FieldOfView => "field of view",
+            Self::Distance => "distance",
+            Self::Latitude => "latitude",
+            Self::Longitude => "longitude",
+            Self::Height => "height",
+            Self::CameraOffset => "camera offset",
+            Self::Exposure => "exposure",
+            Self::StarsBoost => "stars boost",
+            Self::DomeTilt => "dome tilt",
+            Self::EyeSeparation => "eye separation",
+            Self::Time => "time",
+        })
+    }
+}
+
+/// A value outside its range.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{what} {given}: must be {allowed}")]
+pub struct OutOfRange {
+    /// What the value describes.
+    pub what: RequestValue,
+    /// The value, with its unit if `what` does not imply it.
+    pub given: String,
+    /// The range, with its unit, as in `1 to 360 degrees`.
+    pub allowed: String,
+}
+
 /// The reason why no scene can be built for a request; each message is one line.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// An invalid value of the request; the message names it.
+    /// A value of the request that is outside its range.
+    #[error(transparent)]
+    OutOfRange(#[from] OutOfRange),
+    /// An effect for a body that the catalog does not have.
+    #[error("effects: {0}")]
+    EffectBody(UnknownName),
+    /// A value of a camera file that cannot be used.
+    #[error("camera file, {field}: {why}")]
+    CameraField {
+        /// The field, as in `position.body`.
+        field: &'static str,
+        /// What is wrong with its value.
+        why: String,
+    },
+    /// Any other invalid value of the request; the message names it.
     #[error("{0}")]
     Request(String),
     /// A name that the catalog does not have.

@@ -69,7 +69,7 @@ pub use build::SceneBuilder;
 pub use camera::{silhouette, viewpoint};
 #[doc(hidden)]
 pub use eclipse::refracted_limb;
-pub use error::SceneError;
+pub use error::{OutOfRange, RequestValue, SceneError};
 pub use finished::Scene;
 pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CD_M2_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
 #[doc(hidden)]

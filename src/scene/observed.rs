@@ -1,8 +1,8 @@
 //! What an observer on the Earth sees of a body, minor planet or comet: the quantities of an ephemeris, without an image.
 //!
-//! In: the catalog, the ephemeris, a place on the Earth or its centre, a target and an instant. Out: [`Observed`]. Magnitudes and sizes of the catalog's bodies are
-//! those of images and reports ([`super::seen_from`]): with phase laws, rings, light curves and eclipses. Minor planets follow the H, G system, comets M1 and K1.
-//! Left out: refraction and extinction by the Earth's air.
+//! In: the catalog, the ephemeris, a place on the Earth or its centre, a target and an instant. Out: [`Observed`]. Magnitudes and sizes of the catalog's bodies
+//! are those of images and reports ([`super::seen_from`]): with phase laws, rings, light curves and eclipses. Minor planets follow the H, G system, comets M1
+//! and K1. Left out: refraction and extinction by the Earth's air.
 
 use crate::catalog::constellations::Constellations;
 use crate::catalog::small_bodies::{BrightnessLaw, NamedTarget};
@@ -78,7 +78,8 @@ pub fn small_body_magnitude(law: BrightnessLaw, distance_au: f64, sun_distance_a
     magnitude.is_finite().then_some(magnitude)
 }
 
-/// Mean magnitude of a square arcsecond of the globe's lit part; `None` without light. `globe_fraction`: the part of the body's light that comes from its globe.
+/// Mean magnitude of a square arcsecond of the globe's lit part; `None` without light. `globe_fraction`: the part of the body's light that comes from its
+/// globe.
 fn surface_brightness(report: &BodyReport, globe_fraction: f64, illuminated_fraction: f64) -> Option<f64> {
     let to_viewer = (report.placement.body_from_icrf * -report.placement.centre_km).try_normalize()?;
     let disc_km2 = PI * photometry::projected_radius_sq_km2(report.placement.radii_km, to_viewer);

@@ -147,24 +147,15 @@ pub(crate) fn pixel_sr(camera: &Camera, direction: DVec3) -> f64 {
     camera.pixel_tangent().powi(2) * direction.dot(camera.forward).max(1e-3).powi(3)
 }
 
-/// Radius of the smaller sprite whose glare contains the fraction `part` of the light in the glare of a sprite of `radius_px`.
-fn radius_for_part_of_glare_px(radius_px: f64, part: f64) -> f64 {
-    if part >= 1.0 {
-        return radius_px;
-    }
-    // The inverse of `glare_fraction`.
-    MIN_POINT_RADIUS_PX / (1.0 - part * (1.0 - (MIN_POINT_RADIUS_PX / radius_px).powi(2))).sqrt()
-}
-
 /// Radius of the sprite of a point of this flux: wide enough for the glare of a point that is brighter than white, else the smallest.
-/// `white`: the radiance shown as white. `drawn_part_of_glare`: fraction of the glare's light that is drawn.
-pub(crate) fn sprite_radius_px(flux: f64, white: f64, drawn_part_of_glare: f64) -> f64 {
-    radius_for_part_of_glare_px(point_radius_px(flux * point_peak() / white), drawn_part_of_glare)
+/// `white`: the radiance shown as white.
+pub(crate) fn sprite_radius_px(flux: f64, white: f64) -> f64 {
+    point_radius_px(flux * point_peak() / white)
 }
 
 /// Sets the radius of a point's sprite (see [`sprite_radius_px`]).
-pub(crate) fn set_sprite_radius(point: &mut Point, white: f64, drawn_part_of_glare: f64) {
-    point.radius_px = camera::narrow_scalar(sprite_radius_px(point.flux.max_element().into(), white, drawn_part_of_glare));
+pub(crate) fn set_sprite_radius(point: &mut Point, white: f64) {
+    point.radius_px = camera::narrow_scalar(sprite_radius_px(point.flux.max_element().into(), white));
 }
 
 /// The glare's profile at a distance from the centre of a sprite of this radius, relative to its amplitude in [`point_spread`]; as in
@@ -256,19 +247,6 @@ mod tests {
             let ((fraction_before, radius_before_px), (fraction, radius_px)) = (before, after);
             assert!(fraction <= fraction_before && fraction_before - fraction < 0.03, "{before:?} {after:?}");
             assert!((radius_px - radius_before_px).abs() < 0.8, "{before:?} {after:?}");
-        }
-    }
-
-    /// The light of the glare is what the core lacks.
-    #[test]
-    fn a_sprite_with_part_of_its_glare_has_that_part_of_the_light() {
-        let in_glare = |radius_px: f64| 1.0 - point_spread(radius_px)[0] * lowered_core(radius_px).integral;
-        for radius_px in [2.0, 2.5, 10.0, MAX_RADIUS_PX] {
-            for part in [0.0, 1e-6, 0.3, 0.99, 1.0] {
-                let reduced_px = radius_for_part_of_glare_px(radius_px, part);
-                assert!((MIN_POINT_RADIUS_PX..=radius_px).contains(&reduced_px), "{radius_px} {part}: {reduced_px}");
-                assert!((in_glare(reduced_px) - part * in_glare(radius_px)).abs() < 1e-9, "{radius_px} {part}: {reduced_px}");
-            }
         }
     }
 }

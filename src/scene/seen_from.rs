@@ -1,7 +1,7 @@
 //! All bodies as seen from one place: distance, magnitude, phase, sub-points, without an image.
 //!
-//! In: the catalog, the ephemeris, the viewer's position and a time. Out: one [`BodyReport`] per body of the catalog, or that of one body. They are the reports of the scene of a
-//! tiny image, so that light time, aberration, light of rings, light curves and eclipses are those of images.
+//! In: the catalog, the ephemeris, the viewer's position and a time. Out: one [`BodyReport`] per body of the catalog, or that of one body. They are the reports
+//! of the scene of a tiny image, so that light time, aberration, light of rings, light curves and eclipses are those of images.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
@@ -39,8 +39,8 @@ pub fn bodies_seen_from(
     Ok(Scene::build(catalog, ephemeris, &request)?.bodies)
 }
 
-/// One body of the catalog as in [`bodies_seen_from`], and the part of its light that comes from its globe, without rings and ring-shine; `None` for a body that
-/// the ephemeris cannot place. It decides on no effect, and `caches` keeps tables from call to call, so that it is faster.
+/// One body of the catalog as in [`bodies_seen_from`], and the part of its light that comes from its globe, without rings and ring-shine; `None` for a body
+/// that the ephemeris cannot place. It decides on no effect, and `caches` keeps tables from call to call, so that it is faster.
 ///
 /// # Errors
 /// As [`bodies_seen_from`].

@@ -11,7 +11,9 @@ use super::images::{PROVENANCE_CHUNK, is_exr};
 use super::{Session, Sources};
 use crate::catalog::{Body, Catalog, DataLayer, NaifId};
 use crate::files::is_there;
-use crate::image::{TEXT_SEARCH_BYTES, exr_text_in_head, png_text_in_head, verify_exr, verify_png};
+use crate::image::{
+    AnimationFormat, TEXT_SEARCH_BYTES, animation_format, exr_text_in_head, gif_text_in_head, png_text_in_head, verify_exr, verify_png,
+};
 use crate::render::plan::SKY_DECODING;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
 use crate::scene::sky::map::{MILKY_WAY_FILE, SkyMap};
@@ -69,6 +71,12 @@ fn file_digest(path: &Path) -> String {
         }
     };
     read().unwrap_or_else(|_| "none".into())
+}
+
+/// The first bytes of a file, at most `max_bytes`.
+fn read_head(path: &Path, max_bytes: u64) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    File::open(path).and_then(|f| f.take(max_bytes).read_to_end(&mut bytes)).map(|_| bytes).map_err(|e| e.to_string())
 }
 
 /// Digests of the files from which a session draws: its catalog, and the files of the sources with which it was opened.
@@ -201,6 +209,22 @@ impl Provenance {
         self
     }
 
+    /// The provenance of an animation of these frames: that of the first frame, the number and rate of all, and their digest.
+    #[must_use]
+    pub fn of_animation(frames: impl IntoIterator<Item = Self>, frames_per_s: u32) -> Self {
+        let (mut first, mut count) = (None, 0_u32);
+        let texts = frames.into_iter().map(|frame| {
+            count += 1;
+            let text = frame.to_text().into_bytes();
+            first.get_or_insert(frame);
+            text
+        });
+        let digest = hex_digest(texts);
+        let mut values = first.map_or(BTreeMap::new(), |Self(values)| values);
+        values.insert("frames".to_owned(), format!("{count} at {frames_per_s} per second ({digest})"));
+        Self(values)
+    }
+
     /// One line of JSON in ASCII, the same bytes for the same provenance.
     pub fn to_text(&self) -> String {
         let json = serde_json::json!(self.0).to_string();
@@ -242,36 +266,47 @@ impl Provenance {
         listed.chain((more > 0).then(|| format!("and {more} more"))).collect::<Vec<_>>().join("; ")
     }
 
-    /// Examines the file at the path to which this image is to be written. `size`: the image's width and height, pixels.
-    pub fn examine_existing_image(&self, path: &Path, size: (u32, u32)) -> ExistingImage {
-        let metadata = match path.metadata() {
+    /// Compares this provenance with that of the file at the path to which the image or animation is to be written. `Same` says nothing about the rest of the
+    /// file.
+    pub fn compare_with_file(&self, path: &Path) -> ExistingImage {
+        match path.metadata() {
             // A missing or invalid folder is reported when the image is written.
             Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return ExistingImage::None,
             Err(e) => return ExistingImage::Unknown(e.to_string()),
             Ok(metadata) if !metadata.is_file() => return ExistingImage::Unknown("not a regular file".into()),
-            Ok(metadata) => metadata,
-        };
-        let read = |max_bytes: u64| {
-            let mut bytes = Vec::new();
-            File::open(path).and_then(|f| f.take(max_bytes).read_to_end(&mut bytes)).map(|_| bytes).map_err(|e| e.to_string())
-        };
-        let head = match read(TEXT_SEARCH_BYTES as u64) {
+            Ok(_) => {}
+        }
+        let head = match read_head(path, TEXT_SEARCH_BYTES as u64) {
             Ok(head) => head,
             Err(why) => return ExistingImage::Unknown(why),
         };
-        let text = if is_exr(path) { exr_text_in_head(&head) } else { png_text_in_head(&head, PROVENANCE_CHUNK) };
+        let text = match animation_format(path) {
+            Some(AnimationFormat::Gif) => gif_text_in_head(&head, PROVENANCE_CHUNK),
+            Some(AnimationFormat::Apng) => png_text_in_head(&head, PROVENANCE_CHUNK),
+            None if is_exr(path) => exr_text_in_head(&head),
+            None => png_text_in_head(&head, PROVENANCE_CHUNK),
+        };
         match text.as_deref().and_then(Self::parse) {
-            None => return ExistingImage::Unknown("the file has no readable provenance".into()),
-            Some(theirs) if theirs != *self => return ExistingImage::Other(Self::differences(&theirs, self)),
-            Some(_) => {}
+            None => ExistingImage::Unknown("the file has no readable provenance".into()),
+            Some(theirs) if theirs != *self => ExistingImage::Other(Self::differences(&theirs, self)),
+            Some(_) => ExistingImage::Same,
+        }
+    }
+
+    /// Examines the file at the path to which this image is to be written. `size`: the image's width and height, pixels.
+    pub fn examine_existing_image(&self, path: &Path, size: (u32, u32)) -> ExistingImage {
+        let compared = self.compare_with_file(path);
+        if compared != ExistingImage::Same {
+            return compared;
         }
         // An upper bound for an image of this size: per pixel four floats of 4 bytes and 4 bytes of overhead, 64 bytes per row, 1 MiB of texts.
         let max_bytes = u64::from(size.0) * u64::from(size.1) * 20 + u64::from(size.1) * 64 + (1 << 20);
-        if metadata.len() > max_bytes {
+        // A file that was removed meanwhile is reported below.
+        if path.metadata().is_ok_and(|metadata| metadata.len() > max_bytes) {
             return ExistingImage::Damaged("larger than any image of this size".into());
         }
-        let checked =
-            read(max_bytes).and_then(|b| if is_exr(path) { verify_exr(&b) } else { verify_png(&b, size) }.map_err(|e| e.to_string()));
+        let checked = read_head(path, max_bytes)
+            .and_then(|b| if is_exr(path) { verify_exr(&b) } else { verify_png(&b, size) }.map_err(|e| e.to_string()));
         checked.map_or_else(ExistingImage::Damaged, |()| ExistingImage::Same)
     }
 }

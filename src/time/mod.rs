@@ -13,10 +13,12 @@
 
 pub mod delta_t;
 mod delta_t_table;
+mod step;
 mod text;
 
 use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000, SECONDS_PER_DAY};
 use hifitime::leap_seconds::{LatestLeapSeconds, LeapSecond};
+pub use step::TimeStep;
 
 /// Smallest standard error of Delta T that is printed beside a time: half of the second to which times are printed.
 pub(crate) const MIN_SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
@@ -120,6 +122,21 @@ impl Instant {
     /// The instant `s` TDB seconds later.
     pub fn plus_seconds(self, s: f64) -> Self {
         Self { tdb_s: self.tdb_s + s }
+    }
+
+    /// The instant `s` seconds of UTC later, in which leap seconds count: the time that elapses, except before 1972, when these are seconds of UT1.
+    pub fn plus_elapsed_seconds(self, s: f64) -> Self {
+        if s == 0.0 {
+            return self;
+        }
+        // A count of seconds in which no second is left out: UT1, and from 1972 on TAI, moved so that both agree at that time, to 0.045 s.
+        let tai_count_s = self.tt_seconds_past_j2000() - TT_MINUS_TAI_S - FIRST_TAI_MINUS_UTC_S;
+        let end_s = s + if tai_count_s < UTC_START_S { self.ut1_seconds_past_j2000() } else { tai_count_s };
+        if end_s < UTC_START_S {
+            Self::from_ut1_seconds(end_s)
+        } else {
+            Self::from_tt_seconds(end_s + FIRST_TAI_MINUS_UTC_S + TT_MINUS_TAI_S)
+        }
     }
 
     /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day, because leap seconds in the span are not counted.

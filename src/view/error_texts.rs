@@ -96,7 +96,11 @@ fn scene_error_message(error: &SceneError) -> Message {
         SceneError::Ephemeris(EphemerisError(why)) => why.clone(),
         SceneError::Inside(body) => message!("error-inside", body = body),
         SceneError::Unknown(_) => message!("error-unknown", detail = Argument::English(error.to_string())),
-        SceneError::Request(_) | SceneError::NotABody(_) => message!("error-request", detail = Argument::English(error.to_string())),
+        SceneError::OutOfRange(_)
+        | SceneError::EffectBody(_)
+        | SceneError::CameraField { .. }
+        | SceneError::Request(_)
+        | SceneError::NotABody(_) => message!("error-request", detail = Argument::English(error.to_string())),
     }
 }
 

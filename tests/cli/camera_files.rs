@@ -11,10 +11,40 @@ fn errors_in_the_values_of_a_camera_file_name_file_and_field() {
         (r#"{"position": {"body": "mrs", "radii": [3,0,0]}, "look": {"at": "mars"}}"#, "camera.json: position.body: no body"),
         (r#"{"position": {"body": "mars", "radii": [3,0,0]}, "look": {"at": "mrs"}}"#, "camera.json: look.at: no body"),
         (r#"{"position": {"body": "mars"}, "look": {"at": "mars"}}"#, "camera.json: position: give one of"),
+        (
+            r#"{"position": {"body": "mars", "radii": [3,0,0]}, "look": {"direction": [0,0,0]}}"#,
+            "camera.json: look: the direction must not be zero",
+        ),
+        (
+            r#"{"position": {"body": "mars", "radii": [3,0,0]}, "look": {"at": "mars"}, "fov_deg": 400}"#,
+            "camera.json: fov_deg: field of view 400.0: must be 0.0000001 to 170 degrees",
+        ),
+        (
+            r#"{"position": {"body": "mars", "latitude_deg": 91, "longitude_deg": 0}, "look": {"at": "sun"}}"#,
+            "camera.json: position.latitude_deg: latitude 91.0: must be -90 to 90 degrees",
+        ),
+        (
+            r#"{"position": {"body": "mars", "latitude_deg": 0, "longitude_deg": 400}, "look": {"at": "sun"}}"#,
+            "camera.json: position.longitude_deg: longitude 400.0: ",
+        ),
+        (
+            r#"{"position": {"body": "mars", "latitude_deg": 0, "longitude_deg": 0, "height_km": -1}, "look": {"at": "sun"}}"#,
+            "camera.json: position.height_km: height -1.0 km: ",
+        ),
+        (r#"{"position": {"body": "mars", "radii": [1e308,0,0]}, "look": {"at": "mars"}}"#, "camera.json: position.radii: camera offset "),
     ] {
         std::fs::write(&file, camera).expect("written");
         let out = orrery(&["explain", "--camera-json", path_text(&file)]);
         assert!(out.status.code() == Some(1) && stderr_text(&out).contains(message_part), "{camera}: {}", stderr_text(&out));
+    }
+    // An option is named in place of the file that it overrides.
+    let camera = r#"{"position": {"body": "mars", "radii": [3,0,0]}, "look": {"at": "mars"}, "fov_deg": 40}"#;
+    std::fs::write(&file, camera).expect("written");
+    for (options, message_part) in
+        [(["--fov", "400"], "orrery: --fov: field of view 400.0"), (["--exposure", "99"], "--exposure: exposure 99.0")]
+    {
+        let out = orrery(&[&["explain", "--camera-json", path_text(&file)][..], &options].concat());
+        assert!(out.status.code() == Some(2) && stderr_text(&out).contains(message_part), "{options:?}: {}", stderr_text(&out));
     }
     let stdin = orrery(&["explain", "--camera-json", "-"]);
     assert!(stdin.status.code() == Some(2) && stderr_text(&stdin).contains("--camera-json -: "), "{}", stderr_text(&stdin));

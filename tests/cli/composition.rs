@@ -87,7 +87,7 @@ fn wrong_composition_arguments_are_refused_in_one_line() {
         (&["--stereo", "anaglyph", "--eye-separation-km", "-3"], &["more than 0 km"]),
         (&["--stereo", "anaglyph", "--eye-separation-km", "1e9"], &["at most"]),
         (&["--dome-tilt", "20"], &["--projection fisheye"]),
-        (&["--projection", "fisheye", "--fov", "400"], &["1 to 360 degrees"]),
+        (&["--projection", "fisheye", "--fov", "400"], &["--fov: field of view 400.0: must be 1 to 360 degrees"]),
     ] {
         let message = render(args, &folder.path().join("x.png")).expect_err("refused");
         assert!(expected_words.iter().all(|w| message.contains(w)) && message.lines().count() == 1, "{args:?}: {message}");
@@ -112,9 +112,9 @@ fn the_window_refuses_wrong_composition_arguments_in_one_line() {
     for (args, expected_words) in [
         (&["--dome-zenith"][..], "zenith requires --projection fisheye"),
         (&["--dome-tilt", "400"], "tilt requires --projection fisheye or equirectangular"),
-        (&["--projection", "fisheye", "--dome-tilt", "400"], "-180 to 180 degrees"),
+        (&["--projection", "fisheye", "--dome-tilt", "400"], "--dome-tilt: dome tilt 400.0: must be -180 to 180 degrees"),
         (&["--projection", "fisheye", "--stereo", "anaglyph"], "stereo requires the perspective projection"),
-        (&["--stereo", "anaglyph", "--eye-separation-km", "-3"], "more than 0 km"),
+        (&["--stereo", "anaglyph", "--eye-separation-km", "-3"], "--eye-separation-km: eye separation -3.0 km: must be more than 0 km"),
     ] {
         let out = orrery(&[&["view"][..], args].concat());
         let message = String::from_utf8_lossy(&out.stderr).into_owned();

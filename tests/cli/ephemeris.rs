@@ -1,5 +1,5 @@
-//! `orrery ephemeris`: rows of tables equal single queries; at rise, set and twilight the Sun has the altitude that defines them; error
-//! messages.
+//! `orrery ephemeris`: rows of tables equal single queries; at rise, set and twilight the Sun has the altitude that defines them; what an observer sees, also
+//! of minor planets and comets; error messages.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -54,6 +54,22 @@ fn rows_of_a_table_equal_single_queries() {
         let table = text(&[args, &span].concat());
         let widths: Vec<usize> = table.lines().map(|line| line.chars().count()).collect();
         assert!(widths.len() == 5 && widths.iter().all(|w| *w == widths[0]), "{table}");
+    }
+}
+
+/// In steps of days the time of day stays: `rows_of_a_table_equal_single_queries`.
+#[test]
+fn a_table_in_seconds_has_a_row_for_a_leap_second() {
+    for rows in [
+        ["2016-12-31T23:59:59Z", "2016-12-31T23:59:60Z", "2017-01-01T00:00:00Z"],
+        ["1972-06-30T23:59:59Z", "1972-06-30T23:59:60Z", "1972-07-01T00:00:00Z"],
+    ] {
+        let table = json(&["--body", "moon", "--center", "earth", "--from", rows[0], "--to", rows[2], "--step", "1s"]);
+        let times: Vec<&str> = table.as_array().expect("rows").iter().map(|r| r["time_utc"].as_str().expect("a time")).collect();
+        assert_eq!(times, rows);
+        // In each of the two seconds the Moon moves as far.
+        let [first, second] = [0, 1].map(|k| number(&table[k + 1]["x_km"]) - number(&table[k]["x_km"]));
+        assert!(first.abs() > 0.1 && (first - second).abs() < 1e-5, "{first} and {second} km");
     }
 }
 
@@ -129,6 +145,10 @@ fn errors_about_spans_and_places_name_a_remedy() {
         (span("soon", "2026-01-02", "1d"), "--from"),
         (vec!["--body", "mars", "--from", "2026-01-01", "--to", "2026-01-02"], "--step"),
         (vec!["--body", "mars", "--from", "2026-01-01", "--to", "2026-01-02", "--step", "1d"], "--center"),
+        // Of one instant it was a failure, without the name of the option.
+        (vec!["--body", "mars", "--apparent", "--center", "jupiter", "--time", "2026-01-01"], "--center: an apparent place"),
+        (vec!["--body", "mars", "--apparent", "--center", "nibiru", "--time", "2026-01-01"], "--center: no body"),
+        (vec!["--body", "mars", "--center", "sun", "--time", "soon"], "--time: time `soon`"),
         (vec!["--rise-set", "--at", "91,0", "--time", "now"], "--at"),
         (vec!["--rise-set", "--time", "now"], "--at"),
         (vec!["--body", "nibiru", "--at", "51,0", "--time", "now"], "nibiru"),
@@ -175,9 +195,149 @@ fn bodies_have_naif_codes_too() {
     {
         assert_eq!(query(by_code[0], by_code[1]), query(by_name[0], by_name[1]), "{by_code:?}");
     }
-    for unknown in ["-5", "498", "11", "5.0"] {
+    for unknown in ["-5", "987654", "5.0"] {
         let out = orrery(&[&format!("--body={unknown}"), "--center", "sun", "--time", "2024-04-08"]);
         let message = String::from_utf8_lossy(&out.stderr).into_owned();
-        assert!(out.status.code() == Some(2) && message.contains("--body: no body or barycentre is called"), "{message}");
+        assert!(
+            out.status.code() == Some(2) && message.contains("--body: no body, barycentre, minor planet or comet is called"),
+            "{message}"
+        );
     }
+}
+
+/// Text fits into 100 columns, JSON and CSV have every quantity; `--quantities` chooses. The values themselves: tests/scene/observed.rs.
+#[test]
+fn what_an_observer_sees_has_the_requested_columns() {
+    let span = ["--from", "2025-01-10", "--to", "2025-01-12", "--step", "1d"];
+    let all = [
+        "time_utc",
+        "ra_deg",
+        "dec_deg",
+        "azimuth_deg",
+        "altitude_deg",
+        "magnitude",
+        "surface_brightness_mag_arcsec2",
+        "diameter_arcsec",
+        "illuminated_fraction",
+        "phase_angle_deg",
+        "elongation_deg",
+        "elongation_side",
+        "constellation",
+        "distance_km",
+        "distance_au",
+        "range_rate_km_s",
+    ];
+    for (place, is_at_place) in [(&[][..], false), (&["--at", "48.14,11.58"][..], true)] {
+        for body in ["venus", "moon", "sun", "1P/Halley", "mars barycenter"] {
+            let args = [&["--body", body, "--observer"], place, &span[..]].concat();
+            if (body, is_at_place) == ("mars barycenter", true) {
+                // It has no disc and so no altitude.
+                continue;
+            }
+            let printed = text(&args);
+            assert!(printed.lines().count() == 4 && printed.lines().all(|line| line.chars().count() <= 100), "{printed}");
+            let rows = json(&args);
+            let expected: std::collections::BTreeSet<&str> =
+                all.into_iter().filter(|name| is_at_place || !["azimuth_deg", "altitude_deg"].contains(name)).collect();
+            let found: std::collections::BTreeSet<&str> = rows[0].as_object().expect("a row").keys().map(String::as_str).collect();
+            assert_eq!(found, expected, "{args:?}");
+            let csv = text(&[&args[..], &["--csv"]].concat());
+            assert_eq!(csv.lines().next().expect("a heading").split(',').count(), expected.len(), "{csv}");
+        }
+    }
+    let venus = json(&["--body", "venus", "--observer", "--time", "2025-01-10T05:00:00Z"]);
+    assert!((number(&venus[0]["elongation_deg"]) - 47.2).abs() < 0.1 && venus[0]["elongation_side"] == "east", "{venus}");
+    assert!(venus[0]["constellation"] == "Aqr" && (number(&venus[0]["illuminated_fraction"]) - 0.51).abs() < 0.01, "{venus}");
+    let chosen = text(&[
+        "--body",
+        "venus",
+        "--quantities",
+        "range-rate,phase",
+        "--from",
+        "2025-01-10",
+        "--to",
+        "2025-01-11",
+        "--step",
+        "1d",
+        "--csv",
+    ]);
+    assert_eq!(chosen.lines().next(), Some("time_utc,range_rate_km_s,phase_angle_deg"), "{chosen}");
+    // A place sees the same azimuth as the table of `--at` alone.
+    let [here, horizontal] = [&["--quantities", "horizon"][..], &[]]
+        .map(|more| json(&[&["--body", "moon", "--at", "48.14,11.58", "--time", "2025-01-10"], more].concat()));
+    for name in ["azimuth_deg", "altitude_deg"] {
+        assert_eq!(here[0][name], horizontal[0][name], "{name}");
+    }
+}
+
+/// Names, numbers and designations, packed or not, mean the same minor planet or comet in every form of query.
+#[test]
+fn minor_planets_and_comets_are_bodies_of_every_query() {
+    let state = |body: &str| json(&["--body", body, "--center", "sun", "--time", "2025-08-07"]);
+    let pallas = state("Pallas");
+    for name in ["2 Pallas", "(2)", "2000002"] {
+        assert_eq!(state(name), pallas, "{name}");
+    }
+    assert!(pallas["source"] == "mean" && pallas["error_km"].is_null(), "{pallas}");
+    assert_ne!(state("2"), pallas, "2 is the barycentre of Venus");
+    assert_eq!(state("CJ95O010"), state("C/1995 O1 (Hale-Bopp)"));
+    // 3.40 au from the Sun, by an independent evaluation of the elements.
+    let au = (0..3).map(|k| number(&pallas["pos_km"][k]).powi(2)).sum::<f64>().sqrt() / 149_597_870.7;
+    assert!((au - 3.40116).abs() < 1e-4, "{au}");
+    let apparent = json(&["--body", "pallas", "--apparent", "--time", "2025-08-07"]);
+    assert!((number(&apparent["gcrs"]["ra_deg"]) - 308.625).abs() < 0.02 && apparent["error_arcsec"].is_null(), "{apparent}");
+    // In Munich Pallas is up in the night of its opposition, and has no known disc.
+    let up = json(&["--body", "pallas", "--at", "48.14,11.58", "--time", "2025-08-07T23:00:00Z"]);
+    assert!(number(&up[0]["altitude_deg"]) > 40.0 && up[0]["semidiameter_deg"].is_null(), "{up}");
+    let day = json(&["--body", "pallas", "--rise-set", "--at", "48.14,11.58", "--time", "2025-08-07T12:00:00Z"]);
+    assert!(day["body"] == "2 Pallas" && day["rise"]["time"].is_string() && day["set"]["time"].is_string(), "{day}");
+    let printed = text(&["--body", "halley", "--center", "earth", "--time", "1986-03-01"]);
+    assert!(printed.contains("error unknown"), "{printed}");
+
+    let out = orrery(&["--body", "pallas", "--orientation", "--time", "2025-08-07"]);
+    assert!(out.status.code() == Some(1) && String::from_utf8_lossy(&out.stderr).contains("rotation"), "{out:?}");
+    for (args, message_part) in [
+        (&["--body", "palas", "--apparent", "--time", "now"][..], "`Pallas`"),
+        (&["--body", "panstarrs", "--apparent", "--time", "now"], "is the name of several"),
+        (&["--body", "mars", "--center", "pallas", "--time", "now"], "--center"),
+        (&["--body", "mars", "--quantities", "horizon", "--time", "now"], "--at"),
+        (&["--body", "mars", "--quantities", "colour", "--time", "now"], "surface-brightness"),
+    ] {
+        let out = orrery(args);
+        let message = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(2) && message.contains(message_part) && out.stdout.is_empty(), "{args:?}: {message}");
+    }
+}
+
+/// A minor planet of the user's file, with the packed designation that MPCORB.DAT has, and lines of standard input that ask what is seen of it.
+#[test]
+fn small_bodies_of_the_users_file_answer_by_packed_designation() {
+    use std::io::Write;
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("mine.csv");
+    std::fs::write(
+        &file,
+        "designation,name,e,a_au,i_deg,node_deg,argp_deg,M_deg,epoch_mjd,H,G\n2007 TA418,,0.1,2.5,5,80,70,30,60000,15.5,0.15\n",
+    )
+    .expect("written");
+    let mut program = Command::new(crate::support::program::path())
+        .args(["--minor-planets", file.to_str().expect("UTF-8"), "ephemeris", "--stdin", "--observer"])
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let lines = r#"{"body":"K07Tf8A","time":"2026-01-01"}
+{"body":"2007 TA418","time":"2026-01-01","center":"earth"}
+{"body":"2007 TA418","time":"2026-01-01","center":"mars"}
+{"body":"Pallas","time":"2026-01-01"}
+"#;
+    program.stdin.take().expect("piped").write_all(lines.as_bytes()).expect("written");
+    let out = program.wait_with_output().expect("ends");
+    let answers: Vec<Value> =
+        String::from_utf8(out.stdout).expect("UTF-8").lines().map(|line| serde_json::from_str(line).expect("JSON")).collect();
+    assert_eq!(answers.len(), 4, "{answers:?}");
+    assert_eq!(answers[0], answers[1]);
+    assert!((15.0..22.0).contains(&number(&answers[0]["ok"]["magnitude"])) && answers[0]["ok"]["diameter_arcsec"].is_null(), "{answers:?}");
+    assert!(answers[2]["error"].as_str().is_some_and(|e| e.starts_with("center")), "{answers:?}");
+    assert!(answers[3]["error"].as_str().is_some_and(|e| e.contains("Pallas")), "the file replaces the embedded table: {answers:?}");
 }

@@ -418,56 +418,19 @@ fn a_stop_that_cannot_be_drawn_is_named() {
     assert_eq!(files(folder.path()).len(), 2, "no frame was written");
 }
 
-/// An existing animation is not overwritten without --overwrite, and unsupported settings are reported before anything is drawn.
 #[test]
-fn an_animation_has_the_frames_of_a_sequence() {
-    use image::AnimationDecoder;
+fn a_sequence_in_seconds_has_a_frame_in_a_leap_second() {
     let folder = tempfile::tempdir().expect("a folder");
-    let path_of = |name: &str| folder.path().join(name);
-    let args_for = |out: &Path| {
-        [&BASE[..], &["--frames", "3", "--step", "20m", "--rate", "10", "-o", path_text(out)]]
-            .concat()
-            .into_iter()
-            .map(str::to_owned)
-            .collect::<Vec<_>>()
-    };
-    let draw = |out: &Path, extra_options: &[&str]| {
-        let args = args_for(out);
-        render(&[&args.iter().map(String::as_str).collect::<Vec<_>>()[..], extra_options].concat())
-    };
-    for name in ["out-%d.png", "out.apng", "out.gif"] {
-        let out = draw(&path_of(name), &[]);
-        assert!(out.status.success(), "{name}: {}", stderr_text(&out));
-    }
-    let frame_of_sequence = |k: usize| image::open(path_of(&format!("out-{k}.png"))).expect("an image").to_rgb8();
-    let file = std::io::BufReader::new(std::fs::File::open(path_of("out.apng")).expect("a file"));
-    let frames =
-        image::codecs::png::PngDecoder::new(file).expect("a PNG").apng().expect("animated").into_frames().collect_frames().expect("frames");
-    assert_eq!(frames.len(), 3);
-    for (k, frame) in frames.iter().enumerate() {
-        assert_eq!(image::DynamicImage::from(frame.buffer().clone()).to_rgb8(), frame_of_sequence(k), "frame {k}");
-        assert_eq!(frame.delay().numer_denom_ms(), (100, 1));
-    }
-    assert_ne!(frame_of_sequence(0), frame_of_sequence(2), "the comparison must be able to fail");
-    let before = files(folder.path());
-    for name in ["out.apng", "out.gif"] {
-        let again = draw(&path_of(name), &[]);
-        assert!(again.status.code() == Some(1) && stderr_text(&again).contains("--overwrite"), "{}", stderr_text(&again));
-        assert!(draw(&path_of(name), &["--overwrite"]).status.success());
-    }
-    // The overwritten files have the same bytes.
-    assert_eq!(files(folder.path()), before);
-    for (extra_options, message_part) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 100")] {
-        let mut args = args_for(&path_of("other.gif"));
-        if extra_options[0] == "--rate" {
-            args.retain(|w| w != "--rate" && w != "10");
-        }
-        let out = render(&[&args.iter().map(String::as_str).collect::<Vec<_>>()[..], extra_options].concat());
-        assert!(
-            out.status.code() == Some(2) && stderr_text(&out).contains(message_part) && !path_of("other.gif").exists(),
-            "{}",
-            stderr_text(&out)
-        );
+    for times in [
+        ["2016-12-31T23:59:59Z", "2016-12-31T23:59:60Z", "2017-01-01T00:00:00Z"],
+        ["1972-12-31T23:59:59Z", "1972-12-31T23:59:60Z", "1973-01-01T00:00:00Z"],
+    ] {
+        let pattern = folder.path().join("%d.png");
+        let args = ["--target", "phobos", "--size", "12x10", "--overwrite", "--frames", "3", "--step", "1s", "--time", times[0]];
+        let out = render(&[&args[..], &["-o", path_text(&pattern)]].concat());
+        assert!(out.status.success(), "{}", stderr_text(&out));
+        let drawn = [0, 1, 2].map(|k| std::fs::read(folder.path().join(format!("{k}.png"))).expect("a frame"));
+        assert_eq!(drawn.map(|png| orrery::image::png_text_in_head(&png, "Creation Time").expect("a time")), times);
     }
 }
 

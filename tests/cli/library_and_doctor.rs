@@ -132,6 +132,48 @@ fn doctor_and_diff_print_one_json_value() {
     assert_eq!(same, serde_json::json!([]));
 }
 
+/// A failure is a problem with which other commands end, and `doctor` says so by its exit status. It was always 0.
+#[test]
+fn doctor_fails_if_and_only_if_other_commands_do() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path_of = |name: &str| folder.path().join(name);
+    let (cache, maps, bodies, file) = (path_of("cache"), path_of("maps"), path_of("bodies"), path_of("file"));
+    [&maps, &bodies].iter().for_each(|folder| std::fs::create_dir(folder).expect("made"));
+    std::fs::write(&file, "no data").expect("written");
+    std::fs::write(maps.join("mars.jpg"), "no image").expect("written");
+    std::fs::write(bodies.join("a.toml"), "[[body]]\nid = 401\ncolour = 3\n").expect("written");
+    let (missing, file) = (path_of("missing"), path_text(&file));
+    // Options, the topic of the problem, and whether it is a failure.
+    let cases: [(&[&str], &str, bool); 10] = [
+        (&["--catalogs", path_text(&bodies)], "catalogs", true),
+        (&["--catalogs", path_text(&missing)], "catalogs", true),
+        (&["--kernel", file], "kernel", true),
+        (&["--textures", path_text(&missing)], "textures", true),
+        (&["--shaders", path_text(&missing)], "shaders", true),
+        (&["--surface", "nibiru=none.wesl"], "shaders", true),
+        (&["--stars", file], "data", true),
+        (&["--sky", file], "data", true),
+        (&["--textures", path_text(&maps)], "textures", false),
+        (&[], "cache", false),
+    ];
+    for (options, topic, fails) in cases {
+        // A file in place of the cache folder.
+        let cache = if topic == "cache" { Path::new(file) } else { &cache };
+        let out = orrery(cache, &[&["doctor", "--json"], options].concat());
+        let report: Value = serde_json::from_slice(&out.stdout).expect("JSON");
+        let lines = report["lines"].as_array().expect("lines");
+        let count = |field: &str| lines.iter().filter(|line| line[field] == true).count();
+        assert_eq!((count("problem") > 0, count("failure") > 0), (true, fails), "{options:?}: {report}");
+        assert!(lines.iter().filter(|line| line["problem"] == true).all(|line| line["topic"] == topic), "{options:?}: {report}");
+        assert!(report["problems"] == count("problem") && report["failures"] == count("failure"), "{options:?}: {report}");
+        assert_eq!(out.status.code(), Some(i32::from(fails)), "{options:?}: {report}");
+        let message = stderr_text(&out);
+        assert_eq!((message.lines().count(), message.contains(topic)), (usize::from(fails), fails), "{options:?}: {message}");
+        let explained = orrery(cache, &[&["explain", "--target", "mars", "--time", "2024-01-01"], options].concat());
+        assert_eq!(explained.status.success(), !fails, "{options:?}: {}", stderr_text(&explained));
+    }
+}
+
 /// The variable that `doctor` recommends had no effect with a misspelt name, without a word.
 #[test]
 fn unknown_kernels_are_reported() {

@@ -1,5 +1,6 @@
 //! The built program: verbs, messages, files.
 
+mod animations;
 mod bench;
 #[cfg(unix)]
 mod bounded;
@@ -10,6 +11,8 @@ mod error_bound;
 mod frames;
 mod horizon;
 mod hostile;
+#[cfg(unix)]
+mod interrupt;
 mod library_and_doctor;
 mod lunar_heights;
 mod measure;

@@ -379,7 +379,8 @@ fn doctor_reads_the_data_files_of_every_option() {
     let report = |stars: &str| {
         let files = ["--stars", stars, "--minor-planets", "none.csv", "--lunar-heights", "none.png", "--sky", "none.png"];
         let out = orrery(&[&["doctor", "--renderer", "software", "--threads", "0"], &files[..]].concat());
-        assert!(out.status.success());
+        let message = super::stderr_text(&out);
+        assert!(out.status.code() == Some(1) && message.lines().count() == 1 && message.contains(": data"), "{message}");
         String::from_utf8_lossy(&out.stdout).into_owned()
     };
     let text = report("none.csv");

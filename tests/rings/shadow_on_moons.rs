@@ -1,7 +1,7 @@
 //! The shadow of rings on moons: the eclipse of Iapetus that Barnard observed in 1889, the agreement of image, `explain` and `probe`, and rings of a user's
 //! catalog.
 
-use crate::support::session::SESSION;
+use crate::support::session::{SESSION, sources};
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
 use orrery::probe::Prober;
@@ -10,6 +10,7 @@ use orrery::scene::draw::BodyPart;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::scene::{Scene, bodies_seen_from};
+use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use serde_json::json;
 
@@ -146,4 +147,57 @@ fn rings_of_a_users_catalog_dim_the_moon() {
     let full = fading("2024-06-22T01:00:00Z");
     assert!((full - expected).abs() < 0.03, "{full}, not {expected}");
     assert!(fading("2024-06-06T18:00:00Z").abs() < 1e-9);
+}
+
+/// The Moon two days before the full Moon, in the shadow of a ring around the Earth that leaves 0.28 of the sunlight, in a catalog with more entries. Returns
+/// the decisions about the Moon: effect, whether it is on, and the reason.
+fn decisions_in_ring_shadow(entries: &str, position: Position, effects: &str) -> Vec<(&'static str, bool, String)> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ring = "[[ring]]\nbody = \"Earth\"\nname = \"x\"\ninner_km = 7e3\nouter_km = 3e5\ntau_normal = 0.5\n";
+    std::fs::write(folder.path().join("mine.toml"), format!("{ring}{entries}")).expect("written");
+    let sources = Sources { catalogs: Some(folder.path().to_owned()), ..sources() };
+    let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
+    let request = ViewRequest {
+        position,
+        fov_deg: Some(40.0),
+        width: 64,
+        height: 64,
+        exposure: ExposureRequest::Stops(0.0),
+        effects: EffectOverrides::parse(effects).expect("effects"),
+        ..ViewRequest::of(NaifId::MOON, time("2024-06-20T01:00:00Z"))
+    };
+    let scene = session.scene(&request).expect("a scene");
+    let moon = scene.body(NaifId::MOON).expect("the Moon");
+    moon.decisions.iter().map(|d| (d.effect, d.on, d.reason.to_string())).collect()
+}
+
+/// Of ring-shine and planet-shine, which no shader has together, the stronger is drawn. The Moon's own ring gives it 1.8 times as much light as the Earth, or
+/// half as much, because its light is sunlight that the Earth's ring dims. Negative control: without the shadow ring-shine is drawn.
+#[test]
+fn the_stronger_light_is_that_of_dimmed_sunlight() {
+    let own_ring = "[[ring]]\nbody = \"Moon\"\nname = \"y\"\ninner_km = 2e3\nouter_km = 5e3\ntau_normal = 1.8e-5\n";
+    let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(6.0) };
+    for (effects, left_out, other) in
+        [("+planet-shine,+ring-shine", "ring-shine", "planet-shine"), ("+planet-shine,+ring-shine,-eclipse", "planet-shine", "ring-shine")]
+    {
+        let decisions = decisions_in_ring_shadow(own_ring, position, effects);
+        let is_left_out = |effect: &str| decisions.iter().any(|(name, on, _)| *name == effect && !on);
+        assert!(is_left_out(left_out) && !is_left_out(other), "{effects}: {decisions:?}");
+    }
+}
+
+/// Light of the Earth in the air of the Moon, relative to sunlight: 3.5 times as much if the Earth's ring dims sunlight to 0.28.
+#[test]
+fn planet_shine_in_air_is_compared_with_dimmed_sunlight() {
+    let air = "[[atmosphere]]\nbody = \"Moon\"\ntop_km = 50.0\nsource = \"a test\"\n[[atmosphere.species]]\nname = \"gas\"\n\
+               scattering_per_km = [0.01, 0.01, 0.01]\nabsorption_per_km = [0.0, 0.0, 0.0]\nscale_height_km = 8.0\n";
+    let position = Position::Ground { body: NaifId::MOON, latitude_deg: 0.0, longitude_deg: 0.0, height_km: 0.0017 };
+    let part = |effects: &str| -> f64 {
+        let decisions = decisions_in_ring_shadow(air, position, effects);
+        let (.., reason) = decisions.iter().find(|(name, ..)| *name == "planet-shine-in-air").expect("decided");
+        reason.split(' ').find_map(|word| word.parse().ok()).expect("a number")
+    };
+    let (dimmed, undimmed) = (part("+planet-shine"), part("+planet-shine,-eclipse"));
+    // The numbers have two digits.
+    assert!((dimmed / undimmed * 0.2846 - 1.0).abs() < 0.1, "{dimmed}, {undimmed} in undimmed sunlight");
 }

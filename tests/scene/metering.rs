@@ -476,8 +476,8 @@ fn a_sky_without_eclipses_is_exposed_for_its_daylight() {
     }
 }
 
-/// A Sun smaller than two pixels, beside a frame that shows the Moon's night side. Farther outside than its glare reaches (0.15 of the field) it adds no light
-/// to the image. As it comes nearer, the exposure falls, by 1.8 stops at once where its sprite enters: the glare does not whiten the image.
+/// A Sun smaller than two pixels beside a view of the Moon's night side, at first too far outside for glare (0.15 of the field). Then its glare, the sixth power
+/// of an angle, rises by 0.13 stops per step where the exposure begins to fall, and the meter's limits by at most as much again. It does not whiten the image.
 #[test]
 fn the_glare_of_a_point_like_sun_beside_the_frame_fades() {
     let position = above_target(Some(PLUTO), 20.0);
@@ -489,12 +489,12 @@ fn the_glare_of_a_point_like_sun_beside_the_frame_fades() {
     }
     for fov_deg in [43.0, 45.0, 47.0, 49.0] {
         let light = displayed_light(&request(fov_deg));
-        assert!(light.white_fraction < 0.1, "{fov_deg} degrees: {light:?}");
+        assert!(light.white_fraction < 0.15, "{fov_deg} degrees: {light:?}");
     }
-    let stops: Vec<f64> = (0..=48).map(|k| exposure_stops(&request(38.0 + 0.25 * f64::from(k)))).collect();
+    let stops: Vec<f64> = (0..=96).map(|k| exposure_stops(&request(38.0 + 0.125 * f64::from(k)))).collect();
     for (k, [before, after]) in stops.array_windows().enumerate() {
-        assert!((before - after).abs() < 2.0, "{} degrees: {before} to {after} stops", 38.0 + 0.25 * k as f64);
+        assert!((before - after).abs() < 0.3, "{} degrees: {before} to {after} stops", 38.0 + 0.125 * k as f64);
     }
     // Negative control: in all, the exposure falls by far more.
-    assert!(stops[0] - stops[48] > 6.0, "{} to {} stops", stops[0], stops[48]);
+    assert!(stops[0] - stops[96] > 6.0, "{} to {} stops", stops[0], stops[96]);
 }

@@ -8,6 +8,7 @@ use egui::{Event, Key, Modifiers, OutputCommand};
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
+use orrery::image::{gif_text_in_head, png_text_in_head};
 use orrery::scene::request::{Purpose, ViewRequest};
 use orrery::session::ExistingImage;
 use orrery::time::Instant;
@@ -154,6 +155,11 @@ fn an_animation_is_saved_in_one_file_and_overwrites_none() {
         } else {
             assert_eq!(std::fs::read(&unused_path).expect("a file")[..6], *b"GIF89a");
         }
+        let bytes = std::fs::read(&unused_path).expect("a file");
+        let text = |keyword: &str| if name == "a.gif" { gif_text_in_head(&bytes, keyword) } else { png_text_in_head(&bytes, keyword) };
+        assert_eq!(text("Title").as_deref(), Some("Saturn"), "{name}");
+        assert!(text("Description").is_some_and(|link| link.starts_with("orrery://view?")), "{name}");
+        assert!(text("Request").is_some_and(|request| request.contains("\"frames\":\"3 at 5 per second (")), "{name}");
     }
     // An impossible animation is reported and not started.
     let mut window = animating(&folder.path().join("a.mp4"));

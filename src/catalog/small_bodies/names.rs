@@ -123,23 +123,49 @@ fn comparable(name: &str) -> String {
     }
 }
 
-/// Whether a body is called so. `wanted`: from [`comparable`].
+/// The words of a name: hyphens and underscores separate them, too.
+fn words(name: &str) -> impl Iterator<Item = &str> {
+    name.split(|c: char| c.is_whitespace() || c == '_' || c == '-').filter(|word| !word.is_empty())
+}
+
+/// Whether these words, in any case, are those of a name as [`comparable`] returns it.
+fn are_words_of<'n>(mut found: impl Iterator<Item = &'n str>, wanted: &str) -> bool {
+    let mut wanted = wanted.split(' ');
+    let is_same = |a: &str, b: &str| a.chars().flat_map(char::to_lowercase).eq(b.chars());
+    loop {
+        match (found.next(), wanted.next()) {
+            (None, None) => return true,
+            (Some(a), Some(b)) if is_same(a, b) => {}
+            _ => return false,
+        }
+    }
+}
+
+/// Whether a body is called so. `wanted`: from [`comparable`]. It allocates nothing, because a table may have over a million bodies.
 fn is_called(body: &SmallBody, wanted: &str) -> bool {
-    let is = |name: &str| !name.is_empty() && comparable(name) == wanted;
-    if is(&body.designation) || is(&body.name) || is(&body.full_name()) {
+    let is = |name: &str| match unpacked(name) {
+        Some(plain) => are_words_of(words(&plain), wanted),
+        None => are_words_of(words(name), wanted),
+    };
+    let (designation, name) = (body.designation.as_str(), body.name.as_str());
+    let is_number = !designation.is_empty() && designation.bytes().all(|b| b.is_ascii_digit());
+    if is(designation) || is(name) || (is_number && designation.trim_start_matches('0') == wanted) {
+        return true;
+    }
+    if are_words_of(words(designation).chain(words(name)), wanted) {
         return true;
     }
     // The parts of `1P/Halley`, `C/1995 O1 (Hale-Bopp)` and `433 Eros (A898 PA)`.
-    let (before_bracket, in_brackets) = match body.name.split_once('(') {
+    let (before_bracket, in_brackets) = match name.split_once('(') {
         Some((before, rest)) => (before.trim(), rest.trim_end_matches(')')),
-        None => (body.name.as_str(), ""),
+        None => (name, ""),
     };
     let (before_slash, after_slash) = before_bracket.split_once('/').unwrap_or((before_bracket, ""));
     let number_and_name = before_bracket.split_once(' ').filter(|(number, _)| number.bytes().all(|b| b.is_ascii_digit()));
-    let (number, name) = number_and_name.unwrap_or_default();
+    let (number, bare_name) = number_and_name.unwrap_or_default();
     // The letter before the slash of `C/1995 O1` is no name.
     let has_number = before_slash.len() > 1;
-    is(before_bracket) || is(in_brackets) || is(after_slash) || (has_number && is(before_slash)) || is(number) || is(name)
+    is(before_bracket) || is(in_brackets) || is(after_slash) || (has_number && is(before_slash)) || is(number) || is(bare_name)
 }
 
 impl SmallBody {
@@ -251,7 +277,10 @@ impl Catalog {
             [b.name.as_str(), after_slash, in_brackets]
         });
         let of_catalog = self.bodies().iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(String::as_str);
-        let known = of_catalog.chain(of_small).filter(|known| !known.is_empty());
+        // A suggestion differs by at most three edits, or continues the name: other lengths need not be compared. `nearest` ignores what is too long.
+        let letters = name.trim().chars().count();
+        let is_near = |known: &str| !known.is_empty() && known.chars().count() + 3 >= letters && (letters > 2 || known.len() < 6);
+        let known = of_catalog.chain(of_small).filter(|known| is_near(known));
         let hint = did_you_mean(name.trim(), known).unwrap_or_else(|| "`orrery doctor` lists all bodies of the catalog".into());
         UnknownName(format!("no body, barycentre, minor planet or comet is called `{shown}`; {hint}"))
     }

@@ -12,7 +12,7 @@ use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::features::choice::FeatureSelection;
 use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
-use crate::scene::light::{disc_light, lights};
+use crate::scene::light::disc_light;
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::detail;
 use glam::DVec3;
@@ -58,7 +58,7 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
         decisions.log.record(Effect::Clouds.name(), false, reason);
         return None;
     }
-    let closed_deck_radiance = clouds.albedo * lights::sunlight(placed.body_to_sun_km).irradiance.x;
+    let closed_deck_radiance = clouds.albedo * decisions.sunlight(placed).max_element();
     let threshold = inputs.threshold();
     let by_threshold = || {
         (

@@ -15,9 +15,10 @@ use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::features::choice::BodyCapabilities;
 use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
-use crate::scene::light::lights::{self, IncidentLight};
+use crate::scene::light::lights::IncidentLight;
 use crate::scene::request::effects::Effect;
 use crate::scene::stated_errors;
+use glam::DVec3;
 
 /// Whether the atmosphere can change the image, with the reason.
 fn is_significant(inputs: &DecisionInputs<'_, '_>, body: &Body, air: &Atmosphere, camera_is_inside: bool) -> (bool, Reason) {
@@ -49,15 +50,14 @@ fn chosen_model(inputs: &DecisionInputs<'_, '_>, air: &Atmosphere, shell: &Place
 const MIN_SECOND_LIGHT_RATIO: f64 = 0.05;
 
 /// Whether planet-shine is visible in the air of the body on which it falls, with the reason: always from outside the air, from inside it not by day. `light`:
-/// the strongest of the secondary lights.
-fn second_light(inputs: &DecisionInputs<'_, '_>, light: &IncidentLight) -> (bool, Reason) {
+/// the strongest of the secondary lights; `sunlight`: see [`Decisions::sunlight`].
+fn second_light(inputs: &DecisionInputs<'_, '_>, sunlight: DVec3, light: &IncidentLight) -> (bool, Reason) {
     let source = inputs.frame.reflectors.iter().find(|r| r.body.id == light.from).map_or("?", |r| r.body.name.as_str());
     let Some(air_around_camera) = inputs.frame.air.filter(|a| a.body.id == inputs.body().id) else {
         return (true, reason!("air-shine-outside", body = source));
     };
-    let to_sun_km = inputs.placed.body_to_sun_km;
     // The radiances for which the sky would be exposed if lit by the Sun or by the other body alone.
-    let sunlit = air_around_camera.exposure_radiance(to_sun_km, lights::sunlight(to_sun_km).irradiance.y);
+    let sunlit = air_around_camera.exposure_radiance(inputs.placed.body_to_sun_km, sunlight.y);
     let part = air_around_camera.exposure_radiance(light.direction, light.irradiance.y) / sunlit.max(f64::MIN_POSITIVE);
     let min_part = MIN_SECOND_LIGHT_RATIO * inputs.threshold().min_change();
     let reason = reason!("air-shine", body = source, part = format_args!("{part:.1e}"), threshold = format_args!("{min_part:.1e}"));
@@ -95,6 +95,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return decisions };
     let camera_is_inside = shell.camera_is_inside();
     let (on, reason) = is_significant(inputs, body, air, camera_is_inside);
+    let sunlight = decisions.sunlight(inputs.placed);
     let log = &mut decisions.log;
     if !log.record_effect(Effect::Atmosphere, on, reason) {
         return decisions;
@@ -115,12 +116,11 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         && inputs.pixel_view().shows_radiance()
         && let Some(light) = decisions.secondary_lights.first()
     {
-        let (on, reason) = second_light(inputs, light);
+        let (on, reason) = second_light(inputs, sunlight, light);
         if log.record("planet-shine-in-air", on, reason) {
             chosen.second_light_in_air = true;
             // Relative to the Sun's.
-            decisions.second_light_irradiance =
-                camera::narrow(light.irradiance / lights::sunlight(inputs.placed.body_to_sun_km).irradiance);
+            decisions.second_light_irradiance = camera::narrow(light.irradiance / sunlight);
         }
     }
     log.set_stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));

@@ -12,7 +12,7 @@ use crate::scene::annotation::orbits;
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::traces;
 use crate::scene::body_report::{Appearance, BodyReport, InventedData, SubPoint};
-use crate::scene::camera::Placement;
+use crate::scene::camera::{Placement, narrow_scalar};
 use crate::scene::decision::{Decision, invented_text};
 use crate::scene::draw::features::{Detail, PixelView, Shape};
 use crate::scene::draw::{Draw, Point};
@@ -73,8 +73,8 @@ impl BodiesInFrame {
         Self { reports, draws, points, orbits: orbit_arcs, traces: trace_segments }
     }
 
-    /// Applies the lunar limb profile to the Moon, removes draws and points that other bodies hide, and widens the sprites of bright points. `white`:
-    /// radiance shown as white. `corona_flux`: see [`points::apply`].
+    /// Applies the lunar limb profile to the Moon, removes draws and points that other bodies hide, widens the sprites of bright points, and dims that of a
+    /// Sun beside the image. `white`: radiance shown as white. `corona_flux`: see [`points::apply`].
     pub(super) fn apply_visibility(&mut self, frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], white: f64, corona_flux: Vec3) {
         let camera = frame.camera;
         lunar_limb::apply_to_moon(placed, camera, &mut self.draws, &mut self.reports);
@@ -83,11 +83,14 @@ impl BodiesInFrame {
         lunar_limb::update_features(&self.draws, &mut self.reports);
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
         for p in self.points.iter_mut().filter(|p| !p.is_disc_glare()) {
-            // The glare of a Sun outside the image is not drawn. `sprite_radius_px` shrinks the sprite steeply, so that its glare ends next to the edge.
-            let drawn_part_of_glare = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
-            point::set_sprite_radius(p, white, drawn_part_of_glare);
+            point::set_sprite_radius(p, white);
+            // The sprite of a Sun beside the image fades as the veil does (`light::glare`). It keeps its radius: a sprite that shrank would end beside the edge.
+            if let Some(sun) = sun.filter(|s| s.body.id == p.body) {
+                p.flux *= narrow_scalar(glare::entered_fraction(camera, sun));
+            }
         }
-        self.points.retain(|p| point::reaches_frame(camera, p.centre.truncate().as_dvec2(), p.radius_px.into()));
+        let has_effect = |p: &Point| p.flux != Vec3::ZERO || p.covered_px > 0.0;
+        self.points.retain(|p| has_effect(p) && point::reaches_frame(camera, p.centre.truncate().as_dvec2(), p.radius_px.into()));
     }
 }
 

@@ -17,7 +17,7 @@ use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::camera::{Camera, ComposedCone};
 use crate::scene::error::SceneError;
-use crate::scene::request::composition::{DEFAULT_FISHEYE_DEG, FISHEYE_RANGE_DEG};
+use crate::scene::request::composition::DEFAULT_FISHEYE_DEG;
 use crate::scene::request::layers::Layers;
 use crate::scene::request::view_request::{MAX_IMAGE_PX, ViewRequest};
 use crate::scene::request::{Composition, Projection};
@@ -112,9 +112,6 @@ pub(super) fn frames(
 ) -> Result<CompositeFrames, SceneError> {
     let composition = &request.composition;
     let fov_deg = request.fov_deg.unwrap_or(DEFAULT_FISHEYE_DEG);
-    if composition.projection == Projection::Fisheye && !FISHEYE_RANGE_DEG.contains(&fov_deg) {
-        return Err(SceneError::Request(format!("field of view {fov_deg}: a fisheye shows 1 to 360 degrees")));
-    }
     // The viewer's camera is a perspective one, to which the field of view of the fisheye does not apply.
     let viewer = viewpoint::viewer(catalog, ephemeris, &ViewRequest { fov_deg: None, ..without_composition.clone() })?;
     let [right, up, forward] = image_axes(composition, &viewer);

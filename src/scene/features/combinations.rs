@@ -5,7 +5,6 @@
 
 use crate::message::reason;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
-use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 
 /// Chooses between ring-shine and planet-shine, which no shader has together: the light that causes the smaller irradiance of the ground is left out.
@@ -14,8 +13,8 @@ pub(crate) fn choose_secondary_lights<'c>(inputs: &DecisionInputs<'c, '_>, mut d
         return decisions;
     }
     // `brightest` is relative to sunlight.
-    let rings_irradiance =
-        decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.body_to_sun_km).irradiance.x;
+    let sunlight = decisions.sunlight(inputs.placed).max_element();
+    let rings_irradiance = decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * sunlight;
     let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
     if bodies_irradiance > rings_irradiance {
         decisions.log.record(Effect::RingShine.name(), false, reason!("rings-beside-shine"));

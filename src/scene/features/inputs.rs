@@ -11,6 +11,7 @@ use crate::scene::camera::{Camera, ClipRect};
 use crate::scene::decision::DecisionLog;
 use crate::scene::draw::uniforms::{EclipseUniforms, RingUniforms};
 use crate::scene::draw::{Draw, PixelView};
+use crate::scene::eclipse::sun_occluders;
 use crate::scene::features::choice::FeatureSelection;
 use crate::scene::light::lights::{self, IncidentLight, Reflector};
 use crate::scene::placed::PlacedBody;
@@ -131,14 +132,18 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
 /// The geometry of a body's rings, the input of the decisions about them; `None` without rings, or for an emissive body, whose rings are not drawn.
 fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Option<RingView<'c>> {
     let has_lit_rings = !placed.body.rings.is_empty() && !matches!(placed.body.photometry, Photometry::Emissive { .. });
-    has_lit_rings.then(|| RingView {
+    if !has_lit_rings {
+        return None;
+    }
+    let past_other_rings = sun_occluders::shown_sunlight_past_rings(frame.context, placed);
+    Some(RingView {
         body: placed.body,
         camera: frame.camera,
         placement: &placed.placement,
         sun: (placed.body_from_icrf * placed.body_to_sun_km).normalize(),
         sun_distance_km: placed.body_to_sun_km.length(),
         phase_angle_rad: placed.phase_angle_rad,
-        irradiance: lights::sunlight(placed.body_to_sun_km).irradiance.x,
+        irradiance: (lights::sunlight(placed.body_to_sun_km).irradiance * past_other_rings).max_element(),
         threshold: frame.threshold,
         caches: frame.context.caches,
     })
@@ -195,6 +200,12 @@ impl<'c> Decisions<'c> {
             clouds: None,
             rings: Vec::new(),
         }
+    }
+
+    /// Irradiance of the body by the Sun, per channel, as its draws have it: dimmed by the rings of other bodies. The shadows of other bodies themselves, which
+    /// differ from place to place, are left out.
+    pub(crate) fn sunlight(&self, placed: &PlacedBody<'_>) -> DVec3 {
+        lights::sunlight(placed.body_to_sun_km).irradiance * self.sunlight_factor
     }
 }
 

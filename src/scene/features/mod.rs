@@ -209,10 +209,10 @@ fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
     0.25 * PI * inputs.diameter_px.powi(2) * (1.0 + beyond_limb)
 }
 
-/// The point of a body beside the frame: its glare may reach into the frame, as that of a star may. `None` for the Sun, whose glare `light::glare` draws.
+/// The point of a body beside the frame: its glare may reach into the frame, as that of a star may. That of the Sun is dimmed later (`build::bodies`).
 fn point_beside_frame(inputs: &DecisionInputs<'_, '_>) -> Option<Point> {
     let (camera, placed) = (inputs.frame.camera, inputs.placed);
-    let clip = camera.clip(placed.placement.centre_km).filter(|_| placed.body.id != NaifId::SUN)?;
+    let clip = camera.clip(placed.placement.centre_km)?;
     if !point::reaches_frame(camera, clip, point::MAX_RADIUS_PX) {
         return None;
     }
@@ -278,7 +278,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {
             draw.uniforms.lights.push(black_light);
         }
-        // The first light is the Sun; that of the second in the air is relative to it.
+        // The first light is the Sun.
         if let Some(sun) = draw.uniforms.lights.first_mut() {
             sun.irradiance *= sunlight_factor;
         }
@@ -288,7 +288,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;
         draw.uniforms.air.map_weight = decided.map_weight;
-        draw.uniforms.air.second_light_irradiance = decided.second_light_irradiance / sunlight_factor;
+        draw.uniforms.air.second_light_irradiance = decided.second_light_irradiance;
         if draw.part != BodyPart::Sky {
             draw.uniforms.air.night_radiance *= decided.night_fraction_on_ground;
         }

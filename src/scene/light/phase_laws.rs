@@ -202,9 +202,9 @@ mod tests {
         }
     }
 
-    /// Geometric albedos by the magnitude at 1 au from Sun and viewer at zero phase: V(1,0) of the laws; H of the table of minor planets, brightened by the surge.
-    /// The outline is the mean over a rotation, from above the equator. Without Mercury, whose law is extrapolated to zero phase along a steep slope (9 %), and
-    /// without Pluto, whose H in the table (10 % less light than by the albedo) has no slope parameter.
+    /// Geometric albedos by the magnitude at 1 au from Sun and viewer at zero phase: V(1,0) of the laws; H of the table of minor planets, brightened by the
+    /// surge. The outline is the mean over a rotation, from above the equator. Without Mercury, whose law is extrapolated to zero phase along a steep slope (9
+    /// %), and without Pluto, whose H in the table (10 % less light than by the albedo) has no slope parameter.
     #[test]
     fn albedos_are_those_of_the_absolute_magnitudes() {
         const TOLERANCE: f64 = 0.05;

@@ -4,7 +4,7 @@
 //! names it.
 
 use crate::catalog::Catalog;
-use crate::scene::error::SceneError;
+use crate::scene::error::{RequestValue, SceneError};
 use crate::scene::request::view_request::{Axes, EYE_HEIGHT_KM, Look, Position, Up, ViewRequest};
 use crate::wording::{echo, json_error_text, suggestion_or_list, without_byte_order_mark};
 use glam::DVec3;
@@ -115,9 +115,9 @@ pub(crate) fn normalisable_direction(values: [f64; 3]) -> Option<DVec3> {
     scaled.is_finite().then_some(scaled)
 }
 
-/// The vector of a direction; an error if it is zero. `what`: its place in the file, for the error.
-fn direction(values: [f64; 3], what: &str) -> Result<DVec3, SceneError> {
-    normalisable_direction(values).ok_or_else(|| SceneError::Request(format!("{what}: the direction must not be zero")))
+/// The vector of a direction; an error if it is zero. `field`: its place in the file, for the error.
+fn direction(values: [f64; 3], field: &'static str) -> Result<DVec3, SceneError> {
+    normalisable_direction(values).ok_or_else(|| SceneError::CameraField { field, why: "the direction must not be zero".into() })
 }
 
 /// The up direction of a name such as `zenith`.
@@ -144,10 +144,29 @@ impl CameraFile {
         Ok(object.0)
     }
 
+    /// The field of the file that gives this value of a request; `None` if none does.
+    pub(crate) fn field_of(&self, value: RequestValue) -> Option<&'static str> {
+        match value {
+            RequestValue::FieldOfView => self.fov_deg.map(|_| "fov_deg"),
+            RequestValue::Latitude => Some("position.latitude_deg"),
+            RequestValue::Longitude => Some("position.longitude_deg"),
+            RequestValue::Height => Some("position.height_km"),
+            RequestValue::CameraOffset if self.position.0.radii.is_some() => Some("position.radii"),
+            RequestValue::CameraOffset => Some("position.km"),
+            RequestValue::Size
+            | RequestValue::Distance
+            | RequestValue::Exposure
+            | RequestValue::StarsBoost
+            | RequestValue::DomeTilt
+            | RequestValue::EyeSeparation
+            | RequestValue::Time => None,
+        }
+    }
+
     /// Copies position, direction of view, up direction and field of view into a request. The body that the camera looks at becomes the target.
     pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
-        let in_field = |field: &str, e: &dyn std::fmt::Display| SceneError::Request(format!("camera file, {field}: {e}"));
-        let id_of = |field: &str, name: &str| catalog.body_or_barycenter(name).map_err(|e| in_field(field, &e));
+        let in_field = |field: &'static str, e: &dyn std::fmt::Display| SceneError::CameraField { field, why: e.to_string() };
+        let id_of = |field: &'static str, name: &str| catalog.body_or_barycenter(name).map_err(|e| in_field(field, &e));
         let position = &self.position.0;
         let body = id_of("position.body", &position.body)?;
         // Only a position on the ground has a height. With an offset, a height is an error, because it would have no effect.
@@ -163,7 +182,7 @@ impl CameraFile {
             }
             _ => {
                 let how = "give one of radii, km, or latitude_deg with longitude_deg; height_km only with these angles";
-                return Err(SceneError::Request(format!("camera file, position: {how}")));
+                return Err(in_field("position", &how));
             }
         };
         let look = &self.look.0;
@@ -172,13 +191,13 @@ impl CameraFile {
                 request.target = Some(id_of("look.at", name)?);
                 request.look = Look::Target;
             }
-            (None, Some(d)) => request.look = Look::Along { direction: direction(d, "camera file, look")?, axes: look.axes },
-            _ => return Err(SceneError::Request("camera file, look: give one of at, direction".into())),
+            (None, Some(d)) => request.look = Look::Along { direction: direction(d, "look")?, axes: look.axes },
+            _ => return Err(in_field("look", &"give one of at, direction")),
         }
         match &self.up {
             None => request.up = request.position.default_up(),
             Some(UpField::Named(name)) => request.up = up_by_name(name)?,
-            Some(UpField::Along(d)) => request.up = Up::Along { direction: direction(d.direction, "camera file, up")?, axes: d.axes },
+            Some(UpField::Along(d)) => request.up = Up::Along { direction: direction(d.direction, "up")?, axes: d.axes },
         }
         if self.fov_deg.is_some() {
             request.fov_deg = self.fov_deg;
@@ -209,6 +228,6 @@ mod tests {
             assert!((unit - DVec3::NEG_Y).length() < 1e-12, "{length:e}: {unit}");
         }
         assert_eq!(direction([1.0, 2.0, 3.0], "look").expect("a direction"), DVec3::new(1.0, 2.0, 3.0));
-        assert!(direction([0.0; 3], "camera file, look").unwrap_err().to_string().contains("must not be zero"));
+        assert!(direction([0.0; 3], "look").unwrap_err().to_string().contains("must not be zero"));
     }
 }

@@ -4,13 +4,13 @@
 //! Not here: the frames themselves (`scene::composite`).
 
 use super::warp_mesh::WarpMesh;
-use crate::scene::error::SceneError;
+use crate::scene::error::{OutOfRange, RequestValue, SceneError};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 /// Default field of view of a fisheye (`ViewRequest::fov_deg`), a full angle in degrees: a hemisphere.
 pub const DEFAULT_FISHEYE_DEG: f64 = 180.0;
-/// Fields of view that a fisheye can show, full angles in degrees. `scene::composite` checks the range.
+/// Fields of view that a fisheye can show, full angles in degrees.
 pub const FISHEYE_RANGE_DEG: RangeInclusive<f64> = 1.0..=360.0;
 /// Range of the tilt of a dome, degrees.
 pub const DOME_TILT_RANGE_DEG: RangeInclusive<f64> = -180.0..=180.0;
@@ -146,10 +146,14 @@ impl Composition {
             return invalid("centring on the zenith requires --projection fisheye");
         }
         if !DOME_TILT_RANGE_DEG.contains(&self.tilt_deg) {
-            return invalid("the dome's tilt must be -180 to 180 degrees");
+            let (given, range) = (format!("{:?}", self.tilt_deg), DOME_TILT_RANGE_DEG);
+            let allowed = format!("{} to {} degrees", range.start(), range.end());
+            return Err(OutOfRange { what: RequestValue::DomeTilt, given, allowed }.into());
         }
-        if self.stereo.and_then(|s| s.eye_separation_km).is_some_and(|km| !(km > 0.0 && km.is_finite())) {
-            return invalid("the eye separation must be more than 0 km");
+        if let Some(km) = self.stereo.and_then(|s| s.eye_separation_km).filter(|km| !(*km > 0.0 && km.is_finite())) {
+            return Err(
+                OutOfRange { what: RequestValue::EyeSeparation, given: format!("{km:?} km"), allowed: "more than 0 km".into() }.into()
+            );
         }
         Ok(())
     }

@@ -6,9 +6,9 @@
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::message::TextLanguage;
 use crate::scene::draw::features::PixelView;
-use crate::scene::error::SceneError;
+use crate::scene::error::{OutOfRange, RequestValue, SceneError};
 use crate::scene::purpose::Purpose;
-use crate::scene::request::composition::{Composition, Projection};
+use crate::scene::request::composition::{Composition, FISHEYE_RANGE_DEG, Projection};
 use crate::scene::request::effects::EffectOverrides;
 use crate::scene::request::layers::Layers;
 use crate::time::Instant;
@@ -308,64 +308,69 @@ impl ViewRequest {
     /// Rejects effects for bodies that the catalog does not have.
     pub fn check_bodies(&self, catalog: &Catalog) -> Result<(), SceneError> {
         for name in self.effects.bodies() {
-            catalog.body_named(name).map_err(|e| SceneError::Request(format!("effects: {e}")))?;
+            catalog.body_named(name).map_err(SceneError::EffectBody)?;
         }
         Ok(())
     }
 
-    /// Rejects numbers outside their ranges, naming them.
+    /// Rejects numbers outside their ranges ([`SceneError::OutOfRange`]) and invalid compositions.
     pub fn check(&self) -> Result<(), SceneError> {
-        let invalid = |what: String| Err(SceneError::Request(what));
+        let invalid = |what: RequestValue, given: String, allowed: &str| {
+            let allowed = allowed.to_owned();
+            Err(SceneError::from(OutOfRange { what, given, allowed }))
+        };
+        let bounds = |range: &RangeInclusive<f64>, unit: &str| format!("{} to {} {unit}", range.start(), range.end());
         if !(1..=MAX_IMAGE_PX).contains(&self.width) || !(1..=MAX_IMAGE_PX).contains(&self.height) {
-            return invalid(format!("size {}x{}: each side must be 1 to {MAX_IMAGE_PX} pixels", self.width, self.height));
+            let allowed = format!("1 to {MAX_IMAGE_PX} pixels a side");
+            return invalid(RequestValue::Size, format!("{}x{}", self.width, self.height), &allowed);
         }
-        // `scene::composite` checks the field of view of a fisheye; an image of the entire sphere has none.
-        if let Some(fov) = self.fov_deg
-            && !FOV_RANGE_DEG.contains(&fov)
-            && self.composition.projection == Projection::Perspective
+        let fov_range_deg = match self.composition.projection {
+            Projection::Perspective => Some(FOV_RANGE_DEG),
+            Projection::Fisheye => Some(FISHEYE_RANGE_DEG),
+            // The entire sphere.
+            Projection::Equirectangular => None,
+        };
+        if let (Some(fov), Some(range)) = (self.fov_deg, fov_range_deg)
+            && !range.contains(&fov)
         {
-            return invalid(format!("field of view {fov:?}: must be {} to {} degrees", FOV_RANGE_DEG.start(), FOV_RANGE_DEG.end()));
+            return invalid(RequestValue::FieldOfView, format!("{fov:?}"), &bounds(&range, "degrees"));
         }
         if let Position::AboveTarget { distance_radii: Some(d), .. } = self.position
             && !(d > 0.0 && d.is_finite())
         {
-            return invalid(format!("distance {d:?} radii: must be a number above 0"));
+            return invalid(RequestValue::Distance, format!("{d:?} radii"), "a number above 0");
         }
         if let Position::Ground { latitude_deg, longitude_deg, height_km, .. } = self.position {
             if !(-90.0..=90.0).contains(&latitude_deg) {
-                return invalid(format!("latitude {latitude_deg:?}: must be -90 to 90 degrees"));
+                return invalid(RequestValue::Latitude, format!("{latitude_deg:?}"), "-90 to 90 degrees");
             }
             if !(-360.0..=360.0).contains(&longitude_deg) {
-                return invalid(format!("longitude {longitude_deg:?}: must be -360 to 360 degrees east"));
+                return invalid(RequestValue::Longitude, format!("{longitude_deg:?}"), "-360 to 360 degrees east");
             }
             if !(height_km > 0.0 && height_km.is_finite()) {
-                return invalid(format!("height {height_km:?} km: must be above the ground"));
+                return invalid(RequestValue::Height, format!("{height_km:?} km"), "above the ground");
             }
         }
         if let Position::Offset { offset_km, .. } = self.position
             && !offset_km.is_finite()
         {
-            return invalid("the camera's offset must be finite".into());
+            return invalid(RequestValue::CameraOffset, format!("{:?} km", offset_km.to_array()), "finite");
         }
         if let ExposureRequest::Stops(stops) | ExposureRequest::Transition { from_stops: stops, .. } = self.exposure
             && !EXPOSURE_RANGE_STOPS.contains(&stops)
         {
-            return invalid(format!(
-                "exposure {stops:?}: must be {} to {} stops",
-                EXPOSURE_RANGE_STOPS.start(),
-                EXPOSURE_RANGE_STOPS.end()
-            ));
+            return invalid(RequestValue::Exposure, format!("{stops:?}"), &bounds(&EXPOSURE_RANGE_STOPS, "stops"));
         }
         self.composition.check()?;
         if let Some(stereo) = self.composition.stereo {
             stereo.check_width(self.width, matches!(self.position, Position::Ground { .. }))?;
         }
         if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost_stops) {
-            let (boost, range) = (self.stars_boost_stops, STARS_BOOST_RANGE_STOPS);
-            return invalid(format!("stars boost {boost:?}: must be {} to {} stops", range.start(), range.end()));
+            let given = format!("{:?}", self.stars_boost_stops);
+            return invalid(RequestValue::StarsBoost, given, &bounds(&STARS_BOOST_RANGE_STOPS, "stops"));
         }
         if !self.time.tdb_seconds_past_j2000().is_finite() {
-            return invalid("the time is not a finite number".into());
+            return invalid(RequestValue::Time, format!("{:?}", self.time.tdb_seconds_past_j2000()), "a finite number");
         }
         Ok(())
     }

@@ -13,7 +13,6 @@ use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::eclipse;
 use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
-use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 use crate::scene::rings::view::RingView;
 use crate::scene::stated_errors;
@@ -89,9 +88,8 @@ fn decide_and_draw(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, visible
     let eclipse = eclipse::decision::decide_for_rings(inputs, decisions, outer_km);
     // An emissive body's rings are not drawn.
     let Some(features) = decisions.chosen.ring_features(view.body, inputs.pixel_view()) else { return Vec::new() };
-    let sunlight = lights::sunlight(view.sun * view.sun_distance_km);
-    // The shadow of another body's rings. At this point nothing else dims sunlight in this way; the shadows of other bodies on the rings are uniforms.
-    let irradiance = sunlight.irradiance * decisions.sunlight_factor;
+    // Past the rings of other bodies; the shadows of other bodies on the rings are uniforms.
+    let irradiance = decisions.sunlight(inputs.placed);
     // The rings' table has their albedo, so the uniform `albedo` holds a factor on their light. It fades them out together with the disc, and applies the
     // reddening by the atmosphere around the camera. A pixel view of the albedo itself does not have this factor.
     let light_factor = if inputs.pixel_view().shows_radiance() { globe::tint(inputs) * inputs.drawn_fraction() } else { DVec3::ONE };

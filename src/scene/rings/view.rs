@@ -70,7 +70,7 @@ pub(crate) struct RingView<'a> {
     pub sun_distance_km: f64,
     /// Phase angle at the body's centre.
     pub phase_angle_rad: f64,
-    /// Irradiance of a plane that faces the Sun.
+    /// Irradiance of a plane that faces the Sun, past the rings of other bodies; brightest channel.
     pub irradiance: f64,
     /// The threshold below which a ring is left out.
     pub threshold: purpose::Threshold,

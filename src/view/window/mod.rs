@@ -15,7 +15,7 @@ pub mod primitives;
 mod settings_writer;
 pub mod shader_watcher;
 
-use crate::files::WriteError;
+use crate::files::{WriteError, remove_unfinished};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::session::{Readiness, Session};
 use crate::view::app::settings::Settings;
@@ -150,9 +150,10 @@ pub(crate) fn run(
 }
 
 /// Exits the process at once. Called if an image is still being rendered, a query is still being answered, or a driver is still compiling. A normal exit
-/// would have to wait for this work, because a driver's exit handlers free memory that the driver's compiler uses. No file is left incomplete, because
-/// files are written atomically.
+/// would have to wait for this work, because a driver's exit handlers free memory that the driver's compiler uses. No file is left incomplete: files are
+/// written atomically, and temporary ones are removed here.
 fn exit_now() -> ! {
+    remove_unfinished();
     #[cfg(unix)]
     // SAFETY: `_exit` accepts any status, runs no exit handlers and does not return.
     unsafe {

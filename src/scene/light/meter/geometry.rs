@@ -4,6 +4,7 @@
 //! Exceptions: `area_px`, `weighted_in_frame_fraction` and `entire_disc_weight` jump where an ellipse becomes an open outline ([`Outline::Open`]) or leaves the
 //! frame.
 
+use crate::ephemeris::angle_rad;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
 use crate::scene::numeric::{smooth_rise, smoothstep};
@@ -52,6 +53,25 @@ pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLim
     RayAndLimb { inside_rad: limb_rad - off_centre.atan2(along), point }
 }
 
+/// Angle between a direction (ICRF, of any length) and the nearest direction in the frame, radians: 0 in the frame, and up to pi behind the camera.
+pub(crate) fn angle_from_frame_rad(camera: &Camera, direction: DVec3) -> f64 {
+    if camera.clip(direction).is_some_and(|clip| clip.abs().max_element() <= 1.0) {
+        return 0.0;
+    }
+    // The edges of the frame are arcs of great circles. The nearest direction is a corner, or where the perpendicular arc meets an edge.
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| camera.ray(DVec2::new(x, y)));
+    let from_edge_rad = |k: usize| {
+        let (from, to) = (corners[k], corners[(k + 1) % corners.len()]);
+        let normal = from.cross(to);
+        let on_circle = direction.reject_from(normal);
+        let is_on_edge = normal.dot(from.cross(on_circle)) > 0.0 && normal.dot(on_circle.cross(to)) > 0.0;
+        // The other corner is that of the next edge.
+        let nearest = if is_on_edge { on_circle } else { from };
+        angle_rad(direction, nearest)
+    };
+    (0..corners.len()).map(from_edge_rad).fold(PI, f64::min)
+}
+
 /// Whether every ray of the frame misses the body's limb by at least half of `spacing`, the angle between the meter's rays, in radians. The distance from the
 /// limb is [`RayAndLimb::inside_rad`], in the unit-sphere frame. A quick test: it may return false although this holds.
 pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f64) -> bool {
@@ -60,7 +80,7 @@ pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f
     let corner_rad = camera.tan_half_fov.length().atan();
     // The unit-sphere frame shrinks angles by at most the ratio of the semi-axes; the factor of two is a margin for large angles.
     let margin_rad = spacing * radii_km.max_element() / radii_km.min_element();
-    crate::ephemeris::angle_rad(placement.centre_km, camera.forward) - radius_rad - corner_rad > 2.0 * margin_rad
+    angle_rad(placement.centre_km, camera.forward) - radius_rad - corner_rad > 2.0 * margin_rad
 }
 
 /// Area within a body's outline in pixels, not clipped to the frame. An open outline counts as the entire frame, a body beside the frame or behind the camera
@@ -207,7 +227,7 @@ fn limb_towards(placement: &Placement, towards: DVec3) -> LimbPoint {
 
 /// Fraction of a disc that a body leaves visible. The disc has the angular radius `radius_rad` around the unit vector `towards`, and lies behind the body.
 pub(crate) fn visible_fraction_behind_body(placement: &Placement, towards: DVec3, radius_rad: f64) -> f64 {
-    let separation_rad = crate::ephemeris::angle_rad(placement.centre_km, towards);
+    let separation_rad = angle_rad(placement.centre_km, towards);
     let limb = limb_towards(placement, towards);
     // A flattened body's limb is tilted against the direction from its centre: the disc's distance from it is shorter, by the cosine of the tilt.
     let from_limb_rad = (separation_rad - limb.angle_rad) * limb.normal_cosine;
@@ -271,6 +291,38 @@ mod tests {
     }
 
     /// The weight of ground along the edge of the frame grows from that of the edge, always in small steps.
+    /// The angle from the frame against the smallest angle to directions on a fine grid of the frame, all over the sky, also behind the camera. Negative control:
+    /// the nearest place in the image is not the nearest direction.
+    #[test]
+    fn the_angle_from_the_frame_is_that_of_the_nearest_direction() {
+        const STEPS: i32 = 100;
+        let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 100.0, 160, 80);
+        let clip = |k: i32| f64::from(2 * k - STEPS) / f64::from(STEPS);
+        let rays: Vec<DVec3> =
+            (0..(STEPS + 1).pow(2)).map(|k| camera.ray(DVec2::new(clip(k % (STEPS + 1)), clip(k / (STEPS + 1))))).collect();
+        let (mut behind, mut largest_error_of_clamped) = (0, 0.0_f64);
+        for k in 0..200 {
+            let z = (f64::from(k) + 0.5) / 100.0 - 1.0;
+            let (sin, cos) = (f64::from(k) * crate::units::GOLDEN_ANGLE_RAD).sin_cos();
+            let direction = DVec3::new(cos * (1.0 - z * z).sqrt(), sin * (1.0 - z * z).sqrt(), z);
+            let expected = rays.iter().map(|ray| angle_rad(direction, *ray)).fold(PI, f64::min);
+            let found = angle_from_frame_rad(&camera, 3.0 * direction);
+            // The grid's steps are at most 0.048 radians.
+            assert!(found <= expected + 1e-9 && expected - found < 0.03, "{direction}: {found}, not {expected}");
+            match camera.clip(direction) {
+                Some(clip) => {
+                    let clamped = camera.ray(clip.clamp(DVec2::NEG_ONE, DVec2::ONE));
+                    largest_error_of_clamped = largest_error_of_clamped.max(angle_rad(direction, clamped) - found);
+                }
+                None => {
+                    behind += 1;
+                    assert!(found > 0.3, "{direction}: {found}");
+                }
+            }
+        }
+        assert!(behind > 80 && largest_error_of_clamped > 0.1, "{behind}, {largest_error_of_clamped}");
+    }
+
     #[test]
     fn ground_along_the_edge_gains_weight_with_its_share() {
         let decades = |share: f64| least_weight_of_ground(share).log10();

@@ -16,7 +16,7 @@ use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::drawn_disc_fraction;
 use crate::scene::request::effects::{Effect, EffectOverrides};
-use glam::DVec3;
+use glam::{DVec3, FloatExt};
 use std::sync::Arc;
 
 /// Heights of the camera, relative to that of the clouds, between which the logarithm of the albedo changes smoothly from that of the ground and air alone to
@@ -43,10 +43,33 @@ const RELIEF_HEIGHT_RADII: f64 = 0.02;
 /// its field of view is narrow.
 const BRIGHT_GROUND_HEIGHT_RADII: f64 = 0.1;
 
-/// The part of the metered light of ground and clouds that images show, where clouds are drawn over a map of the bare ground: the Earth, which has 0.42, 0.35
-/// and 0.52 at phase angles of 0, 60 and 120 degrees, seen from 60 radii. It is metered with its published albedo, because white clouds on a dark sea need a
-/// darker image than their mean: with the drawn light as the mean, the clouds would be white areas.
-const DRAWN_PART_WITH_CLOUDS: f64 = 0.42;
+/// The part of the metered light of ground and clouds that images show, where clouds are drawn over a map of the bare ground: that of the Earth by phase angle
+/// in degrees, the mean over a rotation seen from 60 radii, measured on drawn discs (tests/scene/metered_light.rs compares). The Earth is metered with its
+/// published albedo, because white clouds on a dark sea need a darker image than their mean: with the drawn light as the mean, the clouds would be white areas.
+/// At large phase angles air and glint, which are drawn in full, give most of the light; on the thinnest crescents the meter gives ground and air too much.
+const DRAWN_PART_WITH_CLOUDS: [(f64, f64); 13] = [
+    (0.0, 0.43),
+    (30.0, 0.41),
+    (60.0, 0.37),
+    (90.0, 0.36),
+    (105.0, 0.40),
+    (120.0, 0.53),
+    (135.0, 0.665),
+    (150.0, 0.745),
+    (155.0, 0.71),
+    (160.0, 0.61),
+    (165.0, 0.42),
+    (170.0, 0.21),
+    (175.0, 0.11),
+];
+
+/// [`DRAWN_PART_WITH_CLOUDS`] at a phase angle.
+fn drawn_part_with_clouds(phase_angle_rad: f64) -> f64 {
+    let (table, phase_deg) = (&DRAWN_PART_WITH_CLOUDS, phase_angle_rad.to_degrees());
+    let next = table.partition_point(|(deg, _)| *deg <= phase_deg).clamp(1, table.len() - 1);
+    let ((from_deg, part), (to_deg, next_part)) = (table[next - 1], table[next]);
+    part.lerp(next_part, ((phase_deg - from_deg) / (to_deg - from_deg)).clamp(0.0, 1.0))
+}
 
 /// How much the clouds that are drawn hide the ground from the camera, 0 to 1: see [`GROUND_TO_PLANET_CLOUD_HEIGHTS`].
 fn cloudiness(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f64 {
@@ -137,7 +160,7 @@ impl Albedo {
             of_sky: blend(whole.of_sky, clear_of_sky),
             // Without any light of the ground the fraction does not matter.
             ground_fraction: ground / clear_of_lights.max(f64::MIN_POSITIVE),
-            drawn_part: DRAWN_PART_WITH_CLOUDS.powf(cloudiness * disc_fraction),
+            drawn_part: drawn_part_with_clouds(phase_angle_rad).powf(cloudiness * disc_fraction),
             ..whole
         }
     }

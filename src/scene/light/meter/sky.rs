@@ -8,7 +8,7 @@
 //! Always: continuous in time (tests/atmosphere/dusk.rs) and in height (tests/atmosphere/top_of_air.rs); no sky is shown at a higher level because its light is
 //! less (dusk.rs, with the camera at eye level).
 
-use super::geometry::{ray_and_limb, visible_fraction_behind_body};
+use super::geometry::{angle_from_frame_rad, ray_and_limb, visible_fraction_behind_body};
 use super::{FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject};
 use crate::catalog::NaifId;
 use crate::message::reason;
@@ -19,7 +19,7 @@ use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE};
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 /// Luminance of the sky around sunset, cd/m2. Below it, images of sky and ground are made darker by so many stops per factor of ten in luminance, up to a
 /// maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
@@ -28,9 +28,9 @@ const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
 /// Share of the frame from which on its light counts fully for the exposure of a sky near the top of the air.
 const FULL_SKY_SHARE: f64 = 0.1;
-/// Highest levels, as fractions of white, of the sky in the frame: of its mean, and of the aureole [`AUREOLE_DEG`] from the Sun. In dusk both are lowered by
-/// [`dusk_factor`]. Chosen: the meter exposes the sky by day for a table made for the Earth, which shows the mean of its sky at 0.1 to 0.3 of white. Dust that
-/// scatters forwards would be white around the Sun, as would be a sky over dark ground that is the target.
+/// Highest levels, as fractions of white, of the sky in the frame: of its mean without the aureole, and of the aureole [`AUREOLE_DEG`] from the Sun. In dusk
+/// both are lowered by [`dusk_factor`]. Chosen: the meter exposes the sky by day for a table made for the Earth, which shows the mean of its sky at 0.1 to 0.3
+/// of white. Dust that scatters forwards would be white around the Sun, as would be a sky over dark ground that is the target.
 const MAX_SKY_LEVEL: f64 = 0.4;
 const MAX_AUREOLE_LEVEL: f64 = 0.75;
 /// Angle from the Sun, degrees, within which the aureole may be white.
@@ -175,21 +175,23 @@ impl<'a> MeteredFrame<'_, 'a> {
         let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.light.sky_exposure_radiance).powf(air.sky_weight());
         let by_weight = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
         let exposed = MeteredSubject { radiance: by_weight.radiance.max(least_radiance), ..by_weight };
-        Some(with_drawn_radiance(exposed, self.drawn_sky_radiance(air)))
+        Some(with_drawn_radiance(exposed, self.sky_radiance_without_aureole(air) + self.aureole_radiance(air)))
     }
 
-    /// The mean radiance that is drawn in the frame's part of the sky.
-    fn drawn_sky_radiance(&self, air: &SurroundingAir<'_>) -> f64 {
+    /// What the Sun's aureole adds to the mean radiance of the frame's part of the sky.
+    fn aureole_radiance(&self, air: &SurroundingAir<'_>) -> f64 {
+        let Some(sunlight) = self.light.lights_of_sky.first() else { return 0.0 };
+        let left = self.light.sunlight_in_air.frame;
+        // It comes from air near the camera. In a deep eclipse that is darker than the sky in the mean, which has light from outside the shadow: so the part of
+        // the sunlight that is left counts twice. While much of the Sun is visible, this makes the aureole too dark, by that part.
+        sunlight.irradiance * left * left * air.mean_aureole(sunlight.towards, &self.light.sky_rays)
+    }
+
+    /// The mean radiance that is drawn in the frame's part of the sky, without the Sun's aureole.
+    fn sky_radiance_without_aureole(&self, air: &SurroundingAir<'_>) -> f64 {
         let scattered =
             self.sum_over_lights_of_sky(self.light.sunlight_in_air.frame, |_, light, irradiance| light.scattered_radiance(irradiance));
         scattered + air.night_sky_radiance()
-    }
-
-    /// Angle between the Sun and the nearest direction in the frame, degrees; 180 for a Sun behind the camera.
-    fn angle_from_sun_deg(&self, towards_sun: DVec3) -> f64 {
-        let camera = self.meter.camera;
-        let Some(clip) = camera.clip(towards_sun) else { return 180.0 };
-        crate::ephemeris::angle_rad(camera.ray(clip.clamp(DVec2::NEG_ONE, DVec2::ONE)), towards_sun).to_degrees()
     }
 
     /// The least radiance that may be white, so that the sky in the frame is not brighter than [`MAX_SKY_LEVEL`] and [`MAX_AUREOLE_LEVEL`], whatever the image
@@ -200,10 +202,11 @@ impl<'a> MeteredFrame<'_, 'a> {
         if part_of_frame <= 0.0 {
             return 0.0;
         }
-        let angle_deg = self.angle_from_sun_deg(sunlight.towards).max(AUREOLE_DEG);
+        // Of the sky in the frame, that nearest to the Sun is the brightest part of the aureole.
+        let angle_deg = angle_from_frame_rad(self.meter.camera, sunlight.towards).to_degrees().max(AUREOLE_DEG);
         let aureole = sunlight.irradiance * self.light.sunlight_in_air.frame * air.radiance_above_light(sunlight.towards, angle_deg);
         let dusk = dusk_factor(self.light.sky_exposure_radiance).powf(air.sky_weight());
-        part_of_frame / dusk * (self.drawn_sky_radiance(air) / MAX_SKY_LEVEL).max(aureole / MAX_AUREOLE_LEVEL)
+        part_of_frame / dusk * (self.sky_radiance_without_aureole(air) / MAX_SKY_LEVEL).max(aureole / MAX_AUREOLE_LEVEL)
     }
 }
 

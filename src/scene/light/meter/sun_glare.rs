@@ -1,9 +1,9 @@
 //! The Sun's glare over the frame, for the light meter: the veil (the veiling glare of `light::glare`), and the glare of the sprite that draws a small Sun as a
 //! point.
 //!
-//! In: the placed Sun and the camera. Out: [`FrameGlare`], which computes the median radiance over the frame. A Sun just beside the image has glare, too. The
-//! sprite's glare reaches at most 64 pixels, but in an image of about that size it is as bright as the veil. The sprite's radius depends on the exposure, so
-//! the median is computed for a given white.
+//! In: the placed Sun and the camera. Out: [`FrameGlare`], which computes the median radiance over the frame. A Sun just beside the image has glare, too: veil
+//! and sprite fade by the same law. The sprite's glare reaches at most 64 pixels, but in an image of about that size it is as bright as the veil. The sprite's
+//! radius depends on the exposure, so with a sprite the median is computed for a given white. Without one it is computed once.
 
 use super::MeteredFrame;
 use super::geometry::area_px;
@@ -12,40 +12,43 @@ use crate::scene::light::glare;
 use crate::scene::point;
 use std::f64::consts::PI;
 
-/// The Sun's light as a point.
-struct PointSun {
-    /// The radiance that the Sun would have if it filled one pixel, brightest channel.
+/// The Sun's sprite, and the glare at a grid of rays over the frame.
+struct Sprite {
+    /// The radiance that the Sun would have if it filled one pixel, brightest channel, before the fraction below.
     flux: f64,
-    /// Fraction of the light of the sprite's glare that is drawn: less than 1 for a Sun beside the image.
-    drawn_part_of_glare: f64,
+    /// Fraction of this light that is drawn: less than 1 for a Sun beside the image.
+    drawn_fraction: f64,
+    /// Radiance of the veil, and distance from the Sun's centre in pixels, at each ray.
+    samples: Vec<[f64; 2]>,
 }
 
-/// The Sun's glare at a grid of rays over the frame.
+/// The Sun's glare over the frame.
 #[derive(Default)]
 pub(crate) struct FrameGlare {
-    /// Radiance of the veil, and distance from the Sun's centre in pixels. Empty without a Sun in the image or just beside it.
-    samples: Vec<[f64; 2]>,
+    /// Median radiance of the veil; 0 without a Sun in the image or just beside it.
+    median_of_veil: f64,
     /// `None` if no sprite's glare counts, as for a Sun that is drawn as a disc.
-    point: Option<PointSun>,
+    sprite: Option<Sprite>,
+}
+
+/// The median of an even number of values, which are reordered; 0 of none.
+fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let (lower, upper_middle, _) = values.select_nth_unstable_by(values.len() / 2, f64::total_cmp);
+    0.5 * (lower.iter().copied().fold(f64::NEG_INFINITY, f64::max) + *upper_middle)
 }
 
 impl FrameGlare {
     /// Median radiance over the frame; 0 if the Sun is far outside the image. `white`: the radiance that is shown as white.
     pub(crate) fn median(&self, white: f64) -> f64 {
-        let half = self.samples.len() / 2;
-        if half == 0 {
-            return 0.0;
-        }
-        let sprite = self.point.as_ref().map(|p| {
-            let radius_px = point::sprite_radius_px(p.flux, white, p.drawn_part_of_glare);
-            let [_, amplitude] = point::point_spread(radius_px);
-            (p.flux * amplitude, radius_px)
-        });
-        let of_sprite =
-            |distance_px: f64| sprite.map_or(0.0, |(radiance, radius_px)| radiance * point::glare_profile(distance_px, radius_px));
-        let mut all: Vec<f64> = self.samples.iter().map(|[veil, distance_px]| veil + of_sprite(*distance_px)).collect();
-        all.sort_by(f64::total_cmp);
-        0.5 * (all[half - 1] + all[half])
+        let Some(sprite) = &self.sprite else { return self.median_of_veil };
+        let radius_px = point::sprite_radius_px(sprite.flux, white);
+        let [_, amplitude] = point::point_spread(radius_px);
+        let radiance = sprite.flux * sprite.drawn_fraction * amplitude;
+        let total = |[veil, distance_px]: &[f64; 2]| veil + radiance * point::glare_profile(*distance_px, radius_px);
+        median(&mut sprite.samples.iter().map(total).collect::<Vec<f64>>())
     }
 }
 
@@ -58,8 +61,8 @@ impl MeteredFrame<'_, '_> {
         let Some(sun) = sun else { return FrameGlare::default() };
         // The sprite is drawn at the Sun's centre, even if a part of the Sun is hidden. In a whole-sphere image the Sun may be behind the meter's frame.
         let centre = camera.clip(sun.placement.centre_km);
-        let drawn_part_of_glare = glare::entered_fraction(camera, sun);
-        let flux = if centre.is_some() && drawn_part_of_glare > 0.0 && !camera.limits_sprite_size {
+        let drawn_fraction = glare::entered_fraction(camera, sun);
+        let flux = if centre.is_some() && drawn_fraction > 0.0 && !camera.limits_sprite_size {
             let point_light_fraction = 1.0 - self.disc_fraction(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
             let visible_fraction = glare::visible_fraction(self.meter.placed, sun);
             point::flux(camera, sun).max_element() * point_light_fraction * visible_fraction * self.light.sun_transmittance
@@ -75,6 +78,30 @@ impl MeteredFrame<'_, '_> {
             let veil = self.light.glare.as_ref().map_or(0.0, |veil| veil.radiance(ray.normalize()));
             [self.light.sun_transmittance * veil, distance_px]
         });
-        FrameGlare { samples, point: (flux > 0.0).then_some(PointSun { flux, drawn_part_of_glare }) }
+        let median_of_veil = median(&mut samples.iter().map(|[veil, _]| *veil).collect::<Vec<f64>>());
+        FrameGlare { median_of_veil, sprite: (flux > 0.0).then_some(Sprite { flux, drawn_fraction, samples }) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_of_an_even_number_is_the_mean_of_the_middle_two() {
+        assert_eq!(median(&mut []), 0.0);
+        for mut values in [[4.0, 1.0, 2.0, 8.0], [8.0, 4.0, 2.0, 1.0], [2.0, 8.0, 1.0, 4.0]] {
+            assert_eq!(median(&mut values), 3.0);
+        }
+    }
+
+    /// A sprite of which a hundredth is drawn has a hundredth of the glare, at the same radius.
+    #[test]
+    fn the_glare_of_a_sprite_is_in_proportion_to_its_drawn_fraction() {
+        let median_of = |drawn_fraction: f64| {
+            let samples = (0..16).map(|k| [0.0, f64::from(k)]).collect();
+            FrameGlare { median_of_veil: 0.0, sprite: Some(Sprite { flux: 1e3, drawn_fraction, samples }) }.median(1.0)
+        };
+        assert!(median_of(1.0) > 0.0 && (median_of(0.01) / median_of(1.0) - 0.01).abs() < 1e-12);
     }
 }

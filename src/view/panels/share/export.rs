@@ -10,7 +10,7 @@ use crate::image::{AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::legend::legend_of;
 use crate::scene::request::{Purpose, Quality, ViewRequest};
-use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Session, is_exr, write_new_image};
+use crate::session::{DrawnFrame, PROVENANCE_CHUNK, Provenance, Session, is_exr, write_new_image};
 use crate::view::app::event_view::EventPlayback;
 use crate::view::app::file_names::{candidate_names, free_sequence};
 use crate::view::app::tour::Tour;
@@ -64,6 +64,8 @@ struct AnimationInProgress {
     bytes: SharedBytes,
     /// The file name that the user typed.
     name: String,
+    frame_count: u32,
+    frames_per_s: u32,
 }
 
 /// The files to which an export writes its frames.
@@ -125,7 +127,8 @@ impl Export {
         }
         let bytes = SharedBytes::default();
         let writer = AnimationWriter::new(bytes.clone(), file_format, (width, height), frame_count, frames_per_s);
-        let animation = AnimationInProgress { writer: writer.map_err(|e| error_text(&e))?, bytes, name: name.to_owned() };
+        let writer = writer.map_err(|e| error_text(&e))?;
+        let animation = AnimationInProgress { writer, bytes, name: name.to_owned(), frame_count, frames_per_s };
         Ok(Self::new(views, ExportOutput::Animation(Some(Box::new(animation))), frame_count, options))
     }
 
@@ -190,7 +193,6 @@ impl Export {
         // The number of the frame, from 0.
         let frame = self.finished_count;
         let (views, options) = (Arc::clone(&self.views), self.options);
-        let is_last = frame + 1 == self.frame_count;
         self.pending_frame = match &mut self.output {
             ExportOutput::Files(files) => {
                 let file = files.path(frame);
@@ -198,7 +200,7 @@ impl Export {
             }
             ExportOutput::Animation(animation) => {
                 let Some(animation) = animation.take() else { return };
-                ask(worker, move |session| add_frame(session, animation, &views.view(frame), options, is_last))
+                ask(worker, move |session| add_frame(session, animation, &views, frame, options))
             }
         };
     }
@@ -214,25 +216,70 @@ fn remaining_text(seconds: f64) -> String {
     }
 }
 
-/// Draws a view, adds it to an animation as the next frame, and writes the file after the last frame.
+/// Draws a frame, counted from 0, adds it to an animation, and writes the file after the last frame.
 fn add_frame(
     session: &Session,
     mut animation: Box<AnimationInProgress>,
-    view: &ViewState,
+    views: &FrameViews,
+    frame: u32,
     options: ImageOptions,
-    is_last: bool,
 ) -> FrameResult {
     let for_exr = false;
-    let (_, drawn) = draw(session, view, options, for_exr)?;
+    let view = views.view(frame);
+    let (request, drawn) = draw(session, &view, options, for_exr)?;
+    if frame == 0 {
+        let provenance = animation_provenance(session, views, options, animation.frame_count, animation.frames_per_s)?;
+        let texts = metadata(session, &view, &request, &drawn, &provenance);
+        animation.writer.add_texts(&texts).map_err(|e| error_text(&e))?;
+    }
     animation.writer.add(&drawn.frame.display).map_err(|e| error_text(&e))?;
-    if !is_last {
+    if frame + 1 < animation.frame_count {
         return Ok((None, Some(animation)));
     }
-    let AnimationInProgress { writer, bytes, name } = *animation;
+    let AnimationInProgress { writer, bytes, name, .. } = *animation;
     writer.finish().map_err(|e| error_text(&e))?;
     let bytes = bytes.0.lock();
     let path = write_new(files_of_animation(&name)?, FileAccess::All, |out| out.write_all(&bytes)).map_err(|e| error_text(&e))?;
     Ok((Some(path), None))
+}
+
+/// The provenance of all frames of an animation.
+fn animation_provenance(
+    session: &Session,
+    views: &FrameViews,
+    options: ImageOptions,
+    frame_count: u32,
+    frames_per_s: u32,
+) -> Result<Provenance, String> {
+    let for_exr = false;
+    let mut error = None;
+    let frames = (0..frame_count).map_while(|frame| match request_of(session, &views.view(frame), options, for_exr) {
+        Ok(request) => Some(session.provenance(&request)),
+        Err(why) => {
+            error = Some(why);
+            None
+        }
+    });
+    let provenance = Provenance::of_animation(frames, frames_per_s);
+    error.map_or(Ok(provenance), Err)
+}
+
+/// The metadata of an image, or of an animation by its first frame: keyword and text.
+fn metadata(
+    session: &Session,
+    view: &ViewState,
+    request: &ViewRequest,
+    drawn: &DrawnFrame,
+    provenance: &Provenance,
+) -> Vec<(&'static str, String)> {
+    vec![
+        ("Title", session.catalog().body(view.target).map_or("Orrery".into(), |b| b.name.clone())),
+        ("Creation Time", request.time.to_utc_iso()),
+        ("Description", view.to_link()),
+        ("Legend", legend_of(&drawn.scene)),
+        ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
+        (PROVENANCE_CHUNK, provenance.to_text()),
+    ]
 }
 
 /// The files to try for an animation with this name, in turn.
@@ -241,12 +288,18 @@ fn files_of_animation(name: &str) -> Result<impl Iterator<Item = PathBuf>, Strin
     Ok(files.map(|file| std::path::absolute(&file).unwrap_or(file)))
 }
 
-/// Draws one image by [`Session::draw_in_background`]; `for_exr`: also returns its linear light, for an EXR file.
-fn draw(session: &Session, view: &ViewState, options: ImageOptions, for_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
+/// The request of an exported image; `for_exr`: of an EXR file.
+fn request_of(session: &Session, view: &ViewState, options: ImageOptions, for_exr: bool) -> Result<ViewRequest, String> {
     let [width, height] = options.size_px;
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| error_text(&e))?;
     request.layers.labels = options.has_labels;
     request.purpose = Purpose::of_file(for_exr);
+    Ok(request)
+}
+
+/// Draws one image by [`Session::draw_in_background`]; `for_exr`: also returns its linear light, for an EXR file.
+fn draw(session: &Session, view: &ViewState, options: ImageOptions, for_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
+    let request = request_of(session, view, options, for_exr)?;
     let images = if for_exr { FrameImages::DisplayAndHdr } else { FrameImages::Display };
     let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), images).map_err(|e| error_text(&e))?;
     Ok((request, drawn))
@@ -269,16 +322,9 @@ pub(crate) fn save(
         return Err(text!("export-image-ending", file = path.display()));
     }
     let (request, drawn) = draw(session, view, options, is_exr(&path))?;
-    let metadata = vec![
-        ("Title", session.catalog().body(view.target).map_or("Orrery".into(), |b| b.name.clone())),
-        ("Creation Time", request.time.to_utc_iso()),
-        ("Description", view.to_link()),
-        ("Legend", legend_of(&drawn.scene)),
-        ("Software", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
-        (PROVENANCE_CHUNK, session.provenance(&request).to_text()),
-    ];
+    let texts = metadata(session, view, &request, &drawn, &session.provenance(&request));
     let files = files.map(|file| std::path::absolute(&file).unwrap_or(file));
-    write_new_image(files, is_exr(&path), &drawn.frame, &metadata).map_err(|e| error_text(&e))
+    write_new_image(files, is_exr(&path), &drawn.frame, &texts).map_err(|e| error_text(&e))
 }
 
 #[cfg(test)]
