@@ -169,7 +169,7 @@ fn a_dome_image_says_that_it_has_no_outline() {
 fn a_stereo_pair_that_is_too_narrow_is_a_wrong_argument() {
     let folder = tempfile::tempdir().expect("a folder");
     for (layout, size, message_part) in
-        [("anaglyph", "1x512", "each eye's image is at least 2 pixels wide"), ("side-by-side", "1x512", "at least 2 pixels wide")]
+        [("anaglyph", "1x512", "at least 2 pixels wide for each eye"), ("side-by-side", "1x512", "--size: size 1x512: must be at least 2")]
     {
         let image = folder.path().join("x.png");
         let view = [

@@ -110,16 +110,16 @@ impl Stereo {
     }
 
     /// Rejects images that are too narrow. `stands_on_ground`: whether the camera does.
-    pub(crate) fn check_width(&self, width: u32, stands_on_ground: bool) -> Result<(), SceneError> {
-        let why = match self.eye_width_px(width) {
-            0 => "a side-by-side image is at least 2 pixels wide",
+    pub(crate) fn check_size(&self, [width, height]: [u32; 2], stands_on_ground: bool) -> Result<(), SceneError> {
+        let allowed = match self.eye_width_px(width) {
+            0 => "at least 2 pixels wide for a side-by-side image",
             // With the default separation the parallax of infinity is at least 1 pixel, more than half the width of such an image.
             1 if self.eye_separation_km.is_none() && !stands_on_ground => {
-                "each eye's image is at least 2 pixels wide, unless the eye separation is given or the camera stands on the ground"
+                "at least 2 pixels wide for each eye, unless the eye separation is given or the camera stands on the ground"
             }
             _ => return Ok(()),
         };
-        Err(SceneError::Request(why.into()))
+        Err(OutOfRange { what: RequestValue::Size, given: format!("{width}x{height}"), allowed: allowed.into() }.into())
     }
 }
 

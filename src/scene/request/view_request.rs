@@ -363,7 +363,7 @@ impl ViewRequest {
         }
         self.composition.check()?;
         if let Some(stereo) = self.composition.stereo {
-            stereo.check_width(self.width, matches!(self.position, Position::Ground { .. }))?;
+            stereo.check_size([self.width, self.height], matches!(self.position, Position::Ground { .. }))?;
         }
         if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost_stops) {
             let given = format!("{:?}", self.stars_boost_stops);
