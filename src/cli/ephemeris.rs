@@ -91,7 +91,7 @@ pub(crate) struct EphemerisArgs {
     /// Azimuth and altitude from a place on the Earth: latitude, east longitude (degrees), height (metres)
     #[arg(long, value_name = "LAT,LON[,HEIGHT]", allow_hyphen_values = true, conflicts_with_all = ["center", "apparent", "orientation", "source", "stdin"])]
     at: Option<String>,
-    /// Rise, transit and set at a place in the 24 hours after --time; twilights too for the Sun, the default body
+    /// Each rise, transit and set at a place in the 24 hours after --time; twilights too for the Sun, the default body
     #[arg(long, requires = "at", conflicts_with_all = ["center", "apparent", "orientation", "source", "stdin"])]
     rise_set: bool,
     /// Print a table as CSV, angles in degrees

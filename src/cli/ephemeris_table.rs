@@ -400,6 +400,15 @@ pub(crate) fn rise_and_set(
         "transit": event(found.transit.map(|(t, _altitude_deg)| t))?,
         "set": event(found.set)?,
     });
+    for (name, t) in [
+        ("second_rise", found.second_rise),
+        ("second_transit", found.second_transit.map(|(t, _altitude_deg)| t)),
+        ("second_set", found.second_set),
+    ] {
+        if t.is_some() {
+            answer[name] = event(t)?;
+        }
+    }
     if *body == NamedTarget::Body(NaifId::SUN) {
         let mut twilight = Map::new();
         for (name, altitude_deg) in TWILIGHTS {
@@ -423,8 +432,11 @@ pub(crate) fn rise_and_set_text(events: &Value) -> String {
         events["place"]["lon_deg"],
         events["from"].as_str().unwrap_or_default()
     );
-    for name in ["rise", "transit", "set"] {
+    // A second event only if there is one: a planet may rise twice in 24 hours, just after their start and just before their end.
+    let names = ["rise", "second_rise", "transit", "second_transit", "set", "second_set"];
+    for name in names.into_iter().filter(|name| !name.starts_with("second") || events[*name].is_object()) {
         let event = &events[name];
+        let name = name.replace('_', " ");
         let _ = match (event["time"].as_str(), event["azimuth_deg"].as_f64(), event["altitude_deg"].as_f64()) {
             (Some(time), Some(azimuth), Some(altitude)) => {
                 let (azimuth, altitude) = (angle_text(azimuth, 2), fixed_decimals(altitude, 2));

@@ -72,8 +72,9 @@ pub(crate) struct ViewArgs {
     /// Layers: +orbits, +traces (where bodies have been, as seen from the target), +labels (names and markers), +features (names of craters and landing
     /// sites), +caption, +scale-bar, +compass, +outline (of the selected body, else of the target), +bloom; +minor-planets, +comets (with a marker on each
     /// body too faint to be seen); +bright-stars (bright enough to be seen, whatever the exposure); +star-names, +constellations, +boundaries,
-    /// +grid-equatorial, +grid-ecliptic, +grid-galactic, +grid-horizon (from a surface), +grid-body and +terminator (of each body), +eclipse-path (umbra
-    /// and penumbra on each body, and where the shadow goes), +eclipse-cones (shadows in space: those that reach the target, and the target's own);
+    /// +grid-equatorial, +grid-equatorial-date (of the true equator of date), +grid-ecliptic, +grid-galactic, +grid-horizon (from a surface), +grid-body
+    /// and +terminator (of each body), +eclipse-path (umbra and penumbra on each body, and where the shadow goes), +eclipse-cones (shadows in space: those
+    /// that reach the target, and the target's own);
     /// +instruments (fields of view around the target); -data (the default is on if a catalog file has a table [[layer]]); -stars, -milky-way,
     /// -zodiacal-light (the default is on if the exposure shows them)
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]

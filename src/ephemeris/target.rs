@@ -1,4 +1,4 @@
-//! What has a position: a body or barycentre of the catalog, or a minor planet or comet on its orbit about the Sun.
+//! What an observer looks at: a body or barycentre of the catalog, a minor planet or comet on its orbit about the Sun, or a star's direction.
 //!
 //! In: a target and an instant. Out: its state, and its position when the light left it. The orbit of a small body is osculating: without perturbations, so
 //! that its error is unknown and grows with the time from the epoch of its elements.
@@ -11,13 +11,15 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
 
-/// Something whose position the ephemeris computes.
+/// Something in the sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Target<'a> {
     /// A body or barycentre.
     Body(NaifId),
     /// The orbit of a minor planet or comet.
     SmallBody(&'a HeliocentricOrbit),
+    /// The direction of a star: a unit vector, ICRF. A star has an altitude, but no position.
+    Direction(DVec3),
 }
 
 impl From<NaifId> for Target<'_> {
@@ -45,7 +47,7 @@ impl Ephemeris {
     /// of their error is infinite.
     ///
     /// # Errors
-    /// As [`Self::state`].
+    /// As [`Self::state`]; also for a direction, which has no position.
     pub fn target_state(
         &self,
         target: Target<'_>,
@@ -56,6 +58,7 @@ impl Ephemeris {
         let orbit = match target {
             Target::Body(body) => return self.state(body, center, t, source),
             Target::SmallBody(orbit) => orbit,
+            Target::Direction(_) => return Err(EphemerisError::other("a star's direction is no position")),
         };
         let sun = self.state(NaifId::SUN, center, t, source)?;
         let heliocentric = heliocentric_state(orbit, t.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
@@ -66,7 +69,7 @@ impl Ephemeris {
     /// As [`Self::light_time_position`], also for small bodies.
     ///
     /// # Errors
-    /// As [`Self::light_time_position`].
+    /// As [`Self::light_time_position`]; also for a direction, which has no position.
     pub fn target_light_time_position(
         &self,
         target: Target<'_>,

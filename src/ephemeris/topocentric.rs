@@ -47,23 +47,30 @@ pub struct Horizontal {
     pub altitude_deg: f64,
     /// Hour angle from the meridian westward, -180 to 180.
     pub hour_angle_deg: f64,
-    /// Distance from the observer to the body's centre.
+    /// Distance from the observer to the body's centre; infinite for a star.
     pub distance_km: f64,
-    /// Angular radius of the disc, from the body's mean radius; 0 for a minor planet or comet, whose radius is unknown.
+    /// Angular radius of the disc, from the body's mean radius; 0 for a star, and for a minor planet or comet, whose radius is unknown.
     pub semidiameter_deg: f64,
     /// Direction from the place to the target, ICRF.
     pub direction: DVec3,
 }
 
-/// The first rising, transit and setting of a target in a span, usually a day.
+/// The risings, transits and settings of a target in a span, usually a day. A star, and so a planet, may have two of them in one day, because it returns after
+/// 23 h 56 min.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RiseSetTimes {
-    /// Rising; `None`: the target does not rise within the span.
+    /// First rising; `None`: the target does not rise within the span.
     pub rise: Option<Instant>,
-    /// Setting; `None`: the target does not set within the span.
+    /// First setting; `None`: the target does not set within the span.
     pub set: Option<Instant>,
-    /// Upper transit and the target's altitude then, degrees; `None` if there is no transit within the span, as for the Moon on one day of a month.
+    /// First upper transit and the target's altitude then, degrees; `None` if there is no transit within the span, as for the Moon on one day of a month.
     pub transit: Option<(Instant, f64)>,
+    /// Second rising, if any.
+    pub second_rise: Option<Instant>,
+    /// Second setting, if any.
+    pub second_set: Option<Instant>,
+    /// Second upper transit, if any, and the target's altitude then.
+    pub second_transit: Option<(Instant, f64)>,
     /// Whether the target is above the horizon at the start of the span.
     pub is_up_at_start: bool,
 }
@@ -134,19 +141,24 @@ impl ObserverSky<'_> {
         let ground = catalog_body(self.place.body)?;
         let radius_km = match target {
             Target::Body(id) => catalog_body(id)?.radii_km.element_sum() / 3.0,
-            Target::SmallBody(_) => 0.0,
+            Target::SmallBody(_) | Target::Direction(_) => 0.0,
         };
         if target == Target::Body(ground.id) {
             return Err(EphemerisError::other(format!("{} has no altitude and azimuth from a place on it", ground.name)));
         }
         let (point, normal) = ground_point_km(ground.radii_km, self.place.lat_graphic_deg, self.place.lon_east_deg, self.place.height_km);
         let icrf_from_body = self.ephemeris.body_from_icrf(ground.id, t)?.transpose();
-        let centre_km = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
-        let observer_km = centre_km + icrf_from_body * point;
-        let (target_km, _) = self.ephemeris.target_light_time_position(target, observer_km, t)?;
-        let to_target = target_km - observer_km;
-        let distance_km = to_target.length();
-        let direction = to_target / distance_km;
+        let (direction, distance_km) = match target {
+            Target::Direction(direction) => (direction, f64::INFINITY),
+            Target::Body(_) | Target::SmallBody(_) => {
+                let centre_km = self.ephemeris.state(ground.id, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state.pos_km;
+                let observer_km = centre_km + icrf_from_body * point;
+                let (target_km, _) = self.ephemeris.target_light_time_position(target, observer_km, t)?;
+                let to_target = target_km - observer_km;
+                let distance_km = to_target.length();
+                (to_target / distance_km, distance_km)
+            }
+        };
         // The direction in the axes of the body that the place is on, like `normal`.
         let in_body = icrf_from_body.transpose() * direction;
         // If the normal is exactly along the polar axis, the body's y axis is taken as east.
@@ -200,23 +212,25 @@ impl ObserverSky<'_> {
     pub fn rise_set_times<'t>(&self, target: impl Into<Target<'t>>, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
         let target = target.into();
         let rise_set_altitude = |s: f64| self.rise_set_altitude_deg(target, start.plus_seconds(s));
-        let (rise_s, set_s) = first_crossings(length_s, rise_set_altitude)?;
+        let crossings = all_crossings(length_s, rise_set_altitude)?;
         let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));
-        // Positive while the target is west of the meridian; `to_west_s` and `to_east_s` are the times at which it passes the meridian to that side. Only the
-        // upper passage, at an hour angle of 0, is its transit.
+        // Positive while the target is west of the meridian, which it may pass to either side. Only the upper passage, at an hour angle of 0, is its transit.
         let west_of_meridian = |s: f64| Ok(horizontal(s)?.hour_angle_deg.to_radians().sin());
-        let (to_west_s, to_east_s) = first_crossings(length_s, west_of_meridian)?;
-        let mut transit = None;
-        for s in [to_west_s, to_east_s].into_iter().flatten() {
-            let at_meridian = horizontal(s)?;
+        let mut transits = Vec::new();
+        for crossing in all_crossings(length_s, west_of_meridian)? {
+            let at_meridian = horizontal(crossing.s)?;
             if at_meridian.hour_angle_deg.abs() < 90.0 {
-                transit = Some((start.plus_seconds(s), at_meridian.altitude_deg));
+                transits.push((start.plus_seconds(crossing.s), at_meridian.altitude_deg));
             }
         }
+        let nth = |is_upward: bool, n: usize| crossings.iter().filter(|c| c.is_upward == is_upward).nth(n).map(|c| start.plus_seconds(c.s));
         Ok(RiseSetTimes {
-            rise: rise_s.map(|s| start.plus_seconds(s)),
-            set: set_s.map(|s| start.plus_seconds(s)),
-            transit,
+            rise: nth(true, 0),
+            set: nth(false, 0),
+            transit: transits.first().copied(),
+            second_rise: nth(true, 1),
+            second_set: nth(false, 1),
+            second_transit: transits.get(1).copied(),
             is_up_at_start: rise_set_altitude(0.0)? > 0.0,
         })
     }
@@ -234,8 +248,8 @@ impl ObserverSky<'_> {
         length_s: f64,
     ) -> Result<[Option<Instant>; 2], EphemerisError> {
         let altitude_above = |s: f64| Ok(self.topocentric(target, start.plus_seconds(s))?.altitude_deg - altitude_deg);
-        let (rise_s, set_s) = first_crossings(length_s, altitude_above)?;
-        Ok([rise_s, set_s].map(|s| s.map(|s| start.plus_seconds(s))))
+        let found = all_crossings(length_s, altitude_above)?;
+        Ok([true, false].map(|is_upward| found.iter().find(|c| c.is_upward == is_upward).map(|c| start.plus_seconds(c.s))))
     }
 
     /// The first passage of `occulting` in front of `target` that is at least partly within the `length_s` seconds after `start`, above the horizon or not;
@@ -314,23 +328,32 @@ impl ObserverSky<'_> {
     }
 }
 
-/// The first times from 0 to `length_s`, in seconds, at which `f` becomes positive and stops being positive.
-fn first_crossings(length_s: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<(Option<f64>, Option<f64>), EphemerisError> {
+/// A change of sign.
+#[derive(Clone, Copy, Debug)]
+struct Crossing {
+    /// Time from the start of the search, seconds.
+    s: f64,
+    /// Whether the function becomes positive; otherwise it stops being positive.
+    is_upward: bool,
+}
+
+/// The times from 0 to `length_s` at which `f` becomes positive or stops being positive, ascending.
+fn all_crossings(length_s: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<Vec<Crossing>, EphemerisError> {
     let steps = (length_s / RISE_STEP_S).ceil().max(1.0) as usize;
-    let (mut upward_s, mut downward_s) = (None, None);
+    let mut found = Vec::new();
     let mut previous = f(0.0)?;
     for i in 1..=steps {
         let (start_s, end_s) = ((i - 1) as f64 * RISE_STEP_S, (i as f64 * RISE_STEP_S).min(length_s));
         let current = f(end_s)?;
-        if previous <= 0.0 && current > 0.0 && upward_s.is_none() {
-            upward_s = Some(root(start_s, end_s, &f)?);
+        if previous <= 0.0 && current > 0.0 {
+            found.push(Crossing { s: root(start_s, end_s, &f)?, is_upward: true });
         }
-        if previous > 0.0 && current <= 0.0 && downward_s.is_none() {
-            downward_s = Some(root(start_s, end_s, |s| Ok(-f(s)?))?);
+        if previous > 0.0 && current <= 0.0 {
+            found.push(Crossing { s: root(start_s, end_s, |s| Ok(-f(s)?))?, is_upward: false });
         }
         previous = current;
     }
-    Ok((upward_s, downward_s))
+    Ok(found)
 }
 
 /// Sign of the search for a contact before the greatest obscuration.

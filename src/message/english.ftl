@@ -152,6 +152,7 @@ quantity-sunlight-and-umbra = the Sun's light, and in the umbra one magnitude ag
 quantity-edges = a pixel at its edges
 # Stars, diffuse light and lines.
 reason-stars-to-magnitude = the exposure shows stars to magnitude { $limit }
+reason-stars-catalog-ends = the faintest star of the catalog has magnitude { $faintest }
 reason-stars-lifted = the exposure shows stars to magnitude { $limit }, { $stops } stops brighter than they are
 reason-stars-brightened = brightened by { $stops } stops, to be seen at this exposure, which alone shows stars to magnitude { $alone }
 reason-stars-linear = linear light shows any star
@@ -273,6 +274,7 @@ number-group-mark = {" "}
 date-day = { $year }-{ $month }-{ $day }
 date-instant = { $date }T{ $clock }Z
 date-iso-year-bc = { $iso }
+date-year-gregorian = { $year }
 month-1 = January
 month-2 = February
 month-3 = March

@@ -8,6 +8,8 @@
 mod text_language;
 
 pub use self::text_language::TextLanguage;
+#[cfg(feature = "view")]
+pub(crate) use self::text_language::{FIRST_GREGORIAN_DATE, time_scale};
 use serde::{Serialize, Serializer};
 use std::fmt;
 

@@ -28,9 +28,14 @@ fn german_has_its_own_numbers_names_and_times() {
     // The compass point E is O (Osten) in German.
     assert_eq!((german.name("body", "Earth"), german.name("compass", "E"), german.name("body", "Himalia")), ("Erde", "O", "Himalia"));
     assert_eq!(german.time("2024-04-08T18:17:16.250Z"), "8. April 2024, 18:17:16,250 UTC");
-    assert_eq!(german.time("-0584-05-28T14:00:00Z"), "28. Mai 585 v. Chr., 14:00:00 UTC");
+    assert_eq!(german.time("-0584-05-28T14:00:00Z"), "28. Mai 585 v. Chr. (greg.), 14:00:00 UT1");
+    assert_eq!(german.time("1582-10-14T00:00:00Z"), "14. Oktober 1582 (greg.), 00:00:00 UT1");
+    assert_eq!(german.time("1582-10-15T00:00:00Z"), "15. Oktober 1582, 00:00:00 UT1");
     assert_eq!(german.time("JD 5000000.5 UTC"), "JD 5000000.5 UTC", "not a calendar date");
     assert_eq!(TextLanguage::English.time("2024-04-08T18:17:16Z"), "2024-04-08 18:17:16 UTC");
+    assert_eq!(TextLanguage::English.time("-2800-01-01T00:00:00Z"), "-2800-01-01 00:00:00 UT1");
+    assert_eq!(TextLanguage::English.time("1971-12-31T23:59:59Z"), "1971-12-31 23:59:59 UT1");
+    assert_eq!(TextLanguage::English.time("1972-01-01T00:00:00Z"), "1972-01-01 00:00:00 UTC");
     let caption = message!("image-from-centre", body = "Moon");
     assert_eq!((caption.text_in(german).as_str(), caption.to_string().as_str()), ("vom Mittelpunkt aus: Mond", "from the centre of Moon"));
     assert_eq!(message!("nobody-wrote-this").text_in(german), "nobody-wrote-this");

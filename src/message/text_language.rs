@@ -84,28 +84,42 @@ impl TextLanguage {
         characters.iter().enumerate().map(written).collect()
     }
 
-    /// A time in ISO 8601 as date and time of day.
+    /// A time in ISO 8601 as date, time of day and time scale: UT1 before 1972, as for all times of the program.
     pub(crate) fn time(self, iso: &str) -> String {
         // What is not a calendar time, such as a Julian date, stays as it is.
         let Some((date, clock)) = iso.strip_suffix('Z').and_then(|iso| iso.split_once('T')) else { return iso.to_owned() };
-        let english = || format!("{date} {clock} UTC");
-        if self == Self::English {
-            return english();
-        }
         let mut from_end = date.rsplitn(3, '-');
         let mut number = || from_end.next()?.parse::<i64>().ok();
-        let (Some(day), Some(month), Some(year)) = (number(), number(), number()) else { return english() };
+        let (Some(day), Some(month), Some(year)) = (number(), number(), number()) else { return format!("{date} {clock} UTC") };
+        let scale = time_scale(year);
+        if self == Self::English {
+            return format!("{date} {clock} {scale}");
+        }
         // A name that is no body's is written as it is.
         let month_name = Argument::Name(self.template(&format!("month-{month}")).unwrap_or_default().to_owned());
         // Year 0 of ISO 8601 is 1 BC.
-        let year = if year > 0 {
+        let mut year_text = if year > 0 {
             Argument::Number(format!("{year:04}"))
         } else {
             message!("date-iso-year-bc", year = format_args!("{}", 1 - year)).into()
         };
-        let date = message!("date-day", day_number = format_args!("{day}"), month_name = month_name, year = year);
-        message!("date-instant", date = date, clock = Argument::Number(clock.to_owned())).text_in(self)
+        if (year, month, day) < FIRST_GREGORIAN_DATE {
+            year_text = message!("date-year-gregorian", year = year_text).into();
+        }
+        let date = message!("date-day", day_number = format_args!("{day}"), month_name = month_name, year = year_text);
+        message!("date-instant", date = date, clock = Argument::Number(clock.to_owned()), scale = format_args!("{scale}")).text_in(self)
     }
+}
+
+/// The first day of the Gregorian calendar: year, month, day. An earlier date in words would be taken for one of the Julian calendar, so it names its calendar.
+pub(crate) const FIRST_GREGORIAN_DATE: (i64, i64, i64) = (1582, 10, 15);
+
+/// The first year whose times are in UTC; the civil time of earlier years is UT1.
+const FIRST_UTC_YEAR: i64 = 1972;
+
+/// The time scale of the times of a year.
+pub(crate) fn time_scale(year: i64) -> &'static str {
+    if year < FIRST_UTC_YEAR { "UT1" } else { "UTC" }
 }
 
 impl Message {

@@ -218,6 +218,7 @@ impl<'a> SceneBuilder<'a> {
         Scene {
             time: request.time,
             camera: camera.clone(),
+            viewer_velocity_km_s: self.viewer.velocity_km_s,
             geometry: ImageGeometry::Perspective,
             exposure: self.exposure().clone(),
             pixel_view: request.pixel_view,

@@ -21,6 +21,7 @@ use crate::scene::sky::comets::Comets;
 use crate::scene::sky::images::SkyImageDraw;
 use crate::scene::sky::minor_planets::MinorPlanets;
 use crate::time::Instant;
+use glam::DVec3;
 
 /// The finished scene of one frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +30,8 @@ pub struct Scene {
     pub time: Instant,
     /// The camera's position, axes and projection.
     pub camera: Camera,
+    /// The viewer's velocity, barycentric, for the aberration of bodies: zero unless the camera moves with a body.
+    pub viewer_velocity_km_s: DVec3,
     /// The mapping from directions to pixels of the finished image: the perspective of `camera`, or another one for a composed image.
     pub geometry: ImageGeometry,
     /// Factor from radiance to display.
@@ -77,8 +80,8 @@ pub struct Scene {
     /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of the user's data; `None` if all
     /// are off.
     pub labels: Option<labels::LabelLayer>,
-    /// Over the finished image: texts about lines and the sky, which are coordinates of grids, and names of constellations, stars and instruments; `None` if
-    /// there are none.
+    /// Over the finished image: texts about lines and the sky, which are coordinates of grids, and names of constellations, stars, comets and instruments;
+    /// `None` if there are none.
     pub line_texts: Option<line_texts::TextLayer>,
     /// What the image is for.
     pub purpose: Purpose,

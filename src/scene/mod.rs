@@ -91,14 +91,21 @@ pub use seen_from::bodies_seen_from;
 #[doc(hidden)]
 pub use surface::overlays;
 
-/// Names and markers of bodies, and the body or star under a click.
+/// Names and markers of bodies, and the body, star, comet or minor planet under a click.
 #[doc(hidden)]
 pub mod labels {
     pub use super::annotation::data::Dot;
     pub use super::annotation::labels::*;
+    #[cfg(feature = "view")]
+    pub(crate) use super::annotation::line_texts::place_texts;
     pub use super::annotation::margin::Margin;
-    pub use super::annotation::picking::{CLICK_RADIUS_PX, body_at, snapped_px, star_at, star_px};
+    pub use super::annotation::picking::{
+        CLICK_RADIUS_PX, SkyObject, body_at, sight_of, small_body_at, small_body_px, snapped_px, star_at, star_px,
+    };
+    #[cfg(feature = "view")]
+    pub(crate) use super::annotation::small_body_names::small_body_names;
     pub use super::annotation::text::{Bar, Rect, TextLine};
+    pub use super::sky::small_body_sight::{SeenSmallBody, SmallBodySight};
 }
 
 /// The effects that can be switched, and the decisions about them.

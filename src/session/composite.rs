@@ -77,7 +77,8 @@ impl Session {
             scene.exposure = exposure.clone();
             scenes.push(scene);
         }
-        let composite = Composite::new(&self.catalog, &unwarped, frames.arrangement, &frames.meter.viewer, body_values, scenes);
+        let composite =
+            Composite::new((&self.catalog, &self.ephemeris), &unwarped, frames.arrangement, &frames.meter.viewer, body_values, scenes);
         composite.map(|c| (c, screen_px)).ok_or_else(|| SessionError::from(PlanError::Module("an image without a frame".into())))
     }
 }

@@ -75,3 +75,28 @@ fn errors_in_camera_files_name_the_line_in_plain_words() {
         assert!(!line.contains("struct ") && !line.contains("sequence") && !line.contains("f64"), "{camera:?}: {line}");
     }
 }
+
+/// A zero offset was refused, with the advice to move exactly to the centre.
+#[test]
+fn a_camera_at_an_offset_of_zero_is_at_the_centre() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("camera.json");
+    let moon = |args: &[&str]| {
+        let out = orrery(&[&["explain", "--json", "--time", "2024-04-08T18:00:00Z"][..], args].concat());
+        assert!(out.status.success(), "{args:?}: {}", stderr_text(&out));
+        let found: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+        let bodies = found["bodies"].as_array().expect("bodies").clone();
+        let moon = bodies.into_iter().find(|b| b["name"] == "Moon").expect("in the image");
+        ["distance_km", "diameter_px", "phase_angle_deg"].map(|field| moon[field].as_f64().expect("a number"))
+    };
+    let expected = moon(&["--target", "moon", "--from", "earth", "--fov", "30"]);
+    for position in [r#""km": [0,0,0]"#, r#""radii": [0,0,0]"#, r#""km": [0,-0.0,0], "axes": "body-fixed""#] {
+        let camera = format!(r#"{{"position": {{"body": "earth", {position}}}, "look": {{"at": "moon"}}, "fov_deg": 30}}"#);
+        std::fs::write(&file, &camera).expect("written");
+        assert_eq!(moon(&["--camera-json", path_text(&file)]), expected, "{camera}");
+    }
+    // Negative control: beside the centre the camera is inside the Earth.
+    std::fs::write(&file, r#"{"position": {"body": "earth", "km": [1,0,0]}, "look": {"at": "moon"}}"#).expect("written");
+    let out = orrery(&["explain", "--camera-json", path_text(&file)]);
+    assert!(out.status.code() == Some(1) && stderr_text(&out).contains("inside Earth"), "{}", stderr_text(&out));
+}

@@ -163,3 +163,31 @@ fn a_dome_image_says_that_it_has_no_outline() {
         assert!(message.trim().lines().count() == usize::from(is_said), "{args:?}: {message}");
     }
 }
+
+/// Every wrong size is a wrong argument; that of a stereo pair counted as a failure.
+#[test]
+fn a_stereo_pair_that_is_too_narrow_is_a_wrong_argument() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (layout, size, message_part) in
+        [("anaglyph", "1x512", "at least 2 pixels wide for each eye"), ("side-by-side", "1x512", "--size: size 1x512: must be at least 2")]
+    {
+        let image = folder.path().join("x.png");
+        let view = [
+            "render",
+            "--target",
+            "saturn",
+            "--time",
+            "2024-12-07T20:00:00Z",
+            "-o",
+            super::path_text(&image),
+            "--stereo",
+            layout,
+            "--size",
+        ];
+        let out = orrery(&[&view[..], &[size]].concat());
+        let message = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(2) && message.contains(message_part), "{layout}: {message}");
+        // Negative control.
+        assert!(orrery(&[&view[..], &["4x4"]].concat()).status.success(), "{layout}");
+    }
+}

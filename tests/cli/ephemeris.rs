@@ -115,6 +115,23 @@ fn the_sun_is_at_the_altitudes_of_rise_set_and_twilight() {
     assert!(printed.lines().count() == 10 && printed.contains("astronomical dawn     none within the day"), "{printed}");
 }
 
+/// Jupiter rises four minutes earlier each day, so that it may rise twice in 24 hours: the second time was left out.
+#[test]
+fn a_planet_that_rises_twice_in_a_day_has_both_risings() {
+    let args = ["--rise-set", "--body", "jupiter", "--at", "40.7,-74", "--time", "2024-03-10T13:27:00Z"];
+    let found = json(&args);
+    let time = |name: &str| found[name]["time"].as_str().unwrap_or_else(|| panic!("{name}: {found}"))[..16].to_owned();
+    assert_eq!((time("rise"), time("second_rise")), ("2024-03-10T13:28".to_owned(), "2024-03-11T13:25".to_owned()));
+    assert!(found["second_set"].is_null() && found["second_transit"].is_null(), "{found}");
+    let lines = text(&args);
+    assert!(
+        lines.lines().any(|line| line.starts_with("second rise           2024-03-11T13:25")) && !lines.contains("second set"),
+        "{lines}"
+    );
+    // Negative control: a minute later there is only one.
+    assert!(json(&[&args[..6], &["2024-03-10T13:32:00Z"]].concat())["second_rise"].is_null());
+}
+
 #[test]
 fn errors_about_spans_and_places_name_a_remedy() {
     let span = |from: &'static str, to: &'static str, step: &'static str| {

@@ -63,6 +63,12 @@ fn bright_stars_follow_the_exposure() {
     let reason = |stops: f64| with_layer(stops).sky_decisions[0].reason.to_string();
     assert!(reason(0.0).contains("to be seen at this exposure"), "{}", reason(0.0));
     assert!(!reason(24.0).contains("to be seen at this exposure"));
+    // It also says where the star catalog ends, if the exposure would show fainter stars.
+    let unlifted_reason = |stops: f64| without_layer(stops).sky_decisions[0].reason.to_string();
+    for (stops, reaches_end) in [(24.0, true), (0.0, false)] {
+        let reason = unlifted_reason(stops);
+        assert_eq!(reason.contains("the faintest star of the catalog has magnitude 7.0"), reaches_end, "{reason}");
+    }
     // Under the Earth's air, by day and by night, and in linear light.
     for (utc, purpose) in [
         ("2024-03-20T12:00:00Z", Purpose::Display),

@@ -90,6 +90,30 @@ fn figures_join_their_stars() {
     assert!(named.line_texts.expect("names").texts.iter().any(|t| t.text == "Orion"));
 }
 
+/// In -2800 the sky turned about a point near Thuban, 26 degrees from the pole of the ICRF: there the meridians of the grid of date meet.
+#[test]
+fn the_equatorial_grid_of_date_has_the_pole_of_the_sky() {
+    let time = Instant::parse("-2800-01-01T00:00:00Z").expect("a time");
+    let pole = SESSION.ephemeris().body_from_icrf(NaifId::EARTH, time).expect("the Earth").row(2);
+    let icrf_from_date = orrery::ephemeris::orientation::true_of_date_from_gcrs(time).transpose();
+    assert!(orrery::ephemeris::angle_rad(icrf_from_date * DVec3::Z, pole).to_degrees() < 1e-3);
+    assert!((orrery::ephemeris::angle_rad(pole, DVec3::Z).to_degrees() - 26.0).abs() < 1.0, "{pole}");
+    // The largest distance from the lines of four points beside the pole, on the meridians of 0, 6, 12 and 18 hours.
+    let largest_distance_px = |layer: &str| {
+        let request = ViewRequest { time, ..towards(pole, 2.0, only(layer)) };
+        let built = scene(&request);
+        let velocity = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer").sky_aberration_velocity_km_s;
+        let distances = [0.0, 90.0, 180.0, 270.0].map(|ra_deg| {
+            let clip = built.camera.clip(aberrated(icrf_from_date * unit_vector(ra_deg, 89.7), velocity)).expect("in front");
+            distance_px(&built.camera, &built.sky_lines, built.camera.pixel_from_clip(clip))
+        });
+        distances.into_iter().fold(0.0, larger)
+    };
+    assert!(largest_distance_px("grid-equatorial-date") < 0.25, "{} px", largest_distance_px("grid-equatorial-date"));
+    // Negative control.
+    assert!(largest_distance_px("grid-equatorial") > 3.0, "{} px", largest_distance_px("grid-equatorial"));
+}
+
 /// The lines of each grid lie at their coordinates, in every frame and field of view, and no chord deviates from its circle.
 #[test]
 fn grids_run_through_their_coordinates() {

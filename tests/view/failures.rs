@@ -148,7 +148,7 @@ fn a_german_window_gives_the_reason_in_german() {
     let mut harness = harness_of(session, interface);
     settle(&mut harness);
     let reason = harness.state().message_line().to_owned();
-    assert!(reason.starts_with("Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis 8. Januar 3001, nicht "), "{reason}");
+    assert!(reason.starts_with("Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. (greg.) bis 8. Januar 3001, nicht "), "{reason}");
     assert!(harness.query_by_label(&reason).is_some(), "no label says: {reason}");
     let reported = messages.lock().expect("no panic").clone();
     let is_english = |line: &str| line.contains("Moon from -3001-11-23 to 3001-01-08, not at 9999-12-31T00:00:00Z");

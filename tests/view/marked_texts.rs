@@ -133,8 +133,8 @@ fn catalog_names() -> BTreeSet<String> {
         all.extend(body.rings.iter().map(|ring| ring.name.clone()));
     }
     all.extend(catalog.moments().iter().map(|moment| moment.source.clone()));
-    // Comets, constellations and instruments, and surface features that the searches below find.
-    for file in ["comets.csv", "constellation_names.json", "instruments.toml", "nomenclature_usgs.csv"] {
+    // Comets, minor planets, constellations and instruments, and surface features that the searches below find.
+    for file in ["comets.csv", "small_bodies.csv", "constellation_names.json", "instruments.toml", "nomenclature_usgs.csv"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("catalogs").join(file);
         let text = std::fs::read_to_string(path).expect(file);
         all.extend(

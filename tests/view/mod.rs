@@ -29,6 +29,7 @@ mod search;
 mod sharing;
 mod shortcuts;
 mod side_panels;
+mod sky_objects;
 mod slow_answers;
 mod source_search;
 mod stars;

@@ -14,7 +14,8 @@ use orrery::time::Instant;
 use orrery::view::app::body_positions::SessionPositions;
 use orrery::view::app::civil_time::ShownTimeZone;
 use orrery::view::app::event_search::EventKind;
-use orrery::view::app::search::{SearchTarget, similar_texts, star_view, suggestions};
+use orrery::view::app::search::{SearchTarget, similar_texts, suggestions};
+use orrery::view::app::sky_target::star_view;
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::language::Language;
 use orrery::view::panels::{Interface, Tab};
@@ -244,6 +245,25 @@ fn events_are_found_by_their_date_and_a_place_is_explained() {
     // The built-in moment of that eclipse is found by any of its words.
     assert!(matches!(&found("eclipse spain")[..], [moment] if matches!(moment.target, SearchTarget::Moment(_))));
     window_after_search("eclipse france").get_by_label_contains("events are found by kind and date");
+}
+
+/// A date of history books was read in the Gregorian calendar, without a word, and missed its eclipse by six days.
+#[test]
+fn a_date_before_the_gregorian_calendar_finds_its_eclipse() {
+    let window = window_without_images(MARS);
+    let found = suggestions("28 May 585 BC", &window.state().viewer, session().catalog(), ShownTimeZone::Utc, 8);
+    let [date, events, ..] = &found[..] else { panic!("{found:?}") };
+    assert_eq!(date.name, "28 May 585 BC (Julian) = -0584-05-22 00:00 UTC (Gregorian)");
+    assert!(
+        matches!(&events.target, SearchTarget::Events { start: Some(_), .. }) && events.name.contains("from -0584-05-22"),
+        "{events:?}"
+    );
+    // ISO 8601 and the date field are Gregorian.
+    for iso in ["-0584-05-22", "22.05.585 BC"] {
+        let found = suggestions(iso, &window.state().viewer, session().catalog(), ShownTimeZone::Utc, 8);
+        assert_eq!(found.first().map(|s| s.name.as_str()), Some("-0584-05-22 00:00 UTC"), "{iso}");
+    }
+    window_after_search("solar eclipse 28 May 585 BC").get_by_label_contains("Total solar eclipse, -0584-05-22 ");
 }
 
 /// The field stayed empty, beside the latitude of the city.

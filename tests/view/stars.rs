@@ -33,7 +33,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let places = orrery::view::app::body_positions::SessionPositions(session());
     let rigel = catalog.stars().star_of_hip(24_436).copied().expect("in the catalog");
     let years = catalog.stars().years_since_epoch(interface.viewer.view.time().jd_tt());
-    let view = orrery::view::app::search::star_view(&rigel, years, &places, &interface.viewer.view).expect("a view");
+    let view = orrery::view::app::sky_target::star_view(&rigel, years, &places, &interface.viewer.view).expect("a view");
     let height_px = 900.0;
     interface.viewer.apply(orrery::view::app::viewer::Action::Show(Box::new(view)), height_px, &places);
     interface.tab = Some(Tab::Information);

@@ -45,6 +45,13 @@ fn child_in_new_york() {
     // What the timeline tells a screen reader.
     let timeline = window.get_by_role_and_label(Role::Slider, "Timeline").accesskit_node().value();
     assert_eq!(timeline.as_deref(), Some("2024-04-08 14:17 UTC-04:00"));
+    // The row of the clock has room for the zone in a maximised window of a screen 1280 points wide: the last button went to a row of its own.
+    window.set_size(egui::vec2(1264.0, 900.0));
+    window.run_steps(3);
+    let clock = window.get_by_role_and_label(Role::TextInput, "Date and time").rect();
+    let is_switch = |node: &egui_kittest::Node<'_>| node.accesskit_node().role() != Role::Slider;
+    let last = window.query_all_by_label("Timeline").find(is_switch).expect("the switch of the timeline").rect();
+    assert!((clock.center().y - last.center().y).abs() < 6.0 && last.right() <= 1264.0, "{clock:?} {last:?}");
     // The line above the list has room for the zone in German, too.
     window.state_mut().language = Language::German;
     window.run_steps(3);

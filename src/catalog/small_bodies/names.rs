@@ -168,6 +168,60 @@ fn is_called(body: &SmallBody, wanted: &str) -> bool {
     is(before_bracket) || is(in_brackets) || is(after_slash) || (has_number && is(before_slash)) || is(number) || is(bare_name)
 }
 
+impl SmallBody {
+    /// The name without number and designation: `Pallas`, `Halley` of `1P/Halley`, `Hale-Bopp` of `C/1995 O1 (Hale-Bopp)`; empty without one.
+    pub fn short_name(&self) -> &str {
+        let (before_bracket, in_brackets) = match self.name.split_once('(') {
+            // A provisional designation is in brackets, too, as in `433 Eros (A898 PA)`.
+            Some((before, rest)) if before.contains('/') => (before.trim(), rest.trim_end_matches(')')),
+            Some((before, _)) => (before.trim(), ""),
+            None => (self.name.as_str(), ""),
+        };
+        match before_bracket.split_once('/') {
+            _ if !in_brackets.is_empty() => in_brackets,
+            Some((number, name)) if number.len() > 1 => name,
+            // A designation of a comet alone, such as `C/1995 O1`.
+            Some(_) => "",
+            None => before_bracket.trim_start_matches(|c: char| c.is_ascii_digit()).trim(),
+        }
+    }
+}
+
+/// Whether a name begins with `wanted` (from [`normalized_name`]); case does not matter, nor does a hyphen or underscore in place of a space.
+#[cfg(feature = "view")]
+fn begins_with(name: &str, wanted: &str) -> bool {
+    let mut plain = name.chars().map(|c| if matches!(c, '-' | '_') { ' ' } else { c }).flat_map(char::to_lowercase);
+    wanted.chars().all(|c| plain.next() == Some(c))
+}
+
+/// Fewest characters of a text that is looked up as the beginning of a name, and largest list in which all forms of a name are compared for each typed letter.
+#[cfg(feature = "view")]
+const MIN_LETTERS: usize = 3;
+#[cfg(feature = "view")]
+const MAX_COMPARED: usize = 20_000;
+
+#[cfg(feature = "view")]
+impl Catalog {
+    /// Minor planets and comets for a search field, at most `max_count`: those that are called so, then those whose name or designation begins so, comets
+    /// first.
+    pub(crate) fn small_bodies_matching(&self, text: &str, max_count: usize) -> Vec<SmallBody> {
+        let all = self.small_bodies();
+        let count = all.minor_planets.len() + all.comets.len();
+        let mut found = if count <= MAX_COMPARED { self.small_bodies_called(text) } else { Vec::new() };
+        let wanted = normalized_name(text);
+        if wanted.chars().count() >= MIN_LETTERS {
+            let begins_so = |b: &&SmallBody| {
+                [b.short_name(), b.name.as_str(), b.designation.as_str()].into_iter().any(|name| begins_with(name, &wanted))
+            };
+            let matching = all.comets.iter().chain(&all.minor_planets).filter(begins_so).take(max_count + found.len());
+            let others: Vec<SmallBody> = matching.filter(|b| !found.contains(b)).cloned().collect();
+            found.extend(others);
+        }
+        found.truncate(max_count);
+        found
+    }
+}
+
 impl Catalog {
     /// The minor planets and comets that are called so; usually at most one.
     fn small_bodies_called(&self, name: &str) -> Vec<SmallBody> {
@@ -313,6 +367,30 @@ mod tests {
             let message = error(name);
             assert!(message.starts_with("no body") && !message.contains('\n'), "{message}");
         }
+    }
+
+    #[cfg(feature = "view")]
+    #[test]
+    fn a_search_field_finds_small_bodies_by_the_beginnings_of_their_names() {
+        let catalog = Catalog::embedded();
+        let found = |text: &str| -> Vec<String> { catalog.small_bodies_matching(text, 4).iter().map(SmallBody::full_name).collect() };
+        for (text, name) in [
+            ("hale-b", "C/1995 O1 (Hale-Bopp)"),
+            ("Hale bopp", "C/1995 O1 (Hale-Bopp)"),
+            ("halley", "1P/Halley"),
+            ("1p", "1P/Halley"),
+            ("c/2020 f", "C/2020 F3 (NEOWISE)"),
+            ("palla", "2 Pallas"),
+            ("433", "433 Eros"),
+        ] {
+            assert_eq!(found(text).first().map(String::as_str), Some(name), "{text}: {:?}", found(text));
+        }
+        // Comets first; no more than asked for, and none twice.
+        assert_eq!(found("panstarrs"), ["C/2011 L4 (PANSTARRS)", "C/2017 K2 (PANSTARRS)"]);
+        assert_eq!(found("halley").iter().filter(|name| *name == "1P/Halley").count(), 1);
+        assert!(found("her").len() <= 4 && found("ha").is_empty() && found("").is_empty() && found("zz 9").is_empty());
+        // Europa is a moon and a minor planet, Ceres a body of the catalog.
+        assert_eq!((found("europa"), found("ceres")), (vec!["52 Europa".to_owned()], Vec::new()));
     }
 
     /// A table of MPCORB has packed designations where the readable one is missing.

@@ -153,6 +153,16 @@ impl StarCatalog {
         self.cells.iter().map(|c| c.brightest_magnitude).fold(f32::INFINITY, f32::min)
     }
 
+    /// Magnitude of the faintest star; negative infinity without stars.
+    pub fn faintest_magnitude(&self) -> f32 {
+        // The stars of a cell are in order of brightness.
+        self.cells
+            .iter()
+            .filter_map(|cell| self.stars.get(cell.stars.clone())?.last())
+            .map(|s| s.v_magnitude)
+            .fold(f32::NEG_INFINITY, f32::max)
+    }
+
     /// The star with a Hipparcos number.
     pub fn star_of_hip(&self, number: u32) -> Option<&Star> {
         self.index_of_hip(number).map(|k| &self.stars[k])

@@ -3,8 +3,9 @@
 //! colours.
 //!
 //! In: placed bodies or the reports on them (`scene::body_report`), the camera and the requested layers. Out: line segments, arcs of orbits and texts as plain
-//! values, with the decisions which of them are drawn, and why. `labels` places the names of bodies, `line_texts` those of lines and stars; `text` defines
-//! lines of text, bars and rectangles. `picking` goes the other way: from a click to the body or star under it. Not here: drawing (`render::plan`).
+//! values, with the decisions which of them are drawn, and why. `labels` places the names of bodies, `line_texts` those of lines, stars and comets; `text`
+//! defines lines of text, bars and rectangles. `picking` goes the other way: from a click to the body, comet or star under it. Not here: drawing
+//! (`render::plan`).
 
 pub mod body_lines;
 pub mod data;
@@ -23,6 +24,7 @@ pub mod orbits;
 pub mod picking;
 mod shown_ground;
 pub mod sky_lines;
+pub(crate) mod small_body_names;
 pub(crate) mod star_names;
 pub mod strokes;
 pub mod text;

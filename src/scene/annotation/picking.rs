@@ -1,14 +1,19 @@
-//! Picking: finds the body or star under a click.
+//! Picking: finds the body, star, comet or minor planet under a click.
 //!
-//! In: the labels, the finished scene, the catalog with its rings, and the position of a click in pixels of the screen. Out: a body, an index into the star
-//! catalog, or a position in pixels of the screen. Screen and image differ only on a warp mesh.
+//! In: the labels, the finished scene, the catalog with its rings, and the position of a click in pixels of the screen. Out: a body, an index into a list of
+//! the catalog, or a position in pixels of the screen. Screen and image differ only on a warp mesh.
 
+use crate::catalog::small_bodies::{SmallBodies, SmallBody};
 use crate::catalog::{Catalog, NaifId, Ring};
+use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::labels::Label;
+use crate::scene::annotation::small_body_names::shown_px;
 use crate::scene::body_report::{Appearance, BodyReport};
 use crate::scene::draw::StarSprite;
 use crate::scene::finished::Scene;
 use crate::scene::request::effects::Effect;
+use crate::scene::request::layers::Layers;
+use crate::scene::sky::small_body_sight::SmallBodySight;
 use glam::{DVec2, DVec3};
 
 /// Largest distance of a click from the centre of the star or small body that it selects, pixels. A body is small if its disc has a smaller radius than this.
@@ -19,6 +24,65 @@ const MIN_RING_DEPTH: f64 = 0.01;
 
 /// Largest distance of a click from the rings that it selects, pixels: some rings are narrower than a pixel.
 const RING_REACH_PX: f64 = 3.0;
+
+/// Largest number of minor planets of a list among which a click selects one: the places of more would take longer than the click.
+const MAX_CLICKABLE: usize = 20_000;
+
+/// Something in the sky that is no body of the catalog, by its index in a list of the catalog.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkyObject {
+    /// In [`Catalog::stars`].
+    Star(usize),
+    /// In the comets of [`Catalog::small_bodies`].
+    Comet(usize),
+    /// In the minor planets of [`Catalog::small_bodies`].
+    MinorPlanet(usize),
+}
+
+impl SkyObject {
+    /// The comet or minor planet; `None` for a star.
+    pub fn small_body(self, all: &SmallBodies) -> Option<&SmallBody> {
+        match self {
+            Self::Star(_) => None,
+            Self::Comet(index) => all.comets.get(index),
+            Self::MinorPlanet(index) => all.minor_planets.get(index),
+        }
+    }
+
+    /// The comet or minor planet that equals `body`.
+    pub fn of_small_body(all: &SmallBodies, body: &SmallBody) -> Option<Self> {
+        let index_in = |list: &[SmallBody]| list.iter().position(|b| b == body);
+        index_in(&all.comets).map(Self::Comet).or_else(|| index_in(&all.minor_planets).map(Self::MinorPlanet))
+    }
+}
+
+/// The viewer of a finished scene.
+pub fn sight_of<'a>(scene: &Scene, ephemeris: &'a Ephemeris) -> SmallBodySight<'a> {
+    SmallBodySight { ephemeris, position_km: scene.camera.position_km, velocity_km_s: scene.viewer_velocity_km_s, time: scene.time }
+}
+
+/// The position on the screen of a comet or minor planet, if no body hides it; also of one whose layer is off.
+pub fn small_body_px(scene: &Scene, ephemeris: &Ephemeris, body: &SmallBody) -> Option<DVec2> {
+    shown_px(&*scene.geometry.projection(&scene.camera), &sight_of(scene, ephemeris), &scene.bodies, body)
+}
+
+/// The comet or minor planet that a click selects: of those whose layer is on the nearest within the click radius, with its distance from the click in pixels.
+pub fn small_body_at(
+    scene: &Scene,
+    ephemeris: &Ephemeris,
+    all: &SmallBodies,
+    layers: &Layers,
+    click_px: DVec2,
+) -> Option<(SkyObject, f64)> {
+    let is_clickable = layers.minor_planets && all.minor_planets.len() <= MAX_CLICKABLE;
+    let comets = all.comets.iter().enumerate().filter(|_| layers.comets).map(|(k, body)| (SkyObject::Comet(k), body));
+    let minor_planets = all.minor_planets.iter().enumerate().filter(|_| is_clickable).map(|(k, body)| (SkyObject::MinorPlanet(k), body));
+    let image = scene.geometry.projection(&scene.camera);
+    let sight = sight_of(scene, ephemeris);
+    let distance_px = |body: &SmallBody| Some(shown_px(&*image, &sight, &scene.bodies, body)?.distance(click_px));
+    let in_reach = comets.chain(minor_planets).filter_map(|(object, body)| Some((object, distance_px(body)?)));
+    in_reach.filter(|(_, px)| *px <= CLICK_RADIUS_PX).min_by(|(_, a), (_, b)| a.total_cmp(b))
+}
 
 /// The star that a click selects: the brightest within the click radius that no body hides, as an index into the star catalog.
 pub fn star_at(scene: &Scene, click_px: DVec2) -> Option<usize> {

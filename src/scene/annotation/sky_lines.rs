@@ -7,6 +7,7 @@
 use crate::catalog::constellations::{Constellation, Constellations, FigureVertex, icrf_from_b1875};
 use crate::catalog::stars::StarCatalog;
 use crate::ephemeris::apparent::aberrated;
+use crate::ephemeris::orientation::true_of_date_from_gcrs;
 use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{
     ANY_LATITUDE_DEG, Cap, GridLine, GridLineKind, MIN_LABELLED_OPACITY, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg,
@@ -45,6 +46,7 @@ const fn style(red: f64, green: f64, blue: f64, opacity: f64) -> LineStyle {
 }
 
 const EQUATORIAL: LineStyle = style(0.25, 0.55, 1.0, 0.5);
+const EQUATORIAL_OF_DATE: LineStyle = style(0.2, 0.85, 0.9, 0.5);
 const ECLIPTIC: LineStyle = style(1.0, 0.65, 0.2, 0.5);
 const GALACTIC: LineStyle = style(0.85, 0.35, 1.0, 0.5);
 const HORIZON: LineStyle = style(0.3, 1.0, 0.4, 0.5);
@@ -204,6 +206,10 @@ pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<
         if is_requested {
             builder.grid(effect, frame.icrf_from_frame(), viewer.sky_aberration_velocity_km_s, style, text);
         }
+    }
+    if layers.grid_equatorial_date {
+        let icrf_from_date = true_of_date_from_gcrs(request.time).transpose();
+        builder.grid("grid-equatorial-date", icrf_from_date, viewer.sky_aberration_velocity_km_s, EQUATORIAL_OF_DATE, hours);
     }
     if layers.grid_horizon {
         match horizon {

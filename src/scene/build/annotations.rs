@@ -9,7 +9,7 @@ use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::annotation::line_texts::{self, TextLayer, UnplacedText};
 use crate::scene::annotation::sky_lines::{self, AnnotationLines, horizon_axes};
 use crate::scene::annotation::strokes::LineSegment;
-use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, star_names};
+use crate::scene::annotation::{eclipse_lines, ground_lines, instrument_frames, labels, small_body_names, star_names};
 use crate::scene::body_report::BodyReport;
 use crate::scene::camera::viewpoint::CarryingBody;
 use crate::scene::decision::Decision;
@@ -18,6 +18,7 @@ use crate::scene::draw::features::PixelView;
 use crate::scene::features::inputs::FrameContext;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::view_request::Position;
+use crate::scene::sky::small_body_sight::SmallBodySight;
 use glam::{DMat3, DVec2, DVec3};
 
 /// The lines and texts drawn over an image, with the decisions about them. [`Scene`](crate::scene::Scene) documents the fields of the same names.
@@ -56,7 +57,12 @@ impl Annotations {
         let names =
             request.layers.star_names.then(|| star_names::star_names(camera, stars, builder.catalog.stars().stars(), glyph_px, is_hidden));
         let (star_texts, star_decision) = names.unzip();
-        let sky_texts = star_texts.into_iter().flatten().chain(sky.texts).filter(|t| !builder.is_behind_body(t, glyph_px));
+        let comet_texts = if request.layers.comets && request.layers.labels { builder.comet_names(reports, glyph_px) } else { Vec::new() };
+        let sky_texts = comet_texts
+            .into_iter()
+            .chain(star_texts.into_iter().flatten())
+            .chain(sky.texts)
+            .filter(|t| !builder.is_behind_body(t, glyph_px));
         let other_texts = lines_of_others.iter().flat_map(|(p, lines)| lines.texts.iter().filter(|t| builder.is_seen_on(p, t)).cloned());
         let main_texts = main_lines.texts.into_iter().filter(|t| main_body.is_some_and(|p| builder.is_seen_on(p, t)));
         let candidates: Vec<_> = sky_texts.chain(main_texts).chain(other_texts).chain(instruments.texts).collect();
@@ -117,6 +123,17 @@ impl<'a> SceneBuilder<'a> {
             !self.camera_is_at_centre_of(p.body) && self.viewer.camera.surface_under_pixel(&p.placement, text.centre_px - lift_px).is_some()
         };
         !text.is_grid_coordinate && self.placed.iter().any(hides)
+    }
+
+    /// The names of the comets in the frame.
+    fn comet_names(&self, reports: &[BodyReport], glyph_px: f64) -> Vec<UnplacedText> {
+        let sight = SmallBodySight {
+            ephemeris: self.ephemeris,
+            position_km: self.viewer.camera.position_km,
+            velocity_km_s: self.viewer.velocity_km_s,
+            time: self.request.time,
+        };
+        small_body_names::small_body_names(&self.viewer.camera, &sight, reports, &self.catalog.small_bodies().comets, glyph_px)
     }
 
     /// Outlines of instruments' fields of view, centred on the target; without a target in the image, on the image, except in a face of a cube. `glyph_px`:

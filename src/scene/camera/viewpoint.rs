@@ -127,7 +127,12 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     let mut zenith = None;
     // The body relative to which the camera is placed.
     let reference_body;
-    let position_km = match request.position {
+    // The centre, however it was given.
+    let position = match request.position {
+        Position::Offset { body, offset_km, axes } => Position::at_offset(body, offset_km, axes),
+        other => other,
+    };
+    let position_km = match position {
         Position::AboveTarget { towards, distance_radii } => {
             let target = states.body(required_target()?)?;
             reference_body = target.id;
@@ -197,7 +202,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             if to_target.length() < MIN_DISTANCE_KM || at_centre_of.is_some_and(|centre| centre.id == target) {
                 return Err(SceneError::Request("the camera is at the centre of what it looks at: choose another place or target".into()));
             }
-            if fov_deg.is_none() && matches!(request.position, Position::Centre(_)) {
+            if fov_deg.is_none() && matches!(position, Position::Centre(_)) {
                 fov_deg = catalog.body(target).map(|b| {
                     let angular_radius_rad = (b.radii_km.max_element() / to_target.length()).min(1.0).asin();
                     fitted_fov_deg(angular_radius_rad).clamp(FITTED_FOV_RANGE_DEG.0, FITTED_FOV_RANGE_DEG.1)

@@ -11,9 +11,9 @@ use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::error::SceneError;
+use crate::scene::request::Stereo;
 use crate::scene::request::layers::Layers;
 use crate::scene::request::view_request::{Position, ViewRequest};
-use crate::scene::request::{Stereo, StereoLayout};
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
@@ -32,19 +32,8 @@ pub(super) fn frames(
     // `Composite::new` adds caption, scale bar and compass, at the same position for both eyes.
     let layers = Layers { caption: false, scale_bar: false, compass: false, ..without_composition.layers };
     let mut request = ViewRequest { layers, ..without_composition.clone() };
-    if stereo.layout == StereoLayout::SideBySide {
-        if request.width < 2 {
-            return Err(SceneError::Request("a side-by-side image is at least 2 pixels wide".into()));
-        }
-        request.width /= 2;
-    }
+    request.width = stereo.eye_width_px(request.width);
     let stands_on_ground = matches!(request.position, Position::Ground { .. });
-    // With the default separation the parallax of infinity is at least 1 pixel, more than half the width of an image 1 pixel wide (`max_parallax_px`).
-    if request.width < 2 && stereo.eye_separation_km.is_none() && !stands_on_ground {
-        return Err(SceneError::Request(
-            "each eye's image is at least 2 pixels wide, unless the eye separation is given or the camera stands on the ground".into(),
-        ));
-    }
     let viewer = viewpoint::viewer(catalog, ephemeris, &request)?;
     let distance_km = target_distance_km(ephemeris, &request, &viewer)?;
     // Width of a pixel at the target's distance.

@@ -70,7 +70,7 @@ impl Composite {
     /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter_viewer`: the viewer of the light meter's frame; for a
     /// stereo pair, midway between the eyes. `body_values`: for a stereo pair, the bodies as that viewer sees them; otherwise empty.
     pub(crate) fn new(
-        catalog: &Catalog,
+        (catalog, ephemeris): (&Catalog, &Ephemeris),
         request: &ViewRequest,
         arrangement: Arrangement,
         meter_viewer: &Viewer,
@@ -85,8 +85,8 @@ impl Composite {
             let camera = &mut whole.camera;
             (camera.right, camera.up, camera.forward) = (image.right, image.up, image.forward);
             (camera.width, camera.height) = (image.width, image.height);
-            // The faces draw the following themselves, except what images made of faces lack: an outline, and texts other than names of stars and
-            // constellations, which `line_texts` gets below.
+            // The faces draw the following themselves, except what images made of faces lack: an outline, and texts other than names of comets, stars
+            // and constellations, which `line_texts` gets below.
             (whole.draws, whole.ground_lines, whole.lines_in_space, whole.refracted_limbs) = Default::default();
             (whole.corona, whole.glare, whole.outlined_shape) = (None, None, None);
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
@@ -114,7 +114,7 @@ impl Composite {
             // The faces have no bloom: it spreads light over the entire image.
             whole.has_bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
             whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter_viewer.sky_aberration_velocity_km_s);
-            whole.line_texts = names::texts(request, catalog, &whole);
+            whole.line_texts = names::texts(request, catalog, ephemeris, &whole);
         }
         // `first_columns`: the first column of each eye's frame that the image shows.
         if let Arrangement::Eyes(Eyes { first_columns, layout, .. }) = &arrangement {

@@ -1,19 +1,21 @@
-//! Names of stars and constellations in dome images and whole-sphere images.
+//! Names of comets, stars and constellations in dome images and whole-sphere images.
 //!
 //! In: the scene of the entire image, with its stars and the labels of bodies; the requested layers. Out: the names that fit. Not here: the coordinates of
 //! grids and the names of instruments. Their places are computed for one perspective frame, at whose edges coordinates stand, and such images have none.
 
 use crate::catalog::Catalog;
+use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::labels::glyph_size_px;
 use crate::scene::annotation::line_texts::{TextLayer, place_texts};
-use crate::scene::annotation::{data, sky_lines, star_names};
+use crate::scene::annotation::{data, sky_lines, small_body_names, star_names};
 use crate::scene::draw::PixelView;
 use crate::scene::finished::Scene;
 use crate::scene::request::view_request::ViewRequest;
+use crate::scene::sky::small_body_sight::SmallBodySight;
 use glam::DVec2;
 
 /// The names; `None` without any. `whole`: the scene of the entire image, with its stars, bodies and labels.
-pub(super) fn texts(request: &ViewRequest, catalog: &Catalog, whole: &Scene) -> Option<TextLayer> {
+pub(super) fn texts(request: &ViewRequest, catalog: &Catalog, ephemeris: &Ephemeris, whole: &Scene) -> Option<TextLayer> {
     if request.pixel_view != PixelView::Final {
         return None;
     }
@@ -25,6 +27,13 @@ pub(super) fn texts(request: &ViewRequest, catalog: &Catalog, whole: &Scene) -> 
         direction.is_none_or(|direction| data::is_hidden(&whole.bodies, direction, star_distance_km))
     };
     let mut names = Vec::new();
+    if request.layers.comets && request.layers.labels {
+        let sight =
+            SmallBodySight { ephemeris, position_km: camera.position_km, velocity_km_s: whole.viewer_velocity_km_s, time: whole.time };
+        let image = whole.geometry.projection(camera);
+        let all = catalog.small_bodies();
+        names.extend(small_body_names::small_body_names(&*image, &sight, &whole.bodies, &all.comets, glyph_px));
+    }
     if request.layers.star_names {
         let (of_stars, _decision) = star_names::star_names(camera, &whole.stars, catalog.stars().stars(), glyph_px, is_hidden);
         names.extend(of_stars);

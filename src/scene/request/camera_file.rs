@@ -98,9 +98,9 @@ pub const CAMERA_FILE_HELP: &str = r#"A camera file is one JSON object:
   {"position": {"body": "earth", "radii": [0, 0, 4]},
    "look": {"at": "earth"}, "up": "celestial", "fov_deg": 40}
 position  "body" with one of "radii": [x,y,z] (equatorial radii from its centre),
-          "km": [x,y,z], or "latitude_deg" (planetographic), "longitude_deg"
-          (east, planetocentric) and "height_km"; "axes": "icrf" (default) or
-          "body-fixed"
+          "km": [x,y,z] ([0,0,0]: its centre, from where it is not drawn), or
+          "latitude_deg" (planetographic), "longitude_deg" (east, planetocentric)
+          and "height_km"; "axes": "icrf" (default) or "body-fixed"
 look      "at": a body's name, or "direction": [x,y,z] with "axes"
 up        "north" (of what is looked at), "zenith", "celestial", "ecliptic", or
           {"direction": [x,y,z], "axes": ...}; default: on the ground "zenith",
@@ -174,11 +174,9 @@ impl CameraFile {
         request.position = match (position.radii, position.km, position.latitude_deg, position.longitude_deg) {
             (Some(radii), None, None, None) if height_km.is_none() => {
                 let radius_km = catalog.body_named(&position.body).map_err(|e| in_field("position.body", &e))?.radii_km.x;
-                Position::Offset { body, offset_km: DVec3::from_array(radii) * radius_km, axes: position.axes }
+                Position::at_offset(body, DVec3::from_array(radii) * radius_km, position.axes)
             }
-            (None, Some(km), None, None) if height_km.is_none() => {
-                Position::Offset { body, offset_km: DVec3::from_array(km), axes: position.axes }
-            }
+            (None, Some(km), None, None) if height_km.is_none() => Position::at_offset(body, DVec3::from_array(km), position.axes),
             (None, None, Some(latitude_deg), Some(longitude_deg)) => {
                 Position::Ground { body, latitude_deg, longitude_deg, height_km: height_km.unwrap_or(EYE_HEIGHT_KM) }
             }

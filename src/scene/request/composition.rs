@@ -103,6 +103,26 @@ pub struct Composition {
     pub warp: Option<Arc<WarpMesh>>,
 }
 
+impl Stereo {
+    /// Width of each eye's image in an image of this width.
+    pub(crate) fn eye_width_px(&self, width: u32) -> u32 {
+        if self.layout == StereoLayout::SideBySide { width / 2 } else { width }
+    }
+
+    /// Rejects images that are too narrow. `stands_on_ground`: whether the camera does.
+    pub(crate) fn check_size(&self, [width, height]: [u32; 2], stands_on_ground: bool) -> Result<(), SceneError> {
+        let allowed = match self.eye_width_px(width) {
+            0 => "at least 2 pixels wide for a side-by-side image",
+            // With the default separation the parallax of infinity is at least 1 pixel, more than half the width of such an image.
+            1 if self.eye_separation_km.is_none() && !stands_on_ground => {
+                "at least 2 pixels wide for each eye, unless the eye separation is given or the camera stands on the ground"
+            }
+            _ => return Ok(()),
+        };
+        Err(OutOfRange { what: RequestValue::Size, given: format!("{width}x{height}"), allowed: allowed.into() }.into())
+    }
+}
+
 impl Composition {
     /// Whether the image is one perspective frame.
     pub fn is_plain(&self) -> bool {

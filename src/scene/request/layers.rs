@@ -45,7 +45,7 @@ layers! {
     orbits: "orbits" false,
     /// Past positions of bodies, relative to the target.
     traces: "traces" false,
-    /// Names and markers of bodies.
+    /// Names and markers of bodies; with `comets` also names of comets.
     labels: "labels" false,
     /// Points, lines and images of the catalog's data layers.
     data: "data" true,
@@ -81,6 +81,8 @@ layers! {
     boundaries: "boundaries" false,
     /// Grid of right ascension and declination, ICRF.
     grid_equatorial: "grid-equatorial" false,
+    /// Grid of right ascension and declination, true equator and equinox of date.
+    grid_equatorial_date: "grid-equatorial-date" false,
     /// Grid of ecliptic longitude and latitude, J2000.
     grid_ecliptic: "grid-ecliptic" false,
     /// Grid of galactic longitude and latitude.

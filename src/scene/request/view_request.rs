@@ -63,6 +63,11 @@ pub enum Position {
 }
 
 impl Position {
+    /// At an offset from a body's centre; without an offset at the centre, from where the body is not drawn.
+    pub fn at_offset(body: NaifId, offset_km: DVec3, axes: Axes) -> Self {
+        if offset_km == DVec3::ZERO { Self::Centre(body) } else { Self::Offset { body, offset_km, axes } }
+    }
+
     /// The up direction of a request that gives a position but no up direction: on the ground the zenith, so that the horizon is level, else north.
     pub fn default_up(&self) -> Up {
         match self {
@@ -357,6 +362,9 @@ impl ViewRequest {
             return invalid(RequestValue::Exposure, format!("{stops:?}"), &bounds(&EXPOSURE_RANGE_STOPS, "stops"));
         }
         self.composition.check()?;
+        if let Some(stereo) = self.composition.stereo {
+            stereo.check_size([self.width, self.height], matches!(self.position, Position::Ground { .. }))?;
+        }
         if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost_stops) {
             let given = format!("{:?}", self.stars_boost_stops);
             return invalid(RequestValue::StarsBoost, given, &bounds(&STARS_BOOST_RANGE_STOPS, "stops"));

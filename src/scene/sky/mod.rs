@@ -11,6 +11,7 @@ pub mod images;
 pub mod map;
 pub mod minor_planet_columns;
 pub mod minor_planets;
+pub mod small_body_sight;
 mod star_colour;
 mod star_temperature;
 pub mod stars;

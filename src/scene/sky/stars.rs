@@ -167,7 +167,11 @@ pub(crate) fn stars(
         };
         sprites.extend(bright.filter_map(to_sprite));
     }
-    let reason = reason!("stars-in-frame", count = sprites.len()).and(limit_note);
+    let mut reason = reason!("stars-in-frame", count = sprites.len()).and(limit_note);
+    let faintest = f64::from(all_stars.faintest_magnitude());
+    if limit.is_finite() && limit > faintest {
+        reason = reason.and(reason!("stars-catalog-ends", faintest = format_args!("{faintest:.1}")));
+    }
     let on = !sprites.is_empty();
     (sprites, decided(on, reason))
 }

@@ -59,10 +59,11 @@ impl ShownTimeZone {
     }
 }
 
-/// The label of a zone by its offset from UTC in seconds, such as `UTC+05:30`.
+/// The label of a zone by its offset from UTC in seconds, such as `UTC+05:30`; local mean time has seconds, as in `UTC+00:53:28`.
 fn offset_text(offset_s: i32) -> String {
-    let minutes = offset_s.abs() / 60;
-    format!("UTC{}{:02}:{:02}", if offset_s < 0 { '-' } else { '+' }, minutes / 60, minutes % 60)
+    let (minutes, seconds) = (offset_s.abs() / 60, offset_s.abs() % 60);
+    let seconds_text = if seconds == 0 { String::new() } else { format!(":{seconds:02}") };
+    format!("UTC{}{:02}:{:02}{seconds_text}", if offset_s < 0 { '-' } else { '+' }, minutes / 60, minutes % 60)
 }
 
 /// The civil time of an instant in a zone, rounded to whole seconds; `None` outside the calendar's range of years.
@@ -208,6 +209,8 @@ mod tests {
             }
         }
         assert_eq!((offset_text(19_800).as_str(), offset_text(-12_600).as_str()), ("UTC+05:30", "UTC-03:30"));
+        // The local mean times of Berlin and New York, before their standard times.
+        assert_eq!((offset_text(3208).as_str(), offset_text(-17_762).as_str()), ("UTC+00:53:28", "UTC-04:56:02"));
         assert!(civil_time(Instant::from_tdb_seconds_past_j2000(1e15), &Utc).is_none());
         // In this zone UTC is an hour later than the civil time, and the calendar ends at that civil time.
         assert!(instants(NaiveDateTime::MAX, &hours_east(-1.0)).is_empty());

@@ -2,11 +2,15 @@
 //! `8. April 2024`, `28. Mai 585 v. Chr.`, `19. August 14 n. Chr.`, `jetzt`.
 //!
 //! In: text, the displayed time zone, the current time. Out: an instant, or `None` if the text is not a date. Always: a date is read in the displayed zone,
-//! unless it names UTC; ISO 8601 text has its ISO 8601 meaning. Not supported: other named zones and offsets; dates of ambiguous order, such as 4/8/2024.
+//! unless it names UTC; ISO 8601 text has its ISO 8601 meaning, that is the Gregorian calendar in all years, and so have other dates in digits alone. A date
+//! before 15 October 1582 with the name of a month or an era is meant in the Julian calendar, as in history books, unless it says `(Gregorian)`; a later date
+//! is in the Julian calendar if it says so. Not supported: other named zones and offsets; dates of ambiguous order, such as 4/8/2024.
 
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::ShownTimeZone;
+use crate::view::app::julian_calendar::CalendarDate;
+use chrono::Datelike;
 
 const MONTHS: [&str; 12] =
     ["january", "february", "march", "april", "may", "june", "july", "august", "september", "october", "november", "december"];
@@ -17,8 +21,12 @@ const GERMAN_MONTHS: [&str; 12] =
 /// Words that say that a time is in UTC, in lower case.
 const UTC_WORDS: [&str; 3] = ["utc", "ut", "z"];
 
-/// Words that a date may contain in addition to the name of a month.
+/// Words that a date may contain in addition to the name of a month and that of a calendar.
 const DATE_WORDS: [&str; 16] = ["utc", "ut", "z", "of", "at", "um", "uhr", "ad", "ce", "n.chr.", "bc", "bce", "v.chr.", "v.", "n.", "chr."];
+
+/// Names of the calendars in lower case, in English and German, in full and abbreviated.
+const JULIAN_WORDS: [&str; 3] = ["julian", "julianisch", "o.s."];
+const GREGORIAN_WORDS: [&str; 5] = ["gregorian", "gregorianisch", "greg.", "greg", "n.s."];
 
 /// Whether a valid date text means the same instant in every time zone, because it names UTC, is relative to now, or is a Julian date. `utc`, `ut`
 /// and `z` count only as whole words, and `z` also after a digit: a month may end in `z`, as in `2024 März`.
@@ -45,7 +53,7 @@ pub(crate) fn parse_date(text: &str, zone: ShownTimeZone, now: Instant) -> Optio
 
 /// The instant of a date text, read as UTC.
 fn parse_utc(text: &str, now: Instant) -> Option<Instant> {
-    let text = text.trim().to_lowercase();
+    let text = without_brackets(&text.trim().to_lowercase());
     // A comma usually separates parts of a date, so it is read as a decimal comma only if the text is no date otherwise.
     date_with_decimal_point(&text, now).or_else(|| date_with_decimal_point(&with_decimal_point(&text), now))
 }
@@ -63,9 +71,32 @@ fn date_with_decimal_point(text: &str, now: Instant) -> Option<Instant> {
     }
     let parts = Parts::of(text)?;
     let time_of_day = parts.time_of_day.unwrap_or("00:00");
-    let year = parts.year?;
-    let (sign, year) = if year < 0 { ("-", -year) } else { ("", year) };
-    Instant::parse(&format!("{sign}{year:04}-{:02}-{:02}T{time_of_day}Z", parts.month.unwrap_or(1), parts.day.unwrap_or(1))).ok()
+    let written = parts.date()?;
+    let date = if parts.is_julian(written) {
+        let gregorian = written.gregorian_of_julian()?;
+        CalendarDate { year: gregorian.year().into(), month: gregorian.month(), day: gregorian.day() }
+    } else {
+        written
+    };
+    let (sign, year) = if date.year < 0 { ("-", -date.year) } else { ("", date.year) };
+    Instant::parse(&format!("{sign}{year:04}-{:02}-{:02}T{time_of_day}Z", date.month, date.day)).ok()
+}
+
+/// The date that a text states in the Julian calendar; `None` if the text is read in the Gregorian calendar, or is no date.
+pub(crate) fn julian_date(text: &str) -> Option<CalendarDate> {
+    let text = without_brackets(&text.trim().to_lowercase());
+    if Instant::parse(&text).is_ok() {
+        return None;
+    }
+    let with_point = with_decimal_point(&text);
+    let parts = Parts::of(&text).or_else(|| Parts::of(&with_point))?;
+    let written = parts.date()?;
+    (parts.is_julian(written) && written.gregorian_of_julian().is_some()).then_some(written)
+}
+
+/// The text without brackets: the name of a calendar is often in brackets.
+fn without_brackets(text: &str) -> String {
+    text.replace(['(', ')'], " ").trim().to_owned()
 }
 
 /// The text with a decimal comma of the seconds replaced by a point, as in `18:17:16,5`. Elsewhere a comma separates parts of a date: `18:17:16,8 april 2024`.
@@ -87,7 +118,7 @@ fn with_decimal_point(text: &str) -> String {
 /// Whether a text is meant as a date, valid or not: it contains a month's name and a number, or a date in digits such as `32.13.2024`, and every other word
 /// is part of a date.
 pub(crate) fn resembles_date(text: &str) -> bool {
-    let text = text.trim().to_lowercase();
+    let text = without_brackets(&text.trim().to_lowercase());
     let words = || text.split([' ', ',']).filter(|w| !w.is_empty());
     let starts_with_digit = |word: &str| word.trim_start_matches('-').starts_with(|c: char| c.is_ascii_digit());
     let is_in_digits = |word: &str| {
@@ -96,8 +127,13 @@ pub(crate) fn resembles_date(text: &str) -> bool {
     };
     // `t` separates date and time of day in ISO 8601.
     let is_date = |word: &str| is_in_digits(word.split('t').next().unwrap_or(word));
-    words().all(|word| starts_with_digit(word) || month_number(word).is_some() || DATE_WORDS.contains(&word))
+    words().all(|word| starts_with_digit(word) || month_number(word).is_some() || is_date_word(word))
         && (words().any(is_date) || words().any(|word| month_number(word).is_some()) && words().any(starts_with_digit))
+}
+
+/// Whether a word may be part of a date besides numbers and months.
+fn is_date_word(word: &str) -> bool {
+    DATE_WORDS.contains(&word) || JULIAN_WORDS.contains(&word) || GREGORIAN_WORDS.contains(&word)
 }
 
 /// The parts of a date that have been read so far.
@@ -108,6 +144,10 @@ struct Parts<'t> {
     month: Option<u32>,
     day: Option<u32>,
     time_of_day: Option<&'t str>,
+    /// Whether the month is written as a name, or the text has an era and a year alone.
+    is_in_words: bool,
+    /// Whether the text names the Julian calendar; `None` if it names none.
+    names_julian: Option<bool>,
 }
 
 /// Sets a part of a date; `None` if it was set before.
@@ -129,6 +169,8 @@ impl<'t> Parts<'t> {
                 _ if UTC_WORDS.contains(&word) => {}
                 "of" => {}
                 "at" | "um" | "uhr" => expects_time_of_day = true,
+                _ if JULIAN_WORDS.contains(&word) => set_once(&mut parts.names_julian, true)?,
+                _ if GREGORIAN_WORDS.contains(&word) => set_once(&mut parts.names_julian, false)?,
                 "ad" | "ce" | "n.chr." => set_once(&mut is_before_christ, false)?,
                 "bc" | "bce" | "v.chr." => set_once(&mut is_before_christ, true)?,
                 "v." | "n." => {
@@ -136,7 +178,10 @@ impl<'t> Parts<'t> {
                     set_once(&mut is_before_christ, word == "v.")?;
                 }
                 _ if word.contains(':') => set_once(&mut parts.time_of_day, word.strip_suffix('z').unwrap_or(word))?,
-                _ if word.starts_with(|c: char| c.is_alphabetic()) => set_once(&mut parts.month, month_number(word)?)?,
+                _ if word.starts_with(|c: char| c.is_alphabetic()) => {
+                    set_once(&mut parts.month, month_number(word)?)?;
+                    parts.is_in_words = true;
+                }
                 _ if word.trim_end_matches('.').contains(['.', '/']) => parts.numeric_date(word)?,
                 _ => parts.day_or_year(word)?,
             }
@@ -145,6 +190,7 @@ impl<'t> Parts<'t> {
             // With an era, a number without a month is a year, although a number up to 31 was read as a day.
             parts.year = parts.day.take().map(i64::from);
         }
+        parts.is_in_words |= is_before_christ.is_some() && parts.month.is_none();
         if let Some(is_before_christ) = is_before_christ {
             let year = parts.year.filter(|y| *y > 0)?;
             parts.year = Some(if is_before_christ { 1 - year } else { year });
@@ -154,6 +200,16 @@ impl<'t> Parts<'t> {
         }
         // This also rejects a lone number of one or two digits, which was read as a day.
         (parts.day.is_none() || parts.month.is_some()).then_some(parts)
+    }
+
+    /// The date as it is written; `None` without a year.
+    fn date(&self) -> Option<CalendarDate> {
+        Some(CalendarDate { year: self.year?, month: self.month.unwrap_or(1), day: self.day.unwrap_or(1) })
+    }
+
+    /// Whether the date is meant in the Julian calendar. Dates in digits alone are not: the date field shows such dates, in the Gregorian calendar.
+    fn is_julian(&self, written: CalendarDate) -> bool {
+        self.names_julian.unwrap_or(self.is_in_words && written.is_before_reform())
     }
 
     /// Reads a day (`8`, `8th`, `8.`) or a year of up to four digits (`2024`, `-584`). One or two digits without a sign are a day, unless the day is already
@@ -259,7 +315,7 @@ mod tests {
             3 | 23 => "rd",
             _ => "th",
         };
-        for year in [1066, 1900, 2000, 2024, 9999] {
+        for year in [1583, 1900, 2000, 2024, 9999] {
             for (m, name) in MONTHS.iter().enumerate() {
                 let short = &name[..3];
                 for d in 1..=31 {
@@ -293,12 +349,12 @@ mod tests {
             ("2024-04-08T18:17:16Z", "2024-04-08T18:17:16Z"),
             ("2027", "2027-01-01T00:00:00Z"),
             ("august 2027", "2027-08-01T00:00:00Z"),
-            ("28 May 585 BC", "-0584-05-28T00:00:00Z"),
-            ("1 jan 1 bc", "0000-01-01T00:00:00Z"),
-            ("7 BC", "-0006-01-01T00:00:00Z"),
-            ("44 BC", "-0043-01-01T00:00:00Z"),
-            ("14 n. Chr.", "0014-01-01T00:00:00Z"),
-            ("AD 14 18:17", "0014-01-01T18:17:00Z"),
+            ("28 May 585 BC", "-0584-05-22T00:00:00Z"),
+            ("1 jan 1 bc", "-0001-12-30T00:00:00Z"),
+            ("7 BC", "-0007-12-30T00:00:00Z"),
+            ("44 BC", "-0044-12-30T00:00:00Z"),
+            ("14 n. Chr.", "0013-12-30T00:00:00Z"),
+            ("AD 14 18:17", "0013-12-30T18:17:00Z"),
             ("-0584-05-28", "-0584-05-28T00:00:00Z"),
             ("now", "2026-11-22T23:00:00Z"),
             ("tomorrow", "2026-11-23T23:00:00Z"),
@@ -312,13 +368,13 @@ mod tests {
             ("2024-04-08T18:17:16,125Z", "2024-04-08T18:17:16.125Z"),
             ("18:17:16,8 april 2024", "2024-04-08T18:17:16Z"),
             ("april 2024 18:17:16,8", "2024-04-08T18:17:16Z"),
-            ("28. Mai 585 v. Chr.", "-0584-05-28T00:00:00Z"),
-            ("28. Mai 585 v.Chr.", "-0584-05-28T00:00:00Z"),
-            ("19. August 14 n. Chr.", "0014-08-19T00:00:00Z"),
-            ("19. August 14 n.Chr.", "0014-08-19T00:00:00Z"),
-            ("19 August 14 AD", "0014-08-19T00:00:00Z"),
+            ("28. Mai 585 v. Chr.", "-0584-05-22T00:00:00Z"),
+            ("28. Mai 585 v.Chr.", "-0584-05-22T00:00:00Z"),
+            ("19. August 14 n. Chr.", "0014-08-17T00:00:00Z"),
+            ("19. August 14 n.Chr.", "0014-08-17T00:00:00Z"),
+            ("19 August 14 AD", "0014-08-17T00:00:00Z"),
             ("mär 2024", "2024-03-01T00:00:00Z"),
-            ("28 May -584", "-0584-05-28T00:00:00Z"),
+            ("28 May -584", "-0584-05-22T00:00:00Z"),
             ("8 April 2024 at 18:17z", "2024-04-08T18:17:00Z"),
             ("jetzt", "2026-11-22T23:00:00Z"),
         ] {

@@ -1,29 +1,29 @@
-//! Interpretations of a text in the search field: bodies, moments, stars, dates, events, cities, surface features, places, effects, shader
-//! keys (each names one generated shader).
+//! Interpretations of a text in the search field: bodies, moments, stars, minor planets, comets, constellations, dates, events, cities, surface features,
+//! places, effects, shader keys (each names one generated shader).
 //!
 //! In: the text, the catalog, the current time. Out: suggestions, the likeliest first; or similar names. Not here: the effect of choosing a
 //! suggestion (`panels`).
 
 use crate::catalog::cities::{self, City};
+use crate::catalog::constellations::{Constellation, Constellations};
 use crate::catalog::moments::Moment;
 use crate::catalog::nomenclature::{self, SurfaceFeature};
-use crate::catalog::stars::{STAR_NAMES, Star};
+use crate::catalog::small_bodies::SmallBody;
+use crate::catalog::stars::STAR_NAMES;
 use crate::catalog::{Catalog, NaifId};
-use crate::ephemeris::star_place::star_from_viewer;
 use crate::scene::effects::Effect;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;
-use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::civil_time::ShownTimeZone;
-use crate::view::app::date_text::{parse_date, resembles_date};
+use crate::view::app::date_text::{julian_date, parse_date, resembles_date};
 use crate::view::app::event_search::EventKind;
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::place_text::parse_place;
 use crate::view::app::presets::Preset;
-use crate::view::app::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, body_fixed_orbit_pose};
+use crate::view::app::view_state::{DEFAULT_FOV_DEG, ViewState, body_fixed_orbit_pose};
 use crate::view::app::viewer::{SelectableBody, Viewer};
 use crate::view::app::what_to_see_now::NowItem;
-use crate::view::language::dates::{day_text, minute_text, second_text};
+use crate::view::language::dates::{day_text, minute_text, second_text, written_date};
 use crate::view::language::{body_name, catalog_text, decimal, text, translated_name};
 use crate::wording::nearest;
 use chrono::{NaiveDate, NaiveTime};
@@ -36,10 +36,10 @@ const MIN_LETTERS: usize = 3;
 const SURFACE_FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
 /// Least and greatest height of the camera above a surface feature, in radii of the body.
 const SURFACE_FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
-/// Vertical field of view around a star.
-const STAR_FOV_DEG: f64 = 20.0;
-/// Distance of the camera of [`star_view`] from the Earth's centre, in Earth radii. The camera is between the Earth and the star.
-const STAR_CAMERA_RADII: f64 = 3.0;
+/// Largest number of minor planets and comets among the suggestions, so that they leave room for other kinds.
+const MAX_SMALL_BODIES: usize = 3;
+/// Largest number of minor planets and comets whose names are compared with a text that matches nothing.
+const MAX_SIMILAR_SMALL_BODIES: usize = 5000;
 
 /// What the user chooses with a suggestion.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +52,9 @@ pub enum SearchTarget {
     Moment(String),
     /// Hipparcos number.
     Star(u32),
+    /// A minor planet or comet that is no body of the catalog.
+    SmallBody(Box<SmallBody>),
+    Constellation(&'static Constellation),
     Time(Instant),
     Events {
         kinds: Vec<EventKind>,
@@ -96,6 +99,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTi
     if let Some(time) = parse_date(text, zone, viewer.now()) {
         let has_seconds = text.matches(':').count() >= 2 && !time.to_utc_iso().ends_with(":00Z");
         let name = if has_seconds { second_text(time, zone) } else { minute_text(time, zone) };
+        let name = julian_date(text).map_or(name.clone(), |julian| text!("search-julian", julian = written_date(julian), date = name));
         found.push(suggestion(name, text!("search-date"), SearchTarget::Time(time)));
         if resembles_date(text) {
             // Who types a day or a month may look for its eclipse.
@@ -123,11 +127,17 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTi
             .map(|body| suggestion(body_name(&body.name), about_body(body, viewer), SearchTarget::Body(body.id))),
     );
     found.extend(stars(text, catalog));
+    // Minor planets have the names of cities, too (Paris, Vienna): the city is likelier.
+    let is_city = cities::all().iter().any(|city| city.name.to_lowercase() == text.to_lowercase());
+    let sky_objects = small_bodies(text, catalog).chain(constellations(text));
+    let (called_so, beginning_so): (Vec<_>, Vec<_>) = sky_objects.partition(|(is_exact, _)| *is_exact && !is_city);
+    found.extend(called_so.into_iter().map(|(_, suggestion)| suggestion));
     found.extend(presets_and_now_items(text));
     found.extend(moments(text, catalog.moments(), zone));
     found.extend(cities::with_prefix(text, max_count).into_iter().map(|city| {
         suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), SearchTarget::City(city))
     }));
+    found.extend(beginning_so.into_iter().map(|(_, suggestion)| suggestion));
     found.extend(surface_features(text, viewer).take(max_count));
     found.extend(effects(text));
     if text.contains('.')
@@ -139,8 +149,8 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTi
     found
 }
 
-/// Texts that the user may have meant by one that matches nothing, likeliest first: similar names of bodies, stars and cities; then the text with
-/// its words for events and views spelled correctly, if that matches something. No two differ only in the case of letters.
+/// Texts that the user may have meant by one that matches nothing, likeliest first: similar names of bodies, stars, constellations, cities, comets and minor
+/// planets; then the text with its words for events and views spelled correctly, if that matches something. No two differ only in the case of letters.
 pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog, zone: ShownTimeZone) -> Vec<String> {
     let text = text.trim();
     let preset_words = Preset::ALL.into_iter().flat_map(|preset| preset.search_words().split_whitespace());
@@ -153,7 +163,10 @@ pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog, zone: Shown
     };
     let corrected_text = text.to_lowercase().split_whitespace().map(corrected).collect::<Vec<_>>().join(" ");
     let is_useful = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, zone, 1).is_empty();
-    let similar_names = nearest(text, searchable_names(viewer)).into_iter().map(str::to_owned);
+    let small_bodies = catalog.small_bodies();
+    let all_small = small_bodies.comets.iter().chain(&small_bodies.minor_planets).take(MAX_SIMILAR_SMALL_BODIES);
+    let names = searchable_names(viewer).chain(all_small.map(SmallBody::short_name).filter(|name| !name.is_empty()));
+    let similar_names = nearest(text, names).into_iter().map(str::to_owned);
     let mut found: Vec<String> = similar_names.chain(is_useful.then_some(corrected_text)).collect();
     // A corrected text may be one of the similar names.
     let mut offered = HashSet::new();
@@ -161,7 +174,7 @@ pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog, zone: Shown
     found
 }
 
-/// All names of bodies, stars and cities, for [`similar_texts`].
+/// All names of bodies, stars, constellations and cities, for [`similar_texts`].
 fn searchable_names(viewer: &Viewer) -> impl Iterator<Item = &str> {
     // Both the name in the catalog and, where it differs, the name in the window's language.
     let bodies = viewer.selectable_bodies().iter().flat_map(|b| {
@@ -171,7 +184,8 @@ fn searchable_names(viewer: &Viewer) -> impl Iterator<Item = &str> {
             .chain([b.name.as_str()])
             .chain(b.aliases.iter().map(String::as_str))
     });
-    bodies.chain(STAR_NAMES.iter().map(|(name, _)| *name)).chain(cities::all().iter().map(|city| city.name))
+    let constellations = Constellations::embedded().all.iter().map(|c| c.name.as_str());
+    bodies.chain(STAR_NAMES.iter().map(|(name, _)| *name)).chain(constellations).chain(cities::all().iter().map(|city| city.name))
 }
 
 /// The description of a body, with the body that it orbits unless that is the Sun.
@@ -193,6 +207,29 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     let hip_number = lower.strip_prefix("hip").and_then(|rest| rest.trim().parse().ok());
     found.extend(hip_number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), about(hip)?, SearchTarget::Star(hip)))));
     found
+}
+
+/// Minor planets and comets whose name or designation is the text or begins so, each with whether it is the text.
+fn small_bodies(text: &str, catalog: &Catalog) -> impl Iterator<Item = (bool, Suggestion)> {
+    let lower = text.to_lowercase();
+    catalog.small_bodies_matching(text, MAX_SMALL_BODIES).into_iter().map(move |body| {
+        let full_name = body.full_name();
+        let is_exact = [body.short_name(), body.designation.as_str(), full_name.as_str()].iter().any(|name| name.to_lowercase() == lower);
+        let about = if body.is_comet() { text!("search-comet") } else { text!("search-minor-planet") };
+        (is_exact, suggestion(full_name, about, SearchTarget::SmallBody(Box::new(body))))
+    })
+}
+
+/// Constellations whose Latin name begins with the text, or whose abbreviation it is, each with whether the name is the text; `o` also stands for the `ö` of
+/// Boötes.
+fn constellations(text: &str) -> impl Iterator<Item = (bool, Suggestion)> {
+    let plain = |text: &str| text.to_lowercase().replace('ö', "o");
+    let wanted = plain(text);
+    Constellations::embedded().all.iter().filter_map(move |c: &'static Constellation| {
+        let name = plain(&c.name);
+        let is_match = wanted.chars().count() >= MIN_LETTERS && (name.starts_with(&wanted) || plain(&c.abbreviation) == wanted);
+        is_match.then(|| (name == wanted, suggestion(c.name.as_str(), text!("search-constellation"), SearchTarget::Constellation(c))))
+    })
 }
 
 /// Presets and items of *What to see now*, if each typed word is the beginning of a word in the view's name or search words.
@@ -365,25 +402,4 @@ fn names_of_kinds(kinds: &[EventKind]) -> String {
 /// The name of a search for events from a day on.
 fn events_from(kinds: &[EventKind], start: Instant, zone: ShownTimeZone) -> String {
     text!("search-from-day", kinds = names_of_kinds(kinds), day = day_text(start, zone))
-}
-
-/// The view of a star in the middle of the image, with the Earth behind the camera; `None` if the ephemeris does not cover the time.
-/// `years_since_epoch`: Julian years since the epoch of the star catalog.
-pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositions, base_view: &ViewState) -> Option<ViewState> {
-    let pole = positions.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
-    // As seen from the solar system's barycentre: the annual parallax is too small to see in this field of view.
-    let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
-    let orbit = OrbitCamera::from_offset_radii(direction * STAR_CAMERA_RADII, pole);
-    let camera_pose = CameraPose::Orbit {
-        body: NaifId::EARTH,
-        // In ICRF, so that the camera does not rotate with the Earth.
-        is_body_fixed: false,
-        azimuth_deg: orbit.azimuth_rad.to_degrees(),
-        elevation_deg: orbit.elevation_rad.to_degrees(),
-        distance_radii: orbit.distance_radii,
-        // Away from the Earth.
-        yaw_deg: 180.0,
-        pitch_deg: 0.0,
-    };
-    Some(base_view.tracking_view(NaifId::EARTH, camera_pose, STAR_FOV_DEG))
 }

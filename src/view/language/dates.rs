@@ -1,20 +1,25 @@
 //! Formats dates as is usual in the window's language.
 //!
 //! In: instants, the displayed time zone, ISO 8601 text, calendar dates. Out: text. Always: a day and a time of day are in the given zone, or name UTC; the
-//! messages `date-*` determine order and punctuation, `month-*` the names of months. An instant that ISO 8601 cannot express is written as a Julian date,
-//! in every language alike. Not here: parsing of typed dates (`view::app::date_text`).
+//! messages `date-*` determine order and punctuation, `month-*` the names of months. A date in words before the Gregorian calendar says that it is in it. An
+//! instant that ISO 8601 cannot express is written as a Julian date, in every language alike. Not here: parsing of typed dates (`view::app::date_text`).
 
 use super::numbers::localised;
 use super::{text, translated_name};
+use crate::message::{FIRST_GREGORIAN_DATE, time_scale};
 use crate::time::Instant;
 use crate::view::app::civil_time::ShownTimeZone;
+use crate::view::app::julian_calendar::CalendarDate;
 use chrono::{Datelike, NaiveDate};
 
 /// An instant in UTC, with milliseconds if they are not zero.
 pub(crate) fn instant_text(t: Instant) -> String {
     let iso = t.to_utc_iso();
     match iso.trim_end_matches('Z').split_once('T') {
-        Some((date, clock)) => text!("date-instant", date = iso_date_text(date), clock = localised(clock.to_owned())),
+        Some((date, clock)) => {
+            let scale = time_scale(date_fields(date).and_then(|fields| fields.numbers()).map_or(i64::MAX, |(year, ..)| year));
+            text!("date-instant", date = iso_date_text(date), clock = localised(clock.to_owned()), scale = scale)
+        }
         None => iso,
     }
 }
@@ -99,9 +104,14 @@ pub(crate) fn day_text(t: Instant, zone: ShownTimeZone) -> String {
 
 /// An ISO 8601 date in the language's usual form.
 pub(super) fn iso_date_text(date: &str) -> String {
-    let Some(DateFields { year, month, day }) = date_fields(date) else { return date.to_owned() };
+    let Some(fields) = date_fields(date) else { return date.to_owned() };
+    let DateFields { year, month, day } = fields;
     let month_name = translated_name("month", month.trim_start_matches('0'));
-    text!("date-day", year = year_text(year), month = month, month_name = month_name, day = day, day_number = without_leading_zeros(day))
+    let mut year_text = year_text(year);
+    if fields.numbers().is_some_and(|numbers| numbers < FIRST_GREGORIAN_DATE) {
+        year_text = text!("date-year-gregorian", year = year_text);
+    }
+    text!("date-day", year = year_text, month = month, month_name = month_name, day = day, day_number = without_leading_zeros(day))
 }
 
 /// An ISO 8601 date in digits, for fields that can be edited.
@@ -111,10 +121,18 @@ pub(crate) fn date_in_digits(date: &str) -> String {
 }
 
 /// Year, month and day of an ISO 8601 date, in its own characters.
+#[derive(Clone, Copy)]
 struct DateFields<'d> {
     year: &'d str,
     month: &'d str,
     day: &'d str,
+}
+
+impl DateFields<'_> {
+    /// Year, month and day as numbers.
+    fn numbers(self) -> Option<(i64, i64, i64)> {
+        Some((self.year.trim_start_matches('+').parse().ok()?, self.month.parse().ok()?, self.day.parse().ok()?))
+    }
 }
 
 /// The fields of an ISO 8601 date; `None` if it does not have three.
@@ -159,6 +177,12 @@ fn month_number(date: NaiveDate) -> &'static str {
 pub(crate) fn long_date(date: NaiveDate) -> String {
     // Years before 1 keep their astronomical number, as in the year field of the calendar.
     text!("date-long", day = date.day(), month = month_name(date), year = date.format("%Y").to_string())
+}
+
+/// A date in words with its era: `28 May 585 BC`.
+pub(crate) fn written_date(CalendarDate { year, month, day }: CalendarDate) -> String {
+    let year = if year > 0 { year.to_string() } else { text!("date-year-bc", year = 1 - year) };
+    text!("date-long", day = day, month = translated_name("month", &month.to_string()), year = year)
 }
 
 /// Day and month: `8 Apr`.

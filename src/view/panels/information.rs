@@ -2,8 +2,10 @@
 //!
 //! In: the body as the last scene shows it, the observer's place, the time. Out: tables; queries that compute the position in the sky.
 
+mod object_facts;
 mod sizes_and_distances;
 
+use self::object_facts::{ObjectInputs, ObjectReport, PlaceAndDay};
 use self::sizes_and_distances::SizeComparison;
 use super::Interface;
 use super::fact;
@@ -13,12 +15,12 @@ use crate::catalog::cities::{self, City};
 use crate::catalog::{Catalog, NaifId, Photometry};
 use crate::ephemeris::Source;
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place};
-use crate::ephemeris::topocentric::{DiscPassage, Observer, ObserverSky, RiseSetTimes};
+use crate::ephemeris::topocentric::{DiscPassage, ObserverSky, RiseSetTimes};
 use crate::message::Message;
 use crate::scene::{BodyReport, InventedData, SubPoint};
 use crate::session::Session;
 use crate::time::Instant;
-use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
+use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::place_text::latitude_longitude_text;
 use crate::view::app::settings::{Home, LengthUnit, Settings};
@@ -101,12 +103,7 @@ struct SkyReport {
 #[derive(Clone, Copy, PartialEq)]
 struct ReportInputs {
     body: NaifId,
-    /// Geodetic latitude and east longitude of the place, degrees.
-    place_deg: [f64; 2],
-    /// The time in whole minutes since J2000, TDB.
-    tdb_minutes: i64,
-    /// Start and end of the day of that time, in the displayed time zone.
-    day: (Instant, Instant),
+    at: PlaceAndDay,
 }
 
 /// State of the Information panel.
@@ -124,6 +121,8 @@ pub(crate) struct InformationPanel {
     /// The last text that was entered although no city has this name, until the text in the field changes.
     unknown_city: Option<String>,
     report: LatestAnswer<ReportInputs, SkyReport>,
+    /// About the chosen star, comet or minor planet; `None` if it is not in the catalog.
+    object_report: LatestAnswer<ObjectInputs, Option<ObjectReport>>,
 }
 
 impl InformationPanel {
@@ -139,26 +138,22 @@ impl InformationPanel {
         (self.chosen_city, self.unknown_city) = (Some(city), None);
     }
 
-    /// Drops the report, whose errors are texts in the language in which it was asked for.
+    /// Drops the reports, whose errors are texts in the language in which they were asked for.
     pub(crate) fn forget_report(&mut self) {
         self.report.clear();
+        self.object_report.clear();
     }
 }
 
-/// Shows the panel: the clicked star, if any, and the selected body.
+/// Shows the panel: the chosen star, comet or minor planet, if any, and the selected body.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     unit_row(ui, &mut interface.information.unit);
-    if let Some(star_index) = interface.viewport.star_index {
-        let (stars, time) = (worker.session().catalog().stars(), interface.viewer.view.time());
-        if let Some(star) = stars.stars().get(star_index) {
-            super::star::facts(ui, star, stars.years_since_epoch(time.jd_tt()));
-            ui.separator();
-        }
-    }
     let selected = interface.viewer.selected;
     let time = interface.viewer.view.time();
-    let Some(body) = interface.shown().and_then(|rendered| rendered.scene.body(selected)).cloned() else { return };
+    let body = interface.shown().and_then(|rendered| rendered.scene.body(selected)).cloned();
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(MIN_LIST_HEIGHT).show(ui, |ui| {
+        object_facts::show(interface, ui, worker);
+        let Some(body) = body else { return };
         ui.strong(body_name(&body.name));
         facts_from_camera(ui, &body, interface.information.unit, worker.session().catalog());
         ui.separator();
@@ -261,19 +256,7 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     let panel = &mut interface.information;
     ui.strong(text!("place-heading"));
     place_fields(ui, panel);
-    let tdb_s = time.tdb_seconds_past_j2000();
-    // The day for years outside the calendar. J2000 is at 12h TDB, so days of TDB start half a day before and after it.
-    let day_of_tdb = || {
-        let start_s = ((tdb_s / SECONDS_PER_DAY - 0.5).floor() + 0.5) * SECONDS_PER_DAY;
-        let [start, end] = [start_s, start_s + SECONDS_PER_DAY].map(Instant::from_tdb_seconds_past_j2000);
-        (start, end)
-    };
-    let inputs = ReportInputs {
-        body: body.id,
-        place_deg: [panel.observer_place.latitude_deg, panel.observer_place.longitude_deg],
-        tdb_minutes: (tdb_s / 60.0).floor() as i64,
-        day: zone.day(time).unwrap_or_else(day_of_tdb),
-    };
+    let inputs = ReportInputs { body: body.id, at: PlaceAndDay::of(panel.observer_place, time, zone) };
     let answer = panel.report.update(worker, inputs, move |session| report(session, inputs, time));
     let Some((_, report)) = answer.filter(|(inputs, _)| inputs.body == body.id) else {
         ui.weak(text!("computing"));
@@ -311,12 +294,16 @@ fn rise_and_set(ui: &mut egui::Ui, times: &RiseSetTimes, zone: ShownTimeZone) {
         (None, true) => text!("fact-up-all-day"),
         (None, false) => text!("fact-down-all-day"),
     };
-    let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), |time| second_text(time, zone));
-    fact::row(ui, text!("fact-rise"), time_or_absent(times.rise));
+    // The stars, and so the planets, may rise, culminate or set twice in a day.
+    let with_second = |first: String, second: Option<String>| second.map_or(first.clone(), |second| format!("{first}; {second}"));
+    let time_text = |time: Instant| second_text(time, zone);
+    let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), time_text);
+    fact::row(ui, text!("fact-rise"), with_second(time_or_absent(times.rise), times.second_rise.map(time_text)));
     let transit_text =
-        |(time, altitude_deg): (Instant, f64)| text!("fact-transit-value", time = second_text(time, zone), deg = decimal(altitude_deg, 1));
-    fact::row(ui, text!("fact-transit"), times.transit.map_or("-".into(), transit_text));
-    fact::row(ui, text!("fact-set"), time_or_absent(times.set));
+        |(time, altitude_deg): (Instant, f64)| text!("fact-transit-value", time = time_text(time), deg = decimal(altitude_deg, 1));
+    let transit = times.transit.map_or("-".into(), transit_text);
+    fact::row(ui, text!("fact-transit"), with_second(transit, times.second_transit.map(transit_text)));
+    fact::row(ui, text!("fact-set"), with_second(time_or_absent(times.set), times.second_set.map(time_text)));
 }
 
 fn place_of(city: &City) -> Home {
@@ -443,11 +430,9 @@ fn solar_eclipse(ui: &mut egui::Ui, report: &SkyReport, zone: ShownTimeZone) {
 
 /// Computes a report; runs on the query worker.
 fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
-    let place = Observer { body: NaifId::EARTH, lat_graphic_deg: inputs.place_deg[0], lon_east_deg: inputs.place_deg[1], height_km: 0.0 };
-    let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
+    let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place: inputs.at.observer() };
     let error_line = |e: crate::ephemeris::EphemerisError| error_text(&e);
-    let (start, end) = inputs.day;
-    let length_s = end.tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
+    let (start, length_s) = inputs.at.start_and_length_s();
     // The Earth itself is not in the sky of a place on it.
     let observed = (inputs.body != NaifId::EARTH).then_some(inputs.body);
     SkyReport {

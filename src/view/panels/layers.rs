@@ -10,7 +10,7 @@ use crate::view::language::{reason_text, text, text_by_id};
 use egui::SliderClamping;
 
 /// Name of each layer, and the message ids of its label and its tooltip.
-const SWITCHES: [(&str, &str, &str); 17] = [
+const SWITCHES: [(&str, &str, &str); 18] = [
     ("stars", "sky-stars", "sky-stars-hint"),
     ("bright-stars", "layer-bright-stars", "layer-bright-stars-hint"),
     ("milky-way", "sky-milky-way", "sky-milky-way-hint"),
@@ -19,6 +19,7 @@ const SWITCHES: [(&str, &str, &str); 17] = [
     ("constellations", "sky-constellations", "sky-constellations-hint"),
     ("boundaries", "sky-boundaries", "sky-boundaries-hint"),
     ("grid-equatorial", "sky-grid-equatorial", "sky-grid-equatorial-hint"),
+    ("grid-equatorial-date", "sky-grid-equatorial-date", "sky-grid-equatorial-date-hint"),
     ("grid-ecliptic", "sky-grid-ecliptic", "sky-grid-ecliptic-hint"),
     ("grid-galactic", "sky-grid-galactic", "sky-grid-galactic-hint"),
     ("grid-horizon", "sky-grid-horizon", "sky-grid-horizon-hint"),

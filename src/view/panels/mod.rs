@@ -29,6 +29,7 @@ mod shader;
 mod share;
 mod shortcuts;
 mod side_panels;
+mod sky_object;
 mod star;
 mod tab;
 mod table;

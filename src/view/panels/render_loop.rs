@@ -7,7 +7,7 @@
 use super::Interface;
 use crate::catalog::NaifId;
 use crate::render::plan::{FrameImages, GpuImage, SamplingQuality};
-use crate::scene::labels::{Label, LabelMetrics, Rect, body_labels};
+use crate::scene::labels::{Label, LabelMetrics, Rect, SkyObject, body_labels};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRequest};
 use crate::session::{Readiness, RequestedOutput, Session};
@@ -46,8 +46,8 @@ const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 pub(super) struct SeenPlace {
     /// The body there, if any.
     pub(super) body: Option<NaifId>,
-    /// Index in the star catalog of the star there, if there is no body.
-    pub(super) star_index: Option<usize>,
+    /// The star, comet or minor planet there, if there is no body.
+    pub(super) sky_object: Option<SkyObject>,
     /// The direction of the place, or of the body or star near it, as an ICRF unit vector; `None` outside the circle of a fisheye image.
     pub(super) direction: Option<DVec3>,
     /// The pixel of the viewport.
@@ -91,8 +91,8 @@ pub(super) struct Viewport {
     /// The direction of the last right click, or of the body or star near it, as an ICRF unit vector. A pixel would not do, because images with
     /// other resolutions may follow while the menu is open.
     pub(super) menu_direction: Option<DVec3>,
-    /// Index in the star catalog of the last star that was clicked or found.
-    pub(super) star_index: Option<usize>,
+    /// The last star, comet or minor planet that was clicked or found.
+    pub(super) sky_object: Option<SkyObject>,
 }
 
 impl Default for Viewport {
@@ -115,7 +115,7 @@ impl Default for Viewport {
             pressed_place: None,
             menu_body: None,
             menu_direction: None,
-            star_index: None,
+            sky_object: None,
         }
     }
 }

@@ -3,14 +3,16 @@
 //! In: typed text, clicks. Out: actions, opened panels. Always: an error appears below the field until the text changes; when the field
 //! gets the focus, its text is selected; similar texts are offered, never chosen automatically.
 
-use super::{Interface, MAX_ECHO_CHARS, Tab, events, moments, what_to_see_now};
+use super::{Interface, MAX_ECHO_CHARS, Tab, events, moments, sky_object, what_to_see_now};
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
+use crate::scene::labels::SkyObject;
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::date_text::resembles_date;
 use crate::view::app::moment_view::view_of_moment;
 use crate::view::app::place_text::parse_place_without_limits;
-use crate::view::app::search::{SearchTarget, Suggestion, mentions_events, similar_texts, star_view, suggestions, surface_feature_view};
+use crate::view::app::search::{SearchTarget, Suggestion, mentions_events, similar_texts, suggestions, surface_feature_view};
+use crate::view::app::sky_target::{constellation_view, sight_from_earth, small_body_view, star_view};
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::{catalog_text, text};
@@ -253,10 +255,25 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             match stars.star_of_hip(hip).and_then(|star| star_view(star, years_since_epoch, &positions, base_view)) {
                 Some(view) => {
                     actions.push(Action::Show(Box::new(view)));
-                    interface.viewport.star_index = stars.index_of_hip(hip);
+                    interface.viewport.sky_object = stars.index_of_hip(hip).map(SkyObject::Star);
                 }
                 None => interface.refuse_view(text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH))),
             }
         }
+        SearchTarget::SmallBody(body) => {
+            let (ephemeris, base_view) = (session.ephemeris(), interface.viewer.base_view());
+            match small_body_view(&body, ephemeris, &positions, &base_view).zip(sight_from_earth(ephemeris, &base_view)) {
+                Some((view, sight)) => {
+                    actions.push(Action::Show(Box::new(view)));
+                    interface.viewport.sky_object = SkyObject::of_small_body(&catalog.small_bodies(), &body);
+                    interface.show_reply(sky_object::small_body_title(&body, &sight));
+                }
+                None => interface.refuse_view(text!("outside-ephemeris", name = body.full_name())),
+            }
+        }
+        SearchTarget::Constellation(constellation) => match constellation_view(constellation, &positions, &interface.viewer.base_view()) {
+            Some(view) => actions.push(Action::Show(Box::new(view))),
+            None => interface.refuse_view(text!("outside-ephemeris", name = constellation.name)),
+        },
     }
 }

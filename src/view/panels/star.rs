@@ -79,13 +79,15 @@ fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, 
     facts
 }
 
-/// Shows the star's name, and its facts as a table. `years_since_epoch`: from the star catalog's epoch to the displayed time.
-pub(super) fn facts(ui: &mut egui::Ui, star: &Star, years_since_epoch: f64) {
+/// Shows the star's name, and its facts as a table. `years_since_epoch`: from the star catalog's epoch to the displayed time; `more_rows`: adds rows to the
+/// table.
+pub(super) fn facts(ui: &mut egui::Ui, star: &Star, years_since_epoch: f64, more_rows: impl FnOnce(&mut egui::Ui)) {
     ui.strong(name(star));
     Grid::new("star").num_columns(2).striped(true).show(ui, |ui| {
         for (label, value) in label_value_pairs(star, years_since_epoch) {
             fact::row(ui, label, value);
         }
+        more_rows(ui);
     });
 }
 

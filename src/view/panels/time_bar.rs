@@ -100,6 +100,8 @@ const EVENT_SEARCH_YEARS: u32 = 130;
 /// Time between the displayed time and the start of the search for another event, seconds, so that the search does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 
+/// Last year with days that history books give in the Julian calendar.
+const LAST_YEAR_OF_JULIAN_DATES: i32 = 1582;
 /// Width that the date field needs in addition to its text, points: its margins and the cursor.
 const DATE_FIELD_MARGIN: f32 = 16.0;
 /// A digit that is at least as wide as any other in the font of the interface.
@@ -169,7 +171,9 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     let other_zone = if time_zone == ShownTimeZone::Utc { ShownTimeZone::Local } else { ShownTimeZone::Utc };
     let label = time_zone.label(time);
     let hover = text!("time-zone-hint");
-    if ui.button(&label).on_hover_text(hover).accessible_name(text!("time-zone", name = label)).clicked() {
+    // Without the minutes of whole hours the row fits into a window 1264 points wide, a usual one on a screen of 1280.
+    let short_label = label.strip_suffix(":00").unwrap_or(&label);
+    if ui.button(short_label).on_hover_text(hover).accessible_name(text!("time-zone", name = label)).clicked() {
         interface.settings.time_zone = other_zone;
     }
 }
@@ -220,6 +224,9 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
         let later = month_button(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
+    if month.year() <= LAST_YEAR_OF_JULIAN_DATES {
+        ui.weak(text!("calendar-gregorian"));
+    }
     // A press that ends the text of the year changes the month before the release, which may be a click on a day. Until then the days stay in place. So they
     // do for a click of a screen reader, before which the text is read.
     let is_readers_click = |event: &Event| matches!(event, Event::AccessKitActionRequest(request) if request.action == ReaderAction::Click);

@@ -1,6 +1,6 @@
 //! The viewport: shows the image, its labels and messages, and turns mouse input over it into actions.
 //!
-//! In: the last image with its scene, messages, the mouse. Out: what is painted, actions, the picked pixel and star, measured angles. Always: the
+//! In: the last image with its scene, messages, the mouse. Out: what is painted, actions, the picked pixel and object of the sky, measured angles. Always: the
 //! image is never stretched; the names of bodies avoid what the interface shows over the image; a click means what was under the pointer at the press, although
 //! another image may arrive before the release: of a running clock, or of a typed number that counts from the press on. A picked pixel is a place in the
 //! viewport, the pressed one: the probe shows what every image has there, the new one and all later ones, as its cross does.
@@ -8,24 +8,22 @@
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
 use super::render_loop::SeenPlace;
+use super::sky_object::{self, MARKER_RADIUS_POINTS, NAME_COLOUR, NAME_POINTS};
 use super::{Interface, tour, what_to_see_now};
-use crate::catalog::{Catalog, NaifId};
+use crate::catalog::NaifId;
 use crate::scene::Scene;
-use crate::scene::labels::{self, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px};
+use crate::scene::labels::{self, LabelMetrics, MARKER_OPACITY, SkyObject, body_at, snapped_px};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
+use crate::session::Session;
 use crate::view::app::orbit_camera::LOG_HEIGHT_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
-use crate::view::panels::theme::{BODY_TEXT_POINTS, HEADING_TEXT_POINTS, HIGHLIGHT_COLOUR, menu_style, opaque};
+use crate::view::panels::theme::{HEADING_TEXT_POINTS, HIGHLIGHT_COLOUR, menu_style};
 use crate::view::window::primitives::SCENE_IMAGE;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, FontId, PointerButton, Popup, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::{DVec2, DVec3};
 
-/// Text size of the names of bodies, points.
-const NAME_POINTS: f32 = BODY_TEXT_POINTS;
-/// Radius of a marker, and of the ring around the chosen star, points.
-const MARKER_RADIUS_POINTS: f32 = MARKER_RADIUS as f32 * NAME_POINTS;
 /// Texts of the image whose upper edge is farther from the image's upper edge than this fraction of its height belong to the caption or the scale bar.
 const CAPTION_TOP_FRACTION: f64 = 0.85;
 /// Minimum width of the viewport for hints, points.
@@ -42,8 +40,6 @@ const PROBE_ARM_ENDS: [f32; 2] = [3.0, 9.0];
 pub(super) const POINTS_PER_NOTCH: f64 = 50.0;
 /// Roll of the camera per pixel of a drag with the middle button, degrees.
 const ROLL_DEG_PER_PX: f64 = 0.25;
-/// Colour of names and hints.
-const NAME_COLOUR: Color32 = opaque(labels::NAME_COLOUR);
 
 /// Shows the viewport in the room that the panels leave.
 pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
@@ -91,7 +87,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     interface.refresh_labels(&metrics, overlays.iter().map(to_image_px));
     interface.viewport.caption_height = caption_height(interface, &placement);
     paint_labels(interface, ui, viewport, &placement);
-    paint_star(interface, ui, viewport, &placement);
+    let to_point = |px: DVec2| placement.image.min + egui_vec(px * placement.points_per_px);
+    sky_object::paint(interface, &ui.painter().with_clip_rect(viewport), worker.session(), placement.points_per_px, to_point);
     if let Some(rendered) = interface.shown() {
         let scene = &rendered.scene;
         let point_of = |px: DVec2| placement.image.min + egui_vec(px * placement.points_per_px);
@@ -101,7 +98,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
             |from, to| scene.geometry.is_cut_between(from, to),
         );
     }
-    let place = pressed_place(interface, worker.session().catalog(), &response, &placement, viewport);
+    let place = pressed_place(interface, worker.session(), &response, &placement, viewport);
     if let Some(click) = handle_mouse(ui, &response, place, actions) {
         handle_click(interface, worker, click);
     }
@@ -302,29 +299,20 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
     }
 }
 
-/// Paints a ring around the chosen star, if the image shows the star.
-fn paint_star(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &ImagePlacement) {
-    let image_px = interface.viewport.star_index.zip(interface.shown()).and_then(|(index, rendered)| star_px(&rendered.scene, index));
-    if let Some(image_px) = image_px {
-        let centre = placement.image.min + egui_vec(image_px * placement.points_per_px);
-        ui.painter().with_clip_rect(viewport).circle_stroke(centre, MARKER_RADIUS_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
-    }
-}
-
 /// A vector in points, in f32 as egui has it.
 fn egui_vec(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
 
-/// Handles a click that is not an action of the viewer: measures an angle, or picks a pixel and a star.
+/// Handles a click that is not an action of the viewer: measures an angle, or picks a pixel and an object of the sky.
 fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
     match click {
         Click::Measure { direction, body } => measure(interface, direction, body),
-        Click::Pick { viewport_px, star_index } => {
+        Click::Pick { viewport_px, sky_object } => {
             interface.viewport.picked_px = Some(viewport_px);
-            interface.viewport.star_index = star_index;
-            if let Some(star_index) = star_index {
-                let title = worker.session().catalog().stars().stars().get(star_index).map(super::star::title).unwrap_or_default();
+            interface.viewport.sky_object = sky_object;
+            let scene = interface.shown().map(|rendered| &rendered.scene);
+            if let Some(title) = sky_object.zip(scene).and_then(|(object, scene)| sky_object::title(object, worker.session(), scene)) {
                 interface.show_reply(title);
             }
         }
@@ -352,7 +340,7 @@ fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
 /// What was under the pointer when its button was pressed on the image, until the release; `None` while no button is.
 fn pressed_place(
     interface: &mut Interface,
-    catalog: &Catalog,
+    session: &Session,
     response: &egui::Response,
     placement: &ImagePlacement,
     viewport: Rect,
@@ -360,13 +348,13 @@ fn pressed_place(
     let place = interface.viewport.pressed_place.take().or_else(|| {
         let (pointer, rendered) = (response.interact_pointer_pos()?, interface.shown()?);
         let image_px = placement.image_px_of(pointer, &rendered.scene);
-        let body = body_at(&interface.viewport.labels, &rendered.scene, catalog, image_px);
-        let star_index = if body.is_none() { star_at(&rendered.scene, image_px) } else { None };
+        let body = body_at(&interface.viewport.labels, &rendered.scene, session.catalog(), image_px);
+        let sky_object = if body.is_none() { sky_object::object_at(interface, session, image_px) } else { None };
         let offset_px = (pointer - viewport.min) * response.ctx.pixels_per_point();
         let [width, height] = interface.viewport.size_px;
         // At a scale that is not whole, the last point of the viewport may be beyond its last pixel.
         let viewport_px = [(offset_px.x as u32).min(width - 1), (offset_px.y as u32).min(height - 1)];
-        Some(SeenPlace { body, star_index, direction: snapped_direction(interface, image_px), viewport_px })
+        Some(SeenPlace { body, sky_object, direction: snapped_direction(interface, image_px), viewport_px })
     });
     interface.viewport.pressed_place = place.filter(|_| response.is_pointer_button_down_on());
     place
@@ -376,12 +364,12 @@ fn pressed_place(
 enum Click {
     /// With Ctrl: adds a direction, and the body there, if any, to the measured angle.
     Measure { direction: DVec3, body: Option<NaifId> },
-    /// Without Ctrl: picks a pixel for the probe, and a star.
+    /// Without Ctrl: picks a pixel for the probe, and an object of the sky.
     Pick {
         /// The pressed pixel of the viewport.
         viewport_px: [u32; 2],
-        /// Index in the star catalog of the star at the click, if there is no body.
-        star_index: Option<usize>,
+        /// The star, comet or minor planet at the click, if there is no body.
+        sky_object: Option<SkyObject>,
     },
 }
 
@@ -411,7 +399,7 @@ fn handle_mouse(ui: &egui::Ui, response: &egui::Response, place: Option<SeenPlac
             actions.push(if changes_fov { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
         }
     }
-    let SeenPlace { body, star_index, direction, viewport_px } = place?;
+    let SeenPlace { body, sky_object, direction, viewport_px } = place?;
     // Clicks with Ctrl come before double-clicks, so that two quick clicks with Ctrl measure an angle, too.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
         return direction.map(|direction| Click::Measure { direction, body });
@@ -420,7 +408,7 @@ fn handle_mouse(ui: &egui::Ui, response: &egui::Response, place: Option<SeenPlac
         actions.extend(body.map(Action::FlyTo));
     } else if response.clicked() {
         actions.extend(body.map(Action::Select));
-        return Some(Click::Pick { viewport_px, star_index });
+        return Some(Click::Pick { viewport_px, sky_object });
     }
     None
 }

@@ -1,7 +1,7 @@
 # The Information panel: facts, sky of a place, sizes to scale, stars, angles.
 
 tab-information = Information
-tab-information-about = Entfernungen, Größen, Auf- und Untergang des ausgewählten Körpers; Angaben zu einem angeklickten Stern
+tab-information-about = Entfernungen, Größen, Auf- und Untergang des ausgewählten Körpers; Angaben zu einem angeklickten oder gefundenen Stern, Kometen oder Kleinplaneten
 angle-second = Strg+Klick auf einen zweiten Ort misst den Winkel
 angle = Winkel: { $angle }
 angle-and-distance = Winkel: { $angle }; { $distance }
@@ -33,6 +33,14 @@ fact-geometric-albedo = geometrische Albedo
 fact-estimate = Unsicherheit
 fact-invented-map = erfundene Karte
 fact-atmosphere = Atmosphäre
+fact-kind = Art
+fact-sun-distance = Entfernung von der Sonne
+fact-elongation = Elongation
+fact-elongation-east = { $angle } östlich der Sonne (abends)
+fact-elongation-west = { $angle } westlich der Sonne (morgens)
+fact-osculating = Bahn ohne Störungen
+fact-constellation = Sternbild
+fact-from-place = gesehen von
 place-heading = Von einem Ort auf der Erde
 computing = wird berechnet …
 fact-right-ascension = Rektaszension

@@ -1,6 +1,7 @@
 # The search field and its suggestions.
 
 search-date = Datum
+search-julian = { $julian } (julianisch) = { $date } (gregorianisch)
 search-place = Ort auf: { $body }
 search-events = Ereignisse suchen
 search-city = Stadt, { $country }
@@ -8,6 +9,9 @@ search-key = Shader-Schlüssel
 search-near = bei: { $body }
 search-body = Körper
 search-star = Stern, Helligkeit { $magnitude }
+search-comet = Komet
+search-minor-planet = Kleinplanet
+search-constellation = Sternbild
 search-moment = Moment, { $day }
 search-on = auf: { $body }
 search-effect = Effekt: öffnet die Effekte
@@ -15,7 +19,7 @@ search-of-year = {" "}{ $y }
 search-from-day = { $kinds } ab { $day }
 search-and = {" "}und{" "}
 search-field-hint-text = Suche (/)
-search-hint = Körper, Sterne, Krater, Städte, Momente, Ansichten, Daten, Ereignisse (Finsternis 2027), Orte (51,5; -0,1), Effekte, Shader-Schlüssel, Links (/)
+search-hint = Körper, Sterne, Kometen, Kleinplaneten, Sternbilder, Krater, Städte, Momente, Ansichten, Daten, Ereignisse (Finsternis 2027), Orte (51,5; -0,1), Effekte, Shader-Schlüssel, Links (/)
 search = Suche
 search-nothing = Nichts heißt „{ $typed }“
 search-no-event = „{ $typed }“: Ereignisse findet man nach Art und Datum, etwa „Finsternis 12. August 2026“. Für einen Ort: die Stadt suchen, dann Ereignisse öffnen

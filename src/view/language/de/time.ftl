@@ -18,6 +18,7 @@ time-zone-hint = Zeiten in UTC oder in der Zeitzone dieses Rechners zeigen und e
 time-zone = Zeitzone: { $name }
 calendar = Kalender
 calendar-hint = Einen Tag im Kalender wählen, und die Uhrzeit
+calendar-gregorian = gregorianische Daten, Jahr 0 ist 1 v. Chr.
 calendar-previous = Voriger Monat
 calendar-next = Nächster Monat
 calendar-year = Jahr

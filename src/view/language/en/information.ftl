@@ -1,7 +1,7 @@
 # The Information panel: facts, sky of a place, sizes to scale, stars, angles.
 
 tab-information = Information
-tab-information-about = Distances, sizes, rise and set of the selected body; facts about a clicked star
+tab-information-about = Distances, sizes, rise and set of the selected body; facts about a star, comet or minor planet that was clicked or found
 angle-second = Ctrl+click a second place to measure the angle
 angle = Angle: { $angle }
 angle-and-distance = Angle: { $angle }; { $distance }
@@ -33,6 +33,14 @@ fact-geometric-albedo = geometric albedo
 fact-estimate = uncertainty
 fact-invented-map = invented map
 fact-atmosphere = atmosphere
+fact-kind = kind
+fact-sun-distance = distance from the Sun
+fact-elongation = elongation
+fact-elongation-east = { $angle } east of the Sun (evening)
+fact-elongation-west = { $angle } west of the Sun (morning)
+fact-osculating = orbit without perturbations
+fact-constellation = constellation
+fact-from-place = seen from
 place-heading = From a place on Earth
 computing = computing…
 fact-right-ascension = right ascension

@@ -1,6 +1,7 @@
 # The search field and its suggestions.
 
 search-date = date
+search-julian = { $julian } (Julian) = { $date } (Gregorian)
 search-place = place on { $body }
 search-events = search for events
 search-city = city, { $country }
@@ -8,6 +9,9 @@ search-key = shader key
 search-near = near { $body }
 search-body = body
 search-star = star, magnitude { $magnitude }
+search-comet = comet
+search-minor-planet = minor planet
+search-constellation = constellation
 search-moment = moment, { $day }
 search-on = on { $body }
 search-effect = effect: opens the Effects panel
@@ -15,7 +19,7 @@ search-of-year = {" "}of { $y }
 search-from-day = { $kinds } from { $day } on
 search-and = {" "}and{" "}
 search-field-hint-text = Search (/)
-search-hint = Bodies, stars, craters, cities, moments, views, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys, links (/)
+search-hint = Bodies, stars, comets, minor planets, constellations, craters, cities, moments, views, dates, events (eclipse 2027), places (51.5, -0.1), effects, shader keys, links (/)
 search = Search
 search-nothing = Nothing is called “{ $typed }”
 search-no-event = “{ $typed }”: events are found by kind and date, such as “eclipse 12 August 2026”. For a place, search for its city, then open Events

@@ -18,6 +18,7 @@ time-zone-hint = Show and type times in UTC or in the time zone of this computer
 time-zone = Time zone: { $name }
 calendar = Calendar
 calendar-hint = Choose a day from a calendar, and the time of day
+calendar-gregorian = Gregorian dates, year 0 is 1 BC
 calendar-previous = Previous month
 calendar-next = Next month
 calendar-year = Year

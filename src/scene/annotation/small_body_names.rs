@@ -1,0 +1,98 @@
+//! Names of comets, and of chosen minor planets, beside them.
+//!
+//! In: bodies, their viewer, and the image. Out: texts, brightest bodies first, each at the right of its body; `line_texts` decides which of them fit. A comet
+//! is named however faint it is, because a faint one has a marker. Bodies behind a nearer disc have no name.
+
+use crate::catalog::small_bodies::SmallBody;
+use crate::scene::annotation::data;
+use crate::scene::annotation::labels::LabelMetrics;
+use crate::scene::annotation::line_texts::UnplacedText;
+use crate::scene::body_report::BodyReport;
+use crate::scene::camera::sphere::ImageProjection;
+use crate::scene::sky::comets::total_magnitude;
+use crate::scene::sky::small_body_sight::SmallBodySight;
+use crate::units::KM_PER_AU;
+use glam::{DVec2, DVec3};
+
+/// Linear RGB of the name of a comet or minor planet.
+const COLOUR: DVec3 = DVec3::new(0.6, 0.85, 0.65);
+
+/// Where the image shows a small body; `None` if it is outside the image, or behind one of `reports`.
+pub(crate) fn shown_px(image: &dyn ImageProjection, sight: &SmallBodySight<'_>, reports: &[BodyReport], body: &SmallBody) -> Option<DVec2> {
+    let apparent_km = sight.see(body)?.apparent_km;
+    let px = image.pixel_of(apparent_km)?;
+    let is_inside = px.cmpge(DVec2::ZERO).all() && px.cmple(image.size_px()).all();
+    (is_inside && !data::is_hidden(reports, apparent_km.normalize(), apparent_km.length())).then_some(px)
+}
+
+/// The names of the bodies that the image shows. `glyph_px`: size of glyphs.
+pub(crate) fn small_body_names<'b>(
+    image: &dyn ImageProjection,
+    sight: &SmallBodySight<'_>,
+    reports: &[BodyReport],
+    bodies: impl IntoIterator<Item = &'b SmallBody>,
+    glyph_px: f64,
+) -> Vec<UnplacedText> {
+    let metrics = LabelMetrics::of_size(glyph_px);
+    let mut named: Vec<(f64, String, DVec2)> = Vec::new();
+    for body in bodies {
+        let Some((px, seen)) = shown_px(image, sight, reports, body).zip(sight.see(body)) else { continue };
+        let magnitude = total_magnitude(body.brightness, seen.apparent_km.length() / KM_PER_AU, seen.sun_distance_au);
+        named.push((magnitude.unwrap_or(f64::INFINITY), body.full_name(), px));
+    }
+    named.sort_by(|(magnitude, ..), (other, ..)| magnitude.total_cmp(other));
+    let head_radius_px = 0.0;
+    let text = |(_, name, px): (f64, String, DVec2)| {
+        let centre_px = px + DVec2::new(0.5 * metrics.width_px(&name) + metrics.name_offset_px(head_radius_px), 0.0);
+        UnplacedText { text: name, centre_px, colour: COLOUR, is_grid_coordinate: false }
+    };
+    named.into_iter().map(text).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::{Catalog, NaifId};
+    use crate::ephemeris::Ephemeris;
+    use crate::scene::Scene;
+    use crate::scene::request::view_request::{Axes, Look, Position, ViewRequest};
+    use crate::time::Instant;
+
+    /// The drawn head of Hale-Bopp is where its name and its click are, from the moving Earth's centre: aberration, 20 arcseconds, is 40 pixels here.
+    #[test]
+    fn a_comet_is_named_where_its_head_is_drawn() {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the built-in kernel");
+        let comets = catalog.small_bodies().comets.clone();
+        let comet = comets.iter().find(|c| c.name.contains("Hale-Bopp")).expect("in the catalog");
+        let time = Instant::parse("1997-03-31T19:00:00Z").expect("a time");
+        let mut request = ViewRequest::of(NaifId::SUN, time);
+        (request.position, request.fov_deg) = (Position::Centre(NaifId::EARTH), Some(0.1));
+        (request.width, request.height) = (720, 720);
+        (request.layers.comets, request.layers.labels) = (true, true);
+        let sight_of = |scene: &Scene| SmallBodySight {
+            ephemeris: &ephemeris,
+            position_km: scene.camera.position_km,
+            velocity_km_s: scene.viewer_velocity_km_s,
+            time,
+        };
+        let whole_sky = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
+        let direction = sight_of(&whole_sky).see(comet).expect("covered").apparent_km.normalize();
+        request.look = Look::Along { direction, axes: Axes::Icrf };
+        let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
+        let sight = sight_of(&scene);
+        let px = shown_px(&scene.camera, &sight, &scene.bodies, comet).expect("in the middle");
+        let [head] = &scene.comets.heads[..] else { panic!("{} heads", scene.comets.heads.len()) };
+        let head_px = scene.camera.pixel_from_clip(head.centre.truncate().as_dvec2());
+        assert!(px.distance(head_px) < 0.1 && px.distance(DVec2::splat(360.0)) < 1.0, "{px} {head_px}");
+        // Negative control.
+        let at_rest = SmallBodySight { velocity_km_s: DVec3::ZERO, ..sight };
+        assert!(shown_px(&scene.camera, &at_rest, &scene.bodies, comet).is_none_or(|px| px.distance(head_px) > 20.0));
+        let texts = &scene.line_texts.as_ref().expect("a name").texts;
+        let name = texts.iter().find(|text| text.text == "C/1995 O1 (Hale-Bopp)").unwrap_or_else(|| panic!("{texts:?}"));
+        assert!(name.left_end_px.x > px.x && name.left_end_px.distance(px) < 20.0, "{name:?} {px}");
+        // Without names of bodies there are none of comets.
+        request.layers.labels = false;
+        assert!(Scene::build(&catalog, &ephemeris, &request).expect("a scene").line_texts.is_none());
+    }
+}
