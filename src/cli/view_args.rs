@@ -58,6 +58,9 @@ pub(crate) struct ViewArgs {
     /// Up direction: north (of the target), zenith, celestial or ecliptic [default: north; on a surface the zenith]
     #[arg(long, value_name = "WHAT", help_heading = "Image")]
     pub up: Option<String>,
+    /// Mirror the image left to right, as a star diagonal does; texts stay readable
+    #[arg(long, help_heading = "Image")]
+    pub mirror: bool,
     /// Image size in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024", help_heading = "Image")]
     pub size: String,
@@ -186,6 +189,7 @@ impl ViewArgs {
         if let Some(up) = &self.up {
             request.up = up_by_name(up).map_err(|e| CliError::Usage(format!("--up: {e}")))?;
         }
+        request.is_mirrored |= self.mirror;
         (request.width, request.height) = parse_size(&self.size)?;
         if !self.exposure.eq_ignore_ascii_case("auto") {
             let stops = self.exposure.parse().map_err(|_| invalid_option("--exposure", &self.exposure, "a number of stops, or auto"))?;

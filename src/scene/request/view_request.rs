@@ -226,6 +226,8 @@ pub struct ViewRequest {
     pub look: Look,
     /// The up direction of the image.
     pub up: Up,
+    /// Whether the image is mirrored left to right, as a star diagonal does. Texts are not.
+    pub is_mirrored: bool,
     /// How the image is put together.
     pub composition: Composition,
     /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: for a fisheye 180, otherwise [`FOV_AT_FITTED_DISTANCE_DEG`] or
@@ -277,6 +279,7 @@ impl ViewRequest {
             position: Position::AboveTarget { towards: None, distance_radii: None },
             look: Look::Target,
             up: Up::North,
+            is_mirrored: false,
             composition: Composition::default(),
             fov_deg: None,
             width: 1024,

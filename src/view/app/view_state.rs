@@ -125,10 +125,13 @@ pub struct ViewState {
     pub tracks: bool,
     /// Vertical field of view.
     pub fov_deg: f64,
-    /// Roll about the line of sight; positive turns the image clockwise. A free pose, with its own up direction, does not use it, nor does a dome image
+    /// Roll about the line of sight; positive turns the image clockwise, before it is mirrored. A free pose, with its own up direction, does not use it, nor does a dome image
     /// centred on the zenith, from the ground or while the camera follows another body.
     #[serde(default)]
     pub roll_deg: f64,
+    /// Whether the image is mirrored left to right.
+    #[serde(default, rename = "mirrored", skip_serializing_if = "std::ops::Not::not")]
+    pub is_mirrored: bool,
     /// Exposure in stops; `None`: automatic exposure.
     #[serde(default)]
     pub exposure_stops: Option<f64>,
@@ -183,6 +186,7 @@ impl ViewState {
             tracks: true,
             fov_deg: DEFAULT_FOV_DEG,
             roll_deg: 0.0,
+            is_mirrored: false,
             exposure_stops: None,
             tone_map: ToneMap::default(),
             effects: EffectOverrides::default(),
@@ -224,6 +228,7 @@ impl ViewState {
         request.position = pose.position;
         request.look = pose.look;
         request.up = pose.up;
+        request.is_mirrored = self.is_mirrored;
         request.composition = self.composition.composition();
         request.fov_deg =
             Some(if self.composition.projection == Projection::Fisheye { self.composition.fisheye_deg } else { self.fov_deg });
