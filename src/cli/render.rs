@@ -291,6 +291,9 @@ fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, sc
     let options = [("target", &v.target), ("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)];
     let given = options.into_iter().filter_map(|(name, value)| Some(format!("{name} {}", value.as_ref()?)));
     let mut description: Vec<String> = given.collect();
+    if request.is_mirrored {
+        description.push("mirrored".into());
+    }
     if !request.composition.is_plain() {
         description.push(request.composition.to_text());
     }

@@ -54,8 +54,12 @@ const AIMED_AT: [NaifId; 6] = [SATURN, NaifId(601), NaifId(602), NaifId(604), Na
 #[test]
 fn a_click_selects_what_the_image_shows_there() {
     let mut clicked_moons = 0;
-    for composition in compositions() {
-        let mut window = settled_window(saturn_with(&composition), 640.0);
+    // The plain image and the dome also mirrored.
+    let mirrored = compositions().into_iter().take(2).map(|composition| (composition, true));
+    for (composition, is_mirrored) in compositions().into_iter().map(|composition| (composition, false)).chain(mirrored) {
+        let mut interface = saturn_with(&composition);
+        interface.viewer.view.is_mirrored = is_mirrored;
+        let mut window = settled_window(interface, 640.0);
         let sky = window.get_by_label_contains("The sky: ").rect();
         let rendered = window.state().shown().expect("an image");
         let (width, scene) = (f64::from(rendered.width), &rendered.scene);

@@ -228,6 +228,17 @@ mod tests {
     }
 
     #[test]
+    fn a_camera_file_may_mirror_the_image() {
+        let catalog = Catalog::embedded();
+        for (field, expected) in [("", false), (r#", "mirrored": true"#, true), (r#", "mirrored": false"#, false)] {
+            let text = format!(r#"{{"position": {{"body": "Mars", "radii": [3, 0, 0]}}, "look": {{"at": "Mars"}}{field}}}"#);
+            let mut request = ViewRequest::of(crate::catalog::NaifId::EARTH, crate::time::Instant::from_jd_tdb(2_451_545.0));
+            CameraFile::parse("a.json", &text).and_then(|camera| camera.resolve(&catalog, &mut request)).expect(field);
+            assert_eq!(request.is_mirrored, expected, "{field}");
+        }
+    }
+
+    #[test]
     fn a_direction_of_any_length_but_zero_can_be_normalised() {
         for length in [1e-300, 1e-160, 1.0, 1e200, f64::MAX] {
             let unit = direction([0.0, -length, 0.0], "look").expect("a direction").normalize();
