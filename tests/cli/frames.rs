@@ -74,6 +74,7 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         (&["--fov", "21"], "21 deg"),
         (&["--up", "celestial"], "celestial"),
         (&["--mirror"], "mirrored false, not true"),
+        (&["--telescope", "1000/25/52"], "telescope none, not 1000/25/52"),
         (&["--exposure", "1"], "1 stops"),
         (&["--tone-map", "clipped"], "clipped"),
         (&["--effects", "-eclipse"], "-eclipse"),

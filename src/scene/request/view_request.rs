@@ -11,6 +11,7 @@ use crate::scene::purpose::Purpose;
 use crate::scene::request::composition::{Composition, FISHEYE_RANGE_DEG, Projection};
 use crate::scene::request::effects::EffectOverrides;
 use crate::scene::request::layers::Layers;
+use crate::scene::request::telescope::Telescope;
 use crate::time::Instant;
 use glam::DVec3;
 use serde::Deserialize;
@@ -245,6 +246,8 @@ pub struct ViewRequest {
     pub effects: EffectOverrides,
     /// Layers drawn behind and over the bodies.
     pub layers: Layers,
+    /// The telescope whose field of view is outlined in the middle of a perspective image.
+    pub telescope: Option<Telescope>,
     /// Stops by which stars, Milky Way and zodiacal light are brightened, -30 to 30; negative: darkened.
     pub stars_boost_stops: f64,
     /// The body whose name, marker and outline are emphasised: in the window, the one that the user selected. `None`: the target, or else the Sun.
@@ -288,6 +291,7 @@ impl ViewRequest {
             tone_map: ToneMap::Filmic,
             effects: EffectOverrides::default(),
             layers: Layers::default(),
+            telescope: None,
             stars_boost_stops: 0.0,
             selected: None,
             quality: Quality::default(),
@@ -360,6 +364,7 @@ impl ViewRequest {
             return invalid(RequestValue::Exposure, format!("{stops:?}"), &bounds(&EXPOSURE_RANGE_STOPS, "stops"));
         }
         self.composition.check()?;
+        self.telescope.map_or(Ok(()), Telescope::check)?;
         if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost_stops) {
             let given = format!("{:?}", self.stars_boost_stops);
             return invalid(RequestValue::StarsBoost, given, &bounds(&STARS_BOOST_RANGE_STOPS, "stops"));

@@ -23,6 +23,7 @@ pub mod preset_changes;
 pub mod presets;
 pub mod search;
 pub mod settings;
+pub mod telescope_setup;
 pub mod time_rate;
 pub mod timeline;
 pub mod tour;

@@ -32,6 +32,7 @@ mod side_panels;
 mod star;
 mod tab;
 mod table;
+mod telescope;
 mod theme;
 mod time_bar;
 mod timeline;
