@@ -220,6 +220,11 @@ fn cull_of(features: &DrawFeatures) -> Cull {
     if features.flags.two_sided { Cull::None } else { Cull::Back }
 }
 
+/// The winding of a mesh's front faces on the screen.
+fn front_face_of(camera: &Camera) -> FrontFace {
+    if camera.is_mirrored() { FrontFace::Clockwise } else { FrontFace::CounterClockwise }
+}
+
 /// The vertex attributes of shaders/lib/mesh.wesl by location: position, normal, map coordinates, altitude of the Sun's centre above the horizon that the shape
 /// forms at the vertex (in angular radii of the Sun), colour.
 fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
@@ -255,10 +260,12 @@ fn body_draw(draw: &Draw, camera: &Camera, provider: &impl ResourceProvider, sam
     let uniform_bytes = uniform_bytes(&layout, &draw.uniforms, sampling.anisotropy)
         .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     let (textures, samplers) = (maps::textures(draw, &layout, provider)?, maps::samplers(draw, &layout));
-    let (vertices, cull) = match &module {
-        ModuleId::Keyed(key) if key.features().shape == Shape::Mesh => (mesh_vertices(draw, key)?, cull_of(&draw.features)),
+    let (vertices, cull, front_face) = match &module {
+        ModuleId::Keyed(key) if key.features().shape == Shape::Mesh => {
+            (mesh_vertices(draw, key)?, cull_of(&draw.features), front_face_of(camera))
+        }
         // The two triangles of the draw's rectangle.
-        _ => (Vertices::Count(6), Cull::None),
+        _ => (Vertices::Count(6), Cull::None, FrontFace::default()),
     };
     Ok(PlanDraw {
         label: draw.name.clone(),
@@ -272,7 +279,7 @@ fn body_draw(draw: &Draw, camera: &Camera, provider: &impl ResourceProvider, sam
         blend: if draw.features.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
         shading_rate: ShadingRate::PerPixel,
         cull,
-        front_face: if camera.is_mirrored() { FrontFace::Clockwise } else { FrontFace::CounterClockwise },
+        front_face,
         depth: depth_of(draw.part),
         scissor: scissor(draw.uniforms.rect_in_clip, width, height),
         // The marks are those of the pixels where the ground's draw also shows the clouds.
