@@ -7,8 +7,8 @@ pub mod lanes;
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::ModuleProvider;
 use orrery::render::plan::{
-    AddressMode, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, SamplerBinding, SamplerState, ShadingRate,
-    TextureBinding, TextureSource, Vertices,
+    AddressMode, Blend, ColourFormat, Cull, DepthState, FrontFace, Instances, Pass, Plan, PlanDraw, SamplerBinding, SamplerState,
+    ShadingRate, TextureBinding, TextureSource, Vertices,
 };
 use orrery::render::software::lowering;
 use orrery::shader::ModuleId;
@@ -82,6 +82,7 @@ pub fn plan(side_px: u32) -> Plan {
         blend: Blend::Replace,
         shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
+        front_face: FrontFace::default(),
         depth: DepthState { test: false, write: false },
         scissor: [0, 0, side_px, side_px],
         extent: None,

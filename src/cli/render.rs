@@ -77,7 +77,7 @@ pub(crate) struct RenderArgs {
     /// Tour file (JSON) in place of a view: draw --rate frames per second along its stops; its fields are described below
     #[cfg(feature = "view")]
     #[arg(long, value_name = "FILE", help_heading = OUTPUT_HEADING, conflicts_with_all = ["frames", "step", "error", "target", "from", "distance_radii", "at",
-        "height_km", "camera_json", "time", "fov", "up", "exposure", "tone_map", "effects", "layers", "stars_boost", "pixels"])]
+        "height_km", "camera_json", "time", "fov", "up", "mirror", "exposure", "tone_map", "effects", "layers", "telescope", "stars_boost", "pixels"])]
     tour: Option<PathBuf>,
     /// Time between frames: 60s, 10m, 6h, 1d; may be negative. Leap seconds count, but days keep the time of day
     #[arg(long, value_name = "TIME", default_value = "60s", allow_hyphen_values = true, help_heading = OUTPUT_HEADING)]
@@ -291,6 +291,9 @@ fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, sc
     let options = [("target", &v.target), ("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)];
     let given = options.into_iter().filter_map(|(name, value)| Some(format!("{name} {}", value.as_ref()?)));
     let mut description: Vec<String> = given.collect();
+    if request.is_mirrored {
+        description.push("mirrored".into());
+    }
     if !request.composition.is_plain() {
         description.push(request.composition.to_text());
     }

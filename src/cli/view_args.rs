@@ -10,7 +10,7 @@ use crate::scene::draw::PixelView;
 use crate::scene::effects::{Effect, EffectOverrides};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::scene::request::{
-    CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Look, Position, ToneMap, ViewRequest, up_by_name,
+    CameraFile, Composition, EYE_HEIGHT_KM, ExposureRequest, Layers, Look, Position, Telescope, ToneMap, ViewRequest, up_by_name,
 };
 use crate::scene::{RequestValue, Scene, SceneError};
 use crate::time::{Instant, TimeError};
@@ -58,6 +58,9 @@ pub(crate) struct ViewArgs {
     /// Up direction: north (of the target), zenith, celestial or ecliptic [default: north; on a surface the zenith]
     #[arg(long, value_name = "WHAT", help_heading = "Image")]
     pub up: Option<String>,
+    /// Mirror the image left to right, as a star diagonal does; texts stay readable
+    #[arg(long, help_heading = "Image")]
+    pub mirror: bool,
     /// Image size in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x1024", help_heading = "Image")]
     pub size: String,
@@ -79,6 +82,10 @@ pub(crate) struct ViewArgs {
     /// -zodiacal-light (the default is on if the exposure shows them)
     #[arg(long, value_name = "+A,-B", allow_hyphen_values = true, help_heading = "Image")]
     pub layers: Option<String>,
+    /// Outline the field of view of a telescope in the middle of a perspective image: focal length, eyepiece and its apparent field (1000/25/52), or focal
+    /// length and sensor (1000/22.3x14.9), in mm and degrees
+    #[arg(long, value_name = "F/E/A", help_heading = "Image")]
+    pub telescope: Option<String>,
     /// Brighten stars, Milky Way and zodiacal light by this many stops, to show them next to a lit planet
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, help_heading = "Image")]
     pub stars_boost: f64,
@@ -187,6 +194,7 @@ impl ViewArgs {
         if let Some(up) = &self.up {
             request.up = up_by_name(up).map_err(|e| CliError::Usage(format!("--up: {e}")))?;
         }
+        request.is_mirrored |= self.mirror;
         (request.width, request.height) = parse_size(&self.size)?;
         if !self.exposure.eq_ignore_ascii_case("auto") {
             let stops = self.exposure.parse().map_err(|_| invalid_option("--exposure", &self.exposure, "a number of stops, or auto"))?;
@@ -197,6 +205,9 @@ impl ViewArgs {
         }
         if let Some(layers) = &self.layers {
             request.layers = Layers::parse(layers).map_err(|e| CliError::Usage(format!("--layers: {e}")))?;
+        }
+        if let Some(telescope) = &self.telescope {
+            request.telescope = Some(Telescope::parse(telescope).map_err(|e| CliError::Usage(format!("--telescope: {e}")))?);
         }
         request.stars_boost_stops = self.stars_boost;
         let unknown_tone_map =

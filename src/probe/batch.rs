@@ -6,7 +6,8 @@
 
 use super::ProbeError;
 use crate::render::plan::{
-    Attribute, Blend, Cull, DepthState, FrameImages, Instances, Pass, Plan, PlanDraw, SamplerBinding, ShadingRate, TextureBinding, Vertices,
+    Attribute, Blend, Cull, DepthState, FrameImages, FrontFace, Instances, Pass, Plan, PlanDraw, SamplerBinding, ShadingRate,
+    TextureBinding, Vertices,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::shader::ModuleId;
@@ -97,6 +98,7 @@ impl PreparedProbe {
             blend: Blend::Replace,
             shading_rate: ShadingRate::PerPixel,
             cull: Cull::None,
+            front_face: FrontFace::default(),
             depth: DepthState { test: false, write: false },
             scissor: [0, 0, width, height],
             extent: None,

@@ -15,7 +15,7 @@ use crate::image::{
     AnimationFormat, TEXT_SEARCH_BYTES, animation_format, exr_text_in_head, gif_text_in_head, png_text_in_head, verify_exr, verify_png,
 };
 use crate::render::plan::SKY_DECODING;
-use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
+use crate::scene::request::{Axes, ExposureRequest, Look, Position, Telescope, Up, ViewRequest};
 use crate::scene::sky::map::{MILKY_WAY_FILE, SkyMap};
 use crate::shader::generator;
 use crate::wording::echo_within;
@@ -130,6 +130,7 @@ impl Provenance {
             position,
             look,
             up,
+            is_mirrored,
             composition,
             fov_deg,
             width,
@@ -138,6 +139,7 @@ impl Provenance {
             tone_map,
             effects,
             layers,
+            telescope,
             stars_boost_stops,
             selected,
             quality,
@@ -184,6 +186,7 @@ impl Provenance {
             entry("from", from),
             entry("look", look),
             entry("up", up),
+            entry("mirrored", is_mirrored.to_string()),
             entry("composition", composition.to_text()),
             entry("fov", fov_deg.map_or_else(default_text, |f| format!("{f} deg"))),
             entry("size", format!("{width}x{height}")),
@@ -191,6 +194,7 @@ impl Provenance {
             entry("tone-map", tone_map.name().into()),
             entry("effects", effects.to_text()),
             entry("layers", layers.to_text()),
+            entry("telescope", telescope.map_or("none".into(), Telescope::to_text)),
             entry("stars-boost", format!("{stars_boost_stops} stops")),
             entry("selected", selected.map_or("the target".into(), name)),
             entry("quality", format!("{quality:?}").to_lowercase()),

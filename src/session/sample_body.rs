@@ -8,9 +8,9 @@ use super::SessionError;
 use crate::catalog::Ring;
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::render::plan::{
-    AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, FrameImages, Instances, LIMB_TABLE, Pass, Plan,
-    PlanDraw, PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, ShadingRate, TextureBinding, TextureSource, Vertices,
-    coarse_air_subimage_size, limb_table, map_format, ring_profile, ring_shine, role_of, uniform_bytes,
+    AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, FrameImages, FrontFace, Instances, LIMB_TABLE, Pass,
+    Plan, PlanDraw, PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, ShadingRate, TextureBinding, TextureSource,
+    Vertices, coarse_air_subimage_size, limb_table, map_format, ring_profile, ring_shine, role_of, uniform_bytes,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
@@ -396,6 +396,7 @@ pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32,
         blend: Blend::Replace,
         shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
+        front_face: FrontFace::default(),
         // The draws that fill the coarse image write no depth.
         depth: if features.air_pass.fills_image() {
             DepthState { test: false, write: false }

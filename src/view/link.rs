@@ -25,7 +25,7 @@ use std::borrow::Cow;
 pub(crate) const SCHEME: &str = "orrery://view?";
 
 /// Fields that a text may contain although the serialised default view omits them; needed to suggest them for a misspelt name.
-const FIELDS_WITHOUT_DEFAULT: [&str; 2] = ["time", "paused"];
+const FIELDS_WITHOUT_DEFAULT: [&str; 4] = ["time", "paused", "mirrored", "telescope"];
 /// Largest accepted text, bytes. A text written here has about 600.
 pub(crate) const MAX_BYTES: u64 = 65_536;
 /// Maximum number of listed errors.

@@ -73,6 +73,8 @@ fn a_file_of_another_request_is_refused_whatever_differs() {
         (&["--at", "3,4"], "not Phobos + ["),
         (&["--fov", "21"], "21 deg"),
         (&["--up", "celestial"], "celestial"),
+        (&["--mirror"], "mirrored false, not true"),
+        (&["--telescope", "1000/25/52"], "telescope none, not 1000/25/52"),
         (&["--exposure", "1"], "1 stops"),
         (&["--tone-map", "clipped"], "clipped"),
         (&["--effects", "-eclipse"], "-eclipse"),
@@ -382,6 +384,7 @@ fn the_description_of_an_image_lists_what_was_given() {
         (&["--camera-json", path_text(&camera)][..], "exposure "),
         (&["--camera-json", path_text(&camera), "--layers", "+labels"], "layers +labels, exposure "),
         (&["--target", "phobos", "--up", "celestial"], "target phobos, up celestial, exposure "),
+        (&["--target", "phobos", "--mirror"], "target phobos, mirrored, exposure "),
     ] {
         let args = ["--time", TIME, "--size", "12x10", "--overwrite", "-o", path_text(&image)];
         let out = render(&[options, &args].concat());

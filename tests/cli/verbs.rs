@@ -104,6 +104,7 @@ fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
         (&["explain", "--target", "earth", "--fov", "0"], 2, "--fov: field of view 0.0"),
         (&["explain", "--target", "earth", "--exposure", "100"], 2, "--exposure: "),
         (&["explain", "--target", "earth", "--stars-boost", "100"], 2, "--stars-boost: "),
+        (&["explain", "--target", "earth", "--telescope", "1000"], 2, "--telescope: "),
         (&["explain", "--target", "earth", "--distance-radii", "nan"], 2, "--distance-radii: "),
         (&["explain", "--target", "earth", "--at", "0,0", "--height-km", "nan"], 2, "--height-km"),
         (&["explain", "--target", "moon", "--from", "earth", "--at", "0,0", "--height-km", "-1"], 2, "--height-km: height -1.0"),

@@ -3,6 +3,7 @@
 mod composite;
 mod fisheye_rim;
 mod golden;
+mod mirrored;
 mod permutations;
 mod plan;
 mod sphere_names;

@@ -389,3 +389,25 @@ fn a_caption_over_sunlit_ground_has_a_dark_halo() {
     let darkened = changed.iter().filter(|change| **change < -60).count();
     assert!(changed.len() > 500 && 3 * darkened > 2 * changed.len(), "{darkened} of {} pixels are darker", changed.len());
 }
+
+/// Behind Saturn, Pluto of magnitude 14 was named as large as Dione. It has a label if it is selected, and in a view that shows no body from near by.
+#[test]
+fn in_a_close_view_faint_bodies_of_other_systems_have_no_label() {
+    let (saturn, pluto, dione) = (NaifId(699), NaifId(999), NaifId(604));
+    let layers = Layers { labels: true, ..Layers::default() };
+    let view = ViewRequest { layers, ..ViewRequest::of(saturn, Instant::parse("2026-08-20T00:00:00Z").expect("a time")) };
+    let seen = SESSION.scene(&view).expect("a scene");
+    let to_pluto = seen.body(pluto).expect("in the catalog").placement.centre_km.normalize();
+    // From 11 radii, Pluto is 11 degrees beside the middle of Saturn.
+    let away = (to_pluto + 0.2 * to_pluto.any_orthonormal_vector()).normalize() * -6.6e5;
+    let position = Position::Offset { body: saturn, offset_km: away, axes: Axes::Icrf };
+    let close = ViewRequest { position, fov_deg: Some(45.0), ..view };
+    let is_labelled = |request: &ViewRequest, id: NaifId| {
+        SESSION.scene(request).expect("a scene").labels.expect("labels").labels.iter().any(|label| label.body == id)
+    };
+    assert!(!is_labelled(&close, pluto) && is_labelled(&close, saturn));
+    assert!([dione, NaifId(605), NaifId(606)].iter().any(|moon| is_labelled(&close, *moon)), "Saturn's moons");
+    assert!(is_labelled(&ViewRequest { selected: Some(pluto), ..close.clone() }, pluto));
+    let beside_saturn = ViewRequest { look: Look::Along { direction: to_pluto, axes: Axes::Icrf }, fov_deg: Some(8.0), ..close };
+    assert!(is_labelled(&beside_saturn, pluto));
+}

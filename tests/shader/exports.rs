@@ -9,8 +9,8 @@ use orrery::export::report::Report;
 use orrery::export::{Revision, RevisionError, atlas, corpus};
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleProvider, Pass, Plan, PlanDraw, SamplerBinding,
-    SamplerState, ShadingRate, TextureBinding, TextureSource, Vertices,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, FrontFace, Instances, ModuleProvider, Pass, Plan, PlanDraw,
+    SamplerBinding, SamplerState, ShadingRate, TextureBinding, TextureSource, Vertices,
 };
 use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::shader::fragments::Fragments;
@@ -278,6 +278,7 @@ fn read_case(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case
         blend: Blend::Replace,
         shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
+        front_face: FrontFace::default(),
         depth: DepthState { test: true, write: true },
         scissor: [0, 0, width, height],
         extent: None,

@@ -7,8 +7,8 @@ use orrery::FrameImages;
 use orrery::image::{TexelFormat, Texture};
 use orrery::render::frame::Frame;
 use orrery::render::plan::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, Instances, ModuleProvider, Pass, Plan, PlanDraw, SamplerBinding,
-    SamplerState, ShadingRate, TextureBinding, TextureSource, Vertices, uniform_bytes,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, FrontFace, Instances, ModuleProvider, Pass, Plan, PlanDraw,
+    SamplerBinding, SamplerState, ShadingRate, TextureBinding, TextureSource, Vertices, uniform_bytes,
 };
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::{Options, Precision, RenderError, SoftwareRenderer, lowering};
@@ -37,6 +37,7 @@ fn draw(label: &str, module: ModuleId, uniform_bytes: Vec<u8>, vertices: Vertice
         blend: Blend::PremultipliedOver,
         shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
+        front_face: FrontFace::default(),
         depth: DepthState { test: true, write: true },
         scissor: [0, 0, u32::MAX, u32::MAX],
         extent: None,

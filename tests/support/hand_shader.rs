@@ -1,6 +1,6 @@
 //! Shader stages written as closures over one lane, to test the rasteriser without the shader compiler.
 
-use orrery::render::plan::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, PlanDraw, ShadingRate, Vertices};
+use orrery::render::plan::{Attribute, Blend, ColourFormat, Cull, DepthState, FrontFace, Instances, Pass, PlanDraw, ShadingRate, Vertices};
 use orrery::render::software::VertexGrid;
 use orrery::render::software::math::Real;
 use orrery::render::software::pass::{DrawStages, PassImage, execute};
@@ -124,6 +124,7 @@ pub fn draw(vertices: Vertices, blend: Blend) -> PlanDraw {
         blend,
         shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
+        front_face: FrontFace::default(),
         depth: DepthState { test: false, write: false },
         scissor: [0, 0, u32::MAX, u32::MAX],
         extent: None,

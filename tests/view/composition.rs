@@ -7,7 +7,7 @@ use egui_kittest::kittest::Queryable;
 use glam::DVec2;
 use orrery::catalog::NaifId;
 use orrery::scene::labels::CLICK_RADIUS_PX;
-use orrery::scene::request::{Projection, StereoLayout, WarpMesh};
+use orrery::scene::request::{Projection, StereoLayout, Telescope, WarpMesh};
 use orrery::time::Instant;
 use orrery::view::app::composition_state::CompositionState;
 use orrery::view::link::view_from_text;
@@ -54,8 +54,12 @@ const AIMED_AT: [NaifId; 6] = [SATURN, NaifId(601), NaifId(602), NaifId(604), Na
 #[test]
 fn a_click_selects_what_the_image_shows_there() {
     let mut clicked_moons = 0;
-    for composition in compositions() {
-        let mut window = settled_window(saturn_with(&composition), 640.0);
+    // The plain image and the dome also mirrored.
+    let mirrored = compositions().into_iter().take(2).map(|composition| (composition, true));
+    for (composition, is_mirrored) in compositions().into_iter().map(|composition| (composition, false)).chain(mirrored) {
+        let mut interface = saturn_with(&composition);
+        interface.viewer.view.is_mirrored = is_mirrored;
+        let mut window = settled_window(interface, 640.0);
         let sky = window.get_by_label_contains("The sky: ").rect();
         let rendered = window.state().shown().expect("an image");
         let (width, scene) = (f64::from(rendered.width), &rendered.scene);
@@ -188,6 +192,37 @@ fn the_panel_chooses_a_projection_and_a_stereo_pair() {
     settle(&mut window);
     assert!(composition(&window).is_plain());
     assert_eq!(window.state().viewer.view.composition, CompositionState::default());
+}
+
+/// 25 mm at 1000 mm with an apparent field of 52 degrees shows 1.3 degrees. The outline is part of the view, and the settings keep the numbers.
+#[test]
+fn the_field_of_a_telescope_is_outlined_and_fills_the_view() {
+    let mut interface = saturn_with(&CompositionState::default());
+    interface.tab = Some(Tab::Effects);
+    let mut window = settled_window(interface, 1900.0);
+    window.get_by_label("Telescope").click();
+    settle(&mut window);
+    assert!(window.query_by_label_contains("40×, field 1.30°").is_some());
+    window.get_by_label("Fill the view").click();
+    settle(&mut window);
+    assert!((window.state().viewer.view.fov_deg - 1.3).abs() < 1e-9);
+    window.state_mut().viewer.view.fov_deg = 2.0;
+    let segment_count = |window: &Window| window.state().shown().expect("an image").scene.lines_in_space.len();
+    settle(&mut window);
+    let without_outline = segment_count(&window);
+    window.get_by_label("Outline its field").click();
+    settle(&mut window);
+    let telescope = window.state().viewer.view.telescope.expect("a telescope");
+    assert_eq!(telescope.to_text(), "1000/25/52");
+    assert!(segment_count(&window) > without_outline + 8);
+    window.get_by_label("Mirror image").click();
+    settle(&mut window);
+    assert!(window.state().shown().expect("an image").job.request.is_mirrored);
+    // The telescope of a link is that of the panel.
+    window.state_mut().viewer.view.telescope = Some(Telescope::parse("2000/36x24").expect("a telescope"));
+    settle(&mut window);
+    assert!(window.query_by_label_contains("Field 1.03° × 0.69°").is_some());
+    assert_eq!((window.state().settings.telescope.has_camera, window.state().settings.telescope.focal_length_mm), (true, 2000.0));
 }
 
 /// A dome is combined from frames of other sizes, so a pixel of the image is no pixel of a frame.

@@ -9,7 +9,7 @@
 use super::{GpuError, with_error_scopes};
 use crate::image::TexelFormat;
 use crate::render::plan::{
-    AddressMode, Blend, Cull, DepthState, ModuleProvider, Pass, Plan, PlanDraw, SamplerState, TextureSource, Vertices,
+    AddressMode, Blend, Cull, DepthState, FrontFace, ModuleProvider, Pass, Plan, PlanDraw, SamplerState, TextureSource, Vertices,
 };
 use crate::shader::Layout;
 use crate::shader::ModuleId;
@@ -36,6 +36,7 @@ pub(crate) struct PipelineKey {
     pub samples: u32,
     blend: Blend,
     cull: Cull,
+    front_face: FrontFace,
     /// `None`: the pass has no depth target.
     depth: Option<DepthState>,
     /// Number of f32 components of each attribute, per-vertex attributes first.
@@ -58,6 +59,7 @@ impl PipelineKey {
             samples,
             blend: draw.blend,
             cull: draw.cull,
+            front_face: draw.front_face,
             depth: has_depth.then_some(draw.depth),
             attributes: vertex_attributes.iter().chain(&draw.instances.attributes).map(|a| a.components).collect(),
             vertex_attribute_count: vertex_attributes.len(),
@@ -272,7 +274,14 @@ fn create_pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModu
         label: Some(&label),
         layout: Some(&pipeline_layout),
         vertex: VertexState { module, entry_point: None, compilation_options: PipelineCompilationOptions::default(), buffers: &buffers },
-        primitive: PrimitiveState { cull_mode: (key.cull == Cull::Back).then_some(Face::Back), ..PrimitiveState::default() },
+        primitive: PrimitiveState {
+            cull_mode: (key.cull == Cull::Back).then_some(Face::Back),
+            front_face: match key.front_face {
+                FrontFace::CounterClockwise => wgpu::FrontFace::Ccw,
+                FrontFace::Clockwise => wgpu::FrontFace::Cw,
+            },
+            ..PrimitiveState::default()
+        },
         depth_stencil,
         multisample: MultisampleState { count: key.samples, ..MultisampleState::default() },
         fragment: Some(FragmentState {

@@ -10,7 +10,7 @@ use super::graph::{self, PassStep, TargetDescriptor, Write};
 use super::labels;
 use super::light_around_sun;
 use super::maps;
-use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, Pass, Plan, PlanDraw, ShadingRate, Vertices};
+use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, FrontFace, Instances, Pass, Plan, PlanDraw, ShadingRate, Vertices};
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use super::simple_draws;
@@ -18,6 +18,7 @@ use super::sky;
 use super::small_bodies;
 use super::uniform_bytes::uniform_bytes;
 use crate::scene::Scene;
+use crate::scene::camera::Camera;
 use crate::scene::draw::{BodyPart, Draw, DrawFeatures, PixelView, Shape};
 use crate::scene::request::Quality;
 use crate::shader::ModuleId;
@@ -164,7 +165,7 @@ pub(super) fn hdr_steps(
                 // Draw `k`, with the first rows of its parts (subimages) of the coarse image of the air in its uniforms.
                 let with_subimage_rows = |k| coarse_air::with_subimage_rows(&scene.draws, k, [width, height]);
                 let indices = draw_index..draw_index + layers.len();
-                let draws = indices.map(|k| body_draw(&with_subimage_rows(k), width, height, provider, sampling));
+                let draws = indices.map(|k| body_draw(&with_subimage_rows(k), &scene.camera, provider, sampling));
                 let step = over_hdr(step_name(&layers[0]), draws.collect::<Result<Vec<_>, _>>()?);
                 steps.push(PassStep { reads: coarse_air::reads_of(layers), ..step });
                 draw_index += layers.len();
@@ -194,14 +195,13 @@ pub(super) fn hdr_steps(
 
 /// The steps from the HDR image to the display image.
 fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Vec<PassStep>, PlanError> {
-    let (width, height) = (scene.camera.width, scene.camera.height);
     let mut steps = Vec::new();
     if scene.has_bloom {
         steps.extend(simple_draws::bloom_steps(scene, provider, HDR_TARGET)?);
     }
     steps.push(simple_draws::tone_map_step(scene, provider, HDR_TARGET, DISPLAY_TARGET)?);
     if let Some(draw) = &scene.outlined_shape {
-        let shape = body_draw(draw, width, height, provider, sampling)?;
+        let shape = body_draw(draw, &scene.camera, provider, sampling)?;
         steps.extend(simple_draws::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
     }
     if scene.labels.is_some() || scene.line_texts.is_some() {
@@ -218,6 +218,11 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
 /// The back faces of a closed mesh are culled, because its front faces always hide them.
 fn cull_of(features: &DrawFeatures) -> Cull {
     if features.flags.two_sided { Cull::None } else { Cull::Back }
+}
+
+/// The winding of a mesh's front faces on the screen.
+fn front_face_of(camera: &Camera) -> FrontFace {
+    if camera.is_mirrored() { FrontFace::Clockwise } else { FrontFace::CounterClockwise }
 }
 
 /// The vertex attributes of shaders/lib/mesh.wesl by location: position, normal, map coordinates, altitude of the Sun's centre above the horizon that the shape
@@ -248,22 +253,19 @@ fn depth_of(part: BodyPart) -> DepthState {
 }
 
 /// The draw of one part of a body.
-fn body_draw(
-    draw: &Draw,
-    width: u32,
-    height: u32,
-    provider: &impl ResourceProvider,
-    sampling: SamplingQuality,
-) -> Result<PlanDraw, PlanError> {
+fn body_draw(draw: &Draw, camera: &Camera, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<PlanDraw, PlanError> {
+    let (width, height) = (camera.width, camera.height);
     let module = ModuleId::Keyed(ShaderKey::for_draw(&draw.features));
     let layout = provider.layout(&module)?;
     let uniform_bytes = uniform_bytes(&layout, &draw.uniforms, sampling.anisotropy)
         .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     let (textures, samplers) = (maps::textures(draw, &layout, provider)?, maps::samplers(draw, &layout));
-    let (vertices, cull) = match &module {
-        ModuleId::Keyed(key) if key.features().shape == Shape::Mesh => (mesh_vertices(draw, key)?, cull_of(&draw.features)),
+    let (vertices, cull, front_face) = match &module {
+        ModuleId::Keyed(key) if key.features().shape == Shape::Mesh => {
+            (mesh_vertices(draw, key)?, cull_of(&draw.features), front_face_of(camera))
+        }
         // The two triangles of the draw's rectangle.
-        _ => (Vertices::Count(6), Cull::None),
+        _ => (Vertices::Count(6), Cull::None, FrontFace::default()),
     };
     Ok(PlanDraw {
         label: draw.name.clone(),
@@ -277,6 +279,7 @@ fn body_draw(
         blend: if draw.features.view == PixelView::Cost { Blend::Add } else { Blend::PremultipliedOver },
         shading_rate: ShadingRate::PerPixel,
         cull,
+        front_face,
         depth: depth_of(draw.part),
         scissor: scissor(draw.uniforms.rect_in_clip, width, height),
         // The marks are those of the pixels where the ground's draw also shows the clouds.

@@ -10,7 +10,7 @@
 use super::error::PlanError;
 use super::extent::MarkedImage;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
-use super::passes::{Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, ShadingRate, Vertices};
+use super::passes::{Blend, ColourFormat, Cull, DepthState, FrontFace, Instances, PlanDraw, ShadingRate, Vertices};
 use super::provider::ResourceProvider;
 use super::simple_draws::{FIRST_READ_BINDING, full_screen_draw};
 use super::uniform_bytes::uniform_bytes;
@@ -183,6 +183,7 @@ fn sampling_draw(
         blend: Blend::Replace,
         shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
+        front_face: FrontFace::default(),
         depth: DepthState { test: false, write: false },
         scissor,
         extent: None,

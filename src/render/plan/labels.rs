@@ -23,7 +23,7 @@ const LINE_LABEL_OPACITY: f32 = 0.85;
 /// Opacity of the shadows that keep texts and bars readable on a bright background.
 const SHADOW_OPACITY: f32 = 0.7;
 
-/// Opacity of the halos around the texts of the margin, the names of surface features, and the rings of landing sites.
+/// Opacity of the halos around the names of bodies and of surface features, the texts of the margin, and the rings of landing sites.
 const HALO_OPACITY: f32 = 0.85;
 /// Opacity of a name from which its halo is no longer fainter: a halo as faint as its name would not keep the name readable.
 const FULL_HALO_OPACITY: f32 = 0.5;
@@ -60,10 +60,9 @@ fn ring_quad(glyphs: &GlyphAtlas, [x, y]: [f64; 2], colour: [f32; 3], opacity: f
     glyph_quad(&glyphs.ring, [x - 0.5, y - 0.5], colour, opacity)
 }
 
-/// Markers and names of bodies, each name over its own shadow. `layer.labels` begins with the most important body; its label is drawn last, over the others.
+/// Markers and names of bodies, each name over its own halo, because it may stand before a disc. `layer.labels` begins with the most important body; its label is drawn last, over the others.
 fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let metrics = LabelMetrics::of_size(layer.glyph_px);
-    let shadow_px = shadow_offset_px(layer.glyph_px);
     let mut quads = Vec::new();
     for label in layer.labels.iter().rev() {
         let is_selected = label.body == layer.selected;
@@ -78,7 +77,7 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
             let [dx, dy] = side.offset_px(&metrics, label.radius_px).to_array();
             let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, glyph)| f64::from(x + glyph.advance));
             let left_end_px = [centre[0] + dx - if side.is_left { width } else { 0.0 }, centre[1] + dy];
-            quads.extend(text_quads(&label.name, left_end_px, text_colour, OPAQUE, glyphs, shadow_px));
+            quads.extend(haloed_text_quads(&label.name, left_end_px, text_colour, OPAQUE, glyphs));
         }
     }
     quads

@@ -32,8 +32,8 @@ pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, wa
 // a body a texture variable holds.
 pub use maps::{LIMB_TABLE, RING_PROFILE, RING_SHINE, limb_table, map_decoding, map_format, ring_profile, ring_shine, role_of};
 pub use passes::{
-    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, FrameImages, GpuImage, Instances, ModuleProvider, Pass, Plan, PlanDraw,
-    SamplerBinding, SamplerState, ShadingRate, SimpleDraw, TextureBinding, TextureSource, Vertices,
+    AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, FrameImages, FrontFace, GpuImage, Instances, ModuleProvider, Pass, Plan,
+    PlanDraw, SamplerBinding, SamplerState, ShadingRate, SimpleDraw, TextureBinding, TextureSource, Vertices,
 };
 pub use provider::ResourceProvider;
 pub(crate) use sky::SKY_DECODING;

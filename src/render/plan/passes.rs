@@ -69,8 +69,16 @@ pub enum Blend {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cull {
     None,
-    /// Front faces wind counter-clockwise.
     Back,
+}
+
+/// The winding of a draw's front faces on the screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum FrontFace {
+    #[default]
+    CounterClockwise,
+    /// In a mirrored image.
+    Clockwise,
 }
 
 /// Depth is reversed: a greater value is nearer, and the clear value 0 is infinitely far.
@@ -128,6 +136,7 @@ pub struct PlanDraw {
     pub blend: Blend,
     pub shading_rate: ShadingRate,
     pub cull: Cull,
+    pub front_face: FrontFace,
     pub depth: DepthState,
     /// Pixels that may be drawn: x0, y0, x1, y1 (the last two exclusive).
     pub scissor: [u32; 4],

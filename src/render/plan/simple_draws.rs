@@ -7,7 +7,7 @@
 
 use super::error::PlanError;
 use super::graph::{PassStep, Read, TargetDescriptor, Write};
-use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, Instances, PlanDraw, ShadingRate, Vertices};
+use super::passes::{Attribute, Blend, ColourFormat, Cull, DepthState, FrontFace, Instances, PlanDraw, ShadingRate, Vertices};
 use super::provider::ResourceProvider;
 use super::scissor::scissor;
 use crate::scene::annotation::strokes::LineSegment;
@@ -110,6 +110,7 @@ pub(super) fn full_screen_draw(
         blend: Blend::Replace,
         shading_rate: ShadingRate::PerPixel,
         cull: Cull::None,
+        front_face: FrontFace::default(),
         depth: DepthState { test: false, write: false },
         scissor: [0, 0, width, height],
         extent: None,

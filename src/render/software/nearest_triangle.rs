@@ -9,7 +9,7 @@ use super::RenderError;
 use super::math::Real;
 use super::stage::LaneStage;
 use super::vertex::clip_positions;
-use crate::render::plan::{Cull, PlanDraw, Vertices};
+use crate::render::plan::{Cull, FrontFace, PlanDraw, Vertices};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
@@ -41,9 +41,10 @@ pub(crate) fn nearest_triangles<R: Real>(
     // coordinates divided by w, so their sum is 1/w.
     let inverse_w = |triangle: &[u32]| {
         let corners = DMat3::from_cols(clip_xyw(triangle[0])?, clip_xyw(triangle[1])?, clip_xyw(triangle[2])?);
-        // Positive for a front face (counter-clockwise as the camera sees it), negative for a back face, 0 edge-on.
+        // Positive for a triangle that winds counter-clockwise on the screen, negative for a clockwise one, 0 edge-on.
         let determinant = corners.determinant();
-        if determinant == 0.0 || (draw.cull == Cull::Back && determinant < 0.0) {
+        let is_front = (determinant < 0.0) == (draw.front_face == FrontFace::Clockwise);
+        if determinant == 0.0 || (draw.cull == Cull::Back && !is_front) {
             return None;
         }
         let inverse = corners.inverse();
@@ -124,6 +125,7 @@ mod tests {
             blend: Blend::Replace,
             shading_rate: ShadingRate::PerPixel,
             cull: Cull::None,
+            front_face: FrontFace::default(),
             depth: DepthState { test: false, write: false },
             // The pixel alone.
             scissor: [x, y, x + 1, y + 1],

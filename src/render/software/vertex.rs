@@ -9,7 +9,7 @@ use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
 use super::raster::setup::{Interpolation, RasterGeometry, RasterState, VertexGrid, set_up};
 use super::stage::{LANES, LaneRun, LaneStage};
-use crate::render::plan::{Attribute, Cull, PlanDraw, Vertices};
+use crate::render::plan::{Attribute, Cull, FrontFace, PlanDraw, Vertices};
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -289,7 +289,14 @@ pub(crate) fn assemble<R: Real>(
     let shading = VertexShading::new(draw, vertex_stage, &varyings)?;
     let [x0, y0, x1, y1] = draw.scissor;
     let scissor = [x0, y0, x1.min(width), y1.min(height)];
-    let raster_state = RasterState { width, height, scissor, culls_back_faces: draw.cull == Cull::Back, vertex_grid };
+    let raster_state = RasterState {
+        width,
+        height,
+        scissor,
+        culls_back_faces: draw.cull == Cull::Back,
+        front_faces_are_clockwise: draw.front_face == FrontFace::Clockwise,
+        vertex_grid,
+    };
     let flat_count = varyings.iter().filter(|v| v.interpolation == Interpolation::Flat).count();
     let setup = TriangleSetup { raster_state, varyings: &varyings, flat_count };
     let instance_count = draw.instances.count as usize;

@@ -1,16 +1,17 @@
 //! Outlines of the fields of view of instruments over the image, each with the instrument's name. In this module such an outline is called a *frame*.
 //!
-//! In: the catalog's instruments, the camera, and the target's direction. Out: line segments, labels and a decision. Always: a frame is centred on the
-//! target, or on the middle of the image if the target is outside it (not so in faces of a cube, see `frames`); sides of a rectangle are great circles; an
-//! instrument whose field covers the entire image, or is smaller than a few pixels, has no frame.
+//! In: the catalog's instruments or the user's telescope, the camera, and the target's direction. Out: line segments, labels and a decision. Always: the
+//! frame of an instrument is centred on the target, or on the middle of the image if the target is outside it (not so in faces of a cube, see `frames`); that
+//! of the telescope on the middle; sides of a rectangle are great circles; a field that covers the entire image, or is smaller than a few pixels, has no frame.
 
 use crate::catalog::{FieldOfView, Instrument};
-use crate::message::reason;
+use crate::message::{TextLanguage, reason};
 use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::sky_lines::AnnotationLines;
 use crate::scene::annotation::strokes::{Curve, segments, split_into_quarter_turns, tolerance_factor_at_corners};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
+use crate::scene::request::Telescope;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -71,6 +72,46 @@ fn draw_great_circle(camera: &Camera, output: &mut AnnotationLines, a: DVec3, b:
     }
 }
 
+/// Draws the outline of a field of view with its name. Returns whether it is in the image, neither too small nor wider than the image.
+fn draw_frame(name: &str, field: FieldOfView, axes: &FieldAxes, camera: &Camera, glyph_px: f64, output: &mut AnnotationLines) -> bool {
+    let half_size_rad = match field {
+        FieldOfView::Circle { diameter_deg } => DVec2::splat((0.5 * diameter_deg).to_radians()),
+        FieldOfView::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
+    };
+    let half_size_tan = half_size_rad.map(f64::tan);
+    let is_too_small = 2.0 * half_size_tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX;
+    if is_too_small || half_size_tan.min_element() > camera.tan_half_fov.max_element() {
+        return false;
+    }
+    let count_before = output.segments.len();
+    match field {
+        FieldOfView::Circle { .. } => draw_arc(camera, output, &|t| axes.on_circle(half_size_rad.x, t), [0.0, TAU], half_size_rad.x.sin()),
+        FieldOfView::Rectangle { .. } => {
+            let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]
+                .map(|[l, u]| axes.at_tangents(l * half_size_tan.x, u * half_size_tan.y));
+            (0..4).for_each(|k| draw_great_circle(camera, output, corners[k], corners[(k + 1) % 4]));
+        }
+    }
+    if output.segments.len() == count_before {
+        return false;
+    }
+    if let Some(clip) = camera.clip(axes.at_tangents(0.0, half_size_tan.y)) {
+        let centre_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * glyph_px);
+        output.texts.push(UnplacedText { text: name.to_owned(), centre_px, colour: COLOUR, is_grid_coordinate: false });
+    }
+    true
+}
+
+/// The frame of a telescope: in the middle of a perspective image, and upright in it; none in a face of a cube. `glyph_px`: size of glyphs.
+pub(crate) fn telescope_frame(telescope: Telescope, camera: &Camera, language: TextLanguage, glyph_px: f64) -> AnnotationLines {
+    let mut output = AnnotationLines::default();
+    if !camera.is_cube_face {
+        let axes = FieldAxes { centre: camera.forward, up: camera.up, left: -camera.right };
+        draw_frame(&telescope.label(language), telescope.field_of_view(), &axes, camera, glyph_px, &mut output);
+    }
+    output
+}
+
 /// The frames of all instruments. `target`: vector from the camera to the target, ICRF, of any length. `glyph_px`: size of glyphs.
 pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, glyph_px: f64) -> AnnotationLines {
     let mut output = AnnotationLines::default();
@@ -81,38 +122,13 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     let Some(centre) = target.filter(|v| camera.is_cube_face || in_image(v)).or((!camera.is_cube_face).then_some(camera.forward)) else {
         return output;
     };
-    let max_half_fov_tan = camera.tan_half_fov.max_element();
     let (mut drawn, mut left_out) = (Vec::new(), 0);
     for instrument in instruments {
         let axes = FieldAxes::of(centre, instrument.position_angle_deg);
-        let half_size_rad = match instrument.field_of_view {
-            FieldOfView::Circle { diameter_deg } => DVec2::splat((0.5 * diameter_deg).to_radians()),
-            FieldOfView::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
-        };
-        let half_size_tan = half_size_rad.map(f64::tan);
-        if 2.0 * half_size_tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || half_size_tan.min_element() > max_half_fov_tan {
+        if draw_frame(&instrument.name, instrument.field_of_view, &axes, camera, glyph_px, &mut output) {
+            drawn.push(instrument.name.clone());
+        } else {
             left_out += 1;
-            continue;
-        }
-        let count_before = output.segments.len();
-        match instrument.field_of_view {
-            FieldOfView::Circle { .. } => {
-                draw_arc(camera, &mut output, &|t| axes.on_circle(half_size_rad.x, t), [0.0, TAU], half_size_rad.x.sin())
-            }
-            FieldOfView::Rectangle { .. } => {
-                let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]]
-                    .map(|[l, u]| axes.at_tangents(l * half_size_tan.x, u * half_size_tan.y));
-                (0..4).for_each(|k| draw_great_circle(camera, &mut output, corners[k], corners[(k + 1) % 4]));
-            }
-        }
-        if output.segments.len() == count_before {
-            left_out += 1;
-            continue;
-        }
-        drawn.push(instrument.name.clone());
-        if let Some(clip) = camera.clip(axes.at_tangents(0.0, half_size_tan.y)) {
-            let centre_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * glyph_px);
-            output.texts.push(UnplacedText { text: instrument.name.clone(), centre_px, colour: COLOUR, is_grid_coordinate: false });
         }
     }
     let on = !drawn.is_empty();
@@ -164,6 +180,30 @@ mod tests {
         let tilted = frames(&[instrument(field, 30.0)], &camera, Some(DVec3::X), GLYPH_PX);
         let text = tilted.texts[0].centre_px;
         assert!(text.x < 400.0 && text.y < 300.0, "{text}");
+    }
+
+    /// The frame of a telescope is upright in the middle of the image, whatever the camera's up direction, also in a mirrored image; an eyepiece's is a circle.
+    #[test]
+    fn the_frame_of_a_telescope_is_upright_in_the_middle() {
+        for mirrored in [false, true] {
+            let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::new(0.0, 0.6, 0.8), 30.0, 800, 600);
+            let camera = if mirrored { camera.mirrored() } else { camera };
+            for (text, [half_width_deg, half_height_deg]) in [("100/36x24", [10.204, 6.843]), ("1000/100/80", [4.0, 4.0])] {
+                let telescope = Telescope::parse(text).expect(text);
+                let found = telescope_frame(telescope, &camera, TextLanguage::English, GLYPH_PX);
+                let ends = || found.segments.iter().flat_map(|p| p.ends);
+                let [right, up] = [0, 1].map(|axis| ends().map(|end| f64::from(end[axis])).fold(0.0, f64::max));
+                let found_deg = [right * camera.tan_half_fov.x, up * camera.tan_half_fov.y].map(|tan| tan.atan().to_degrees());
+                assert!(
+                    (found_deg[0] - half_width_deg).abs() < 1e-3 && (found_deg[1] - half_height_deg).abs() < 1e-3,
+                    "{text}: {found_deg:?}"
+                );
+                assert!((found.texts[0].centre_px.x - 400.0).abs() < 1e-3 && found.texts[0].centre_px.y < 300.0, "{:?}", found.texts);
+            }
+        }
+        let face = Camera { is_cube_face: true, ..Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 90.0, 600, 600) };
+        let telescope = Telescope::parse("1000/100/80").expect("a telescope");
+        assert!(telescope_frame(telescope, &face, TextLanguage::English, GLYPH_PX).segments.is_empty());
     }
 
     #[test]

@@ -4,7 +4,8 @@
 //! from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker; a body that fills the image has no name. A name is a
 //! line away if there is no room beside the body, that of the selected body up to some lines. No name is nearer to another body's marker than to its own body,
 //! except that of the selected body, and except to the marker of a less important body, if there is no other room. A body has no label if its centre is
-//! outside the image, if it is behind the disc of a nearer body, or if it is close to a more important label. Does not draw glyphs.
+//! outside the image, if it is behind the disc of a nearer body, if it is close to a more important label, or in a close view of a body of another system, if
+//! it is too faint. Does not draw glyphs.
 
 use super::data::{self, Dot};
 use super::features;
@@ -76,6 +77,15 @@ fn rank(body: &BodyReport, selected: NaifId, parent_of: &impl Fn(NaifId) -> Opti
         () => 4,
     };
     (class, body.magnitude.unwrap_or(f64::INFINITY))
+}
+
+/// Magnitude of the faintest stars that the unaided eye sees.
+const UNAIDED_EYE_MAGNITUDE: f64 = 6.5;
+
+/// Whether a body is drawn, has a drawn orbit, or would be visible to the unaided eye.
+fn is_noticeable(body: &BodyReport) -> bool {
+    let has_orbit = || body.decisions.iter().any(|decision| decision.effect == "orbit" && decision.on);
+    body.appearance != Appearance::NotShown || body.magnitude.is_some_and(|m| m < UNAIDED_EYE_MAGNITUDE) || has_orbit()
 }
 
 /// sRGB of the selected body's name, marker and outline.
@@ -219,6 +229,13 @@ pub(crate) fn body_labels(
         })
     };
     visible.retain(|(b, ..)| !is_hidden(b));
+    // A close view of a planet or moon is about its system: a body far behind it that only a telescope would show has no label, unless it is selected.
+    let system_of = |id: NaifId| parent_of(id).filter(|parent| *parent != NaifId::SUN).unwrap_or(id);
+    let is_close = |b: &&BodyReport| b.id != NaifId::SUN && b.appearance == Appearance::Disc && b.diameter_px > LARGE_DISC_PX;
+    let closest = visible.iter().map(|(b, ..)| *b).filter(is_close).max_by(|a, b| a.diameter_px.total_cmp(&b.diameter_px));
+    if let Some(system) = closest.map(|b| system_of(b.id)) {
+        visible.retain(|(b, ..)| b.id == selected || system_of(b.id) == system || is_noticeable(b));
+    }
     visible.sort_by(|a, b| {
         let [(class_a, magnitude_a), (class_b, magnitude_b)] = [a.0, b.0].map(|body| rank(body, selected, &parent_of));
         class_a.cmp(&class_b).then(magnitude_a.total_cmp(&magnitude_b)).then(a.0.id.cmp(&b.0.id))

@@ -136,14 +136,21 @@ impl<'a> SceneBuilder<'a> {
         small_body_names::small_body_names(&self.viewer.camera, &sight, reports, &self.catalog.small_bodies().comets, glyph_px)
     }
 
-    /// Outlines of instruments' fields of view, centred on the target; without a target in the image, on the image, except in a face of a cube. `glyph_px`:
-    /// size of glyphs.
+    /// Outlines of instruments' fields of view, centred on the target; without a target in the image, on the image, except in a face of a cube. Also the
+    /// outline of the request's telescope. `glyph_px`: size of glyphs.
     fn instrument_frames(&self, glyph_px: f64) -> AnnotationLines {
-        if !self.request.layers.instruments {
-            return AnnotationLines::default();
+        let (request, camera) = (self.request, &self.viewer.camera);
+        let mut lines = AnnotationLines::default();
+        if request.layers.instruments {
+            let target = self.placed.iter().find(|p| Some(p.body.id) == request.target && !self.camera_is_at_centre_of(p.body));
+            lines = instrument_frames::frames(self.catalog.instruments(), camera, target.map(|p| p.placement.centre_km), glyph_px);
         }
-        let target = self.placed.iter().find(|p| Some(p.body.id) == self.request.target && !self.camera_is_at_centre_of(p.body));
-        instrument_frames::frames(self.catalog.instruments(), &self.viewer.camera, target.map(|p| p.placement.centre_km), glyph_px)
+        if let Some(telescope) = request.telescope {
+            let own = instrument_frames::telescope_frame(telescope, camera, request.language, glyph_px);
+            lines.segments.extend(own.segments);
+            lines.texts.extend(own.texts);
+        }
+        lines
     }
 
     /// The [`horizon_axes`] of a viewer who stands on a body; `None` for any other viewer.

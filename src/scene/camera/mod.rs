@@ -32,7 +32,7 @@ pub struct ComposedCone {
 pub struct Camera {
     /// Barycentric position, ICRF.
     pub position_km: DVec3,
-    /// Unit axes in ICRF; `right` x `up` is -`forward`.
+    /// Unit axes in ICRF; `right` x `up` is -`forward`, in a mirrored image `forward`.
     pub right: DVec3,
     pub up: DVec3,
     pub forward: DVec3,
@@ -261,6 +261,17 @@ impl Camera {
             composed_cone: None,
             limits_sprite_size: false,
         }
+    }
+
+    /// The camera of the image that is mirrored left to right. All that is placed by the axes follows, and texts, which are placed by pixels, stay readable.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        Self { right: -self.right, ..self }
+    }
+
+    /// Whether the image is mirrored: whether front faces wind clockwise on the screen.
+    pub(crate) fn is_mirrored(&self) -> bool {
+        self.right.cross(self.up).dot(self.forward) > 0.0
     }
 
     /// Half the width and height of the viewport, pixels.

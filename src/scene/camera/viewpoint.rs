@@ -226,6 +226,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     };
     let fov_deg = fov_deg.unwrap_or(FOV_AT_GIVEN_POSITION_DEG);
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
+    let camera = if request.is_mirrored { camera.mirrored() } else { camera };
     let sky_aberration_velocity_km_s = states.state(reference_body)?.vel_km_s;
     Ok(Viewer { camera, velocity_km_s, sky_aberration_velocity_km_s, up_hint, at_centre_of, stands_on })
 }

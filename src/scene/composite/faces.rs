@@ -34,7 +34,7 @@ pub(crate) const BORDER_PX: u32 = 2;
 const MIN_FACE_PX: u32 = 16;
 
 /// Right, up and forward of each face in the image's axes. The image's axes (x right, y up, z forward) are left-handed: in them right x up = forward, whereas
-/// in ICRF right x up = -forward. Order of the faces: front, right, back, left, up, down.
+/// in ICRF right x up = -forward, unless the image is mirrored. Order of the faces: front, right, back, left, up, down.
 pub(crate) const FACE_AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Y, DVec3::Z],
     [DVec3::NEG_Z, DVec3::Y, DVec3::X],
@@ -195,10 +195,10 @@ fn image_axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
         (_, true) => [-horizontal, up_hint],
         _ => [camera.up, camera.forward],
     };
-    let right = forward.cross(up);
+    let axis = forward.cross(up);
     // A positive tilt lowers the direction in the image's middle towards the image's bottom.
-    let tilt = DQuat::from_axis_angle(right, -composition.tilt_deg.to_radians());
-    [right, tilt * up, tilt * forward]
+    let tilt = DQuat::from_axis_angle(axis, -composition.tilt_deg.to_radians());
+    [if camera.is_mirrored() { -axis } else { axis }, tilt * up, tilt * forward]
 }
 
 #[cfg(test)]

@@ -53,6 +53,8 @@ pub struct CameraFile {
     #[serde(default)]
     up: Option<UpField>,
     #[serde(default)]
+    mirrored: bool,
+    #[serde(default)]
     fov_deg: Option<f64>,
 }
 
@@ -105,7 +107,8 @@ look      "at": a body's name, or "direction": [x,y,z] with "axes"
 up        "north" (of what is looked at), "zenith", "celestial", "ecliptic", or
           {"direction": [x,y,z], "axes": ...}; default: on the ground "zenith",
           else "north"
-fov_deg   vertical field of view, degrees"#;
+fov_deg   vertical field of view, degrees
+mirrored  true: the image is mirrored left to right, as a star diagonal does"#;
 
 /// A vector in the direction of `values` that can be normalised: `values` themselves, or, if their squares overflow or vanish, a shorter or longer vector.
 /// `None` if `values` are all zero or one of them is not finite.
@@ -163,7 +166,7 @@ impl CameraFile {
         }
     }
 
-    /// Copies position, direction of view, up direction and field of view into a request. The body that the camera looks at becomes the target.
+    /// Copies position, direction of view, up direction, mirroring and field of view into a request. The body that the camera looks at becomes the target.
     pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
         let in_field = |field: &'static str, e: &dyn std::fmt::Display| SceneError::CameraField { field, why: e.to_string() };
         let id_of = |field: &'static str, name: &str| catalog.body_or_barycenter(name).map_err(|e| in_field(field, &e));
@@ -199,6 +202,7 @@ impl CameraFile {
             Some(UpField::Named(name)) => request.up = up_by_name(name)?,
             Some(UpField::Along(d)) => request.up = Up::Along { direction: direction(d.direction, "up")?, axes: d.axes },
         }
+        request.is_mirrored = self.mirrored;
         if self.fov_deg.is_some() {
             request.fov_deg = self.fov_deg;
         }
@@ -218,6 +222,17 @@ mod tests {
         for start in ["", "\u{feff}"] {
             let camera = CameraFile::parse("a.json", &format!("{start}{text}")).unwrap_or_else(|e| panic!("{start:?}: {e}"));
             assert_eq!(camera.position.0.radii, Some([3.0, 0.0, 0.0]));
+        }
+    }
+
+    #[test]
+    fn a_camera_file_may_mirror_the_image() {
+        let catalog = Catalog::embedded();
+        for (field, expected) in [("", false), (r#", "mirrored": true"#, true), (r#", "mirrored": false"#, false)] {
+            let text = format!(r#"{{"position": {{"body": "Mars", "radii": [3, 0, 0]}}, "look": {{"at": "Mars"}}{field}}}"#);
+            let mut request = ViewRequest::of(crate::catalog::NaifId::EARTH, crate::time::Instant::from_jd_tdb(2_451_545.0));
+            CameraFile::parse("a.json", &text).and_then(|camera| camera.resolve(&catalog, &mut request)).expect(field);
+            assert_eq!(request.is_mirrored, expected, "{field}");
         }
     }
 

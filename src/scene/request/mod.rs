@@ -7,6 +7,7 @@ pub mod camera_file;
 pub mod composition;
 pub mod effects;
 pub(crate) mod layers;
+pub mod telescope;
 pub mod view_request;
 pub mod warp_mesh;
 
@@ -14,6 +15,7 @@ pub use super::purpose::Purpose;
 pub use camera_file::{CAMERA_FILE_HELP, CameraFile, up_by_name};
 pub use composition::{Composition, Projection, Stereo, StereoLayout};
 pub use layers::Layers;
+pub use telescope::Telescope;
 pub use view_request::{
     Axes, EYE_HEIGHT_KM, ExposureRequest, FITTED_DISC_FRACTION, FOV_AT_FITTED_DISTANCE_DEG, FOV_AT_GIVEN_POSITION_DEG,
     INVISIBLE_EXPOSURE_CHANGE_STOPS, Look, Position, Quality, ToneMap, Up, ViewRequest,

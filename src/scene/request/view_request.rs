@@ -11,6 +11,7 @@ use crate::scene::purpose::Purpose;
 use crate::scene::request::composition::{Composition, FISHEYE_RANGE_DEG, Projection};
 use crate::scene::request::effects::EffectOverrides;
 use crate::scene::request::layers::Layers;
+use crate::scene::request::telescope::Telescope;
 use crate::time::Instant;
 use glam::DVec3;
 use serde::Deserialize;
@@ -231,6 +232,8 @@ pub struct ViewRequest {
     pub look: Look,
     /// The up direction of the image.
     pub up: Up,
+    /// Whether the image is mirrored left to right, as a star diagonal does. Texts are not.
+    pub is_mirrored: bool,
     /// How the image is put together.
     pub composition: Composition,
     /// Vertical field of view, degrees; for a fisheye, the full angle of its circle. `None`: for a fisheye 180, otherwise [`FOV_AT_FITTED_DISTANCE_DEG`] or
@@ -248,6 +251,8 @@ pub struct ViewRequest {
     pub effects: EffectOverrides,
     /// Layers drawn behind and over the bodies.
     pub layers: Layers,
+    /// The telescope whose field of view is outlined in the middle of a perspective image.
+    pub telescope: Option<Telescope>,
     /// Stops by which stars, Milky Way and zodiacal light are brightened, -30 to 30; negative: darkened.
     pub stars_boost_stops: f64,
     /// The body whose name, marker and outline are emphasised: in the window, the one that the user selected. `None`: the target, or else the Sun.
@@ -282,6 +287,7 @@ impl ViewRequest {
             position: Position::AboveTarget { towards: None, distance_radii: None },
             look: Look::Target,
             up: Up::North,
+            is_mirrored: false,
             composition: Composition::default(),
             fov_deg: None,
             width: 1024,
@@ -290,6 +296,7 @@ impl ViewRequest {
             tone_map: ToneMap::Filmic,
             effects: EffectOverrides::default(),
             layers: Layers::default(),
+            telescope: None,
             stars_boost_stops: 0.0,
             selected: None,
             quality: Quality::default(),
@@ -365,6 +372,7 @@ impl ViewRequest {
         if let Some(stereo) = self.composition.stereo {
             stereo.check_size([self.width, self.height], matches!(self.position, Position::Ground { .. }))?;
         }
+        self.telescope.map_or(Ok(()), Telescope::check)?;
         if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost_stops) {
             let given = format!("{:?}", self.stars_boost_stops);
             return invalid(RequestValue::StarsBoost, given, &bounds(&STARS_BOOST_RANGE_STOPS, "stops"));

@@ -25,6 +25,7 @@ pub mod presets;
 pub mod search;
 pub mod settings;
 pub mod sky_target;
+pub mod telescope_setup;
 pub mod time_rate;
 pub mod timeline;
 pub mod tour;

@@ -12,6 +12,7 @@ use self::other_version::UnreadParts;
 use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
 use crate::session::DisplayPreference;
 use crate::view::app::civil_time::ShownTimeZone;
+use crate::view::app::telescope_setup::TelescopeSetup;
 use crate::view::app::timeline::DEFAULT_SPAN_S;
 use crate::view::app::view_state::{ViewState, wrapped_longitude_deg};
 use crate::view::language::Language;
@@ -189,6 +190,7 @@ pub struct Settings {
     /// The time zone of displayed times.
     #[serde(rename = "clock")]
     pub time_zone: ShownTimeZone,
+    pub telescope: TelescopeSetup,
     #[serde(rename = "hints")]
     pub hints_followed: HintsFollowed,
     pub panels: PanelLayout,
@@ -220,6 +222,7 @@ impl Default for Settings {
             unit: LengthUnit::default(),
             home: Home::default(),
             time_zone: ShownTimeZone::default(),
+            telescope: TelescopeSetup::default(),
             hints_followed: HintsFollowed::default(),
             panels: PanelLayout::default(),
             window_placement: None,

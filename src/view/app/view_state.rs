@@ -11,7 +11,7 @@ use crate::scene::draw::PixelView;
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::composition::Composition;
 use crate::scene::request::view_request::MAX_IMAGE_PX;
-use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Projection, Quality, ToneMap, Up, ViewRequest};
+use crate::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Projection, Quality, Telescope, ToneMap, Up, ViewRequest};
 use crate::scene::viewpoint::{Viewer, viewer};
 use crate::time::Instant;
 use crate::view::app::composition_state::CompositionState;
@@ -125,10 +125,13 @@ pub struct ViewState {
     pub tracks: bool,
     /// Vertical field of view.
     pub fov_deg: f64,
-    /// Roll about the line of sight; positive turns the image clockwise. A free pose, with its own up direction, does not use it, nor does a dome image
-    /// centred on the zenith, from the ground or while the camera follows another body.
+    /// Roll about the line of sight; positive turns the image clockwise, before it is mirrored. A free pose, with its own up direction, does not use it, nor
+    /// does a dome image centred on the zenith, from the ground or while the camera follows another body.
     #[serde(default)]
     pub roll_deg: f64,
+    /// Whether the image is mirrored left to right.
+    #[serde(default, rename = "mirrored", skip_serializing_if = "std::ops::Not::not")]
+    pub is_mirrored: bool,
     /// Exposure in stops; `None`: automatic exposure.
     #[serde(default)]
     pub exposure_stops: Option<f64>,
@@ -145,6 +148,9 @@ pub struct ViewState {
     /// Layers other than `orbits` and `bloom`.
     #[serde(default, with = "option_serde::layers")]
     pub layers: Layers,
+    /// The telescope whose field of view is outlined.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub telescope: Option<Telescope>,
     /// Stops by which stars, Milky Way and zodiacal light are brightened.
     #[serde(default)]
     pub stars_boost: f64,
@@ -183,12 +189,14 @@ impl ViewState {
             tracks: true,
             fov_deg: DEFAULT_FOV_DEG,
             roll_deg: 0.0,
+            is_mirrored: false,
             exposure_stops: None,
             tone_map: ToneMap::default(),
             effects: EffectOverrides::default(),
             orbits: false,
             bloom: false,
             layers: Layers::default(),
+            telescope: None,
             stars_boost: 0.0,
             pixel_view: PixelView::default(),
             quality: Quality::default(),
@@ -224,6 +232,7 @@ impl ViewState {
         request.position = pose.position;
         request.look = pose.look;
         request.up = pose.up;
+        request.is_mirrored = self.is_mirrored;
         request.composition = self.composition.composition();
         request.fov_deg =
             Some(if self.composition.projection == Projection::Fisheye { self.composition.fisheye_deg } else { self.fov_deg });
@@ -231,6 +240,7 @@ impl ViewState {
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = self.effects.clone();
         request.layers = Layers { orbits: self.orbits, bloom: self.bloom, ..self.layers };
+        request.telescope = self.telescope;
         request.stars_boost_stops = self.stars_boost;
         request.pixel_view = self.pixel_view;
         request.tone_map = self.tone_map;
@@ -276,6 +286,9 @@ impl ViewState {
             check((-60.0..=60.0).contains(&stops), &|| format!("exposure_stops {stops}: must be -60 to 60 stops"));
         }
         check((-30.0..=30.0).contains(&self.stars_boost), &|| format!("stars_boost {}: must be -30 to 30 stops", self.stars_boost));
+        if let Some(Err(e)) = self.telescope.map(Telescope::check) {
+            check(false, &|| e.to_string());
+        }
         for name in self.effects.bodies() {
             if let Err(e) = catalog.body_named(name) {
                 check(false, &|| format!("effects: {e}"));

@@ -59,7 +59,7 @@ pub enum Action {
     Turn(f64, f64),
     /// Turn the camera on the spot by pixels, right and down.
     LookAround(f64, f64),
-    /// Roll by degrees; positive turns the image clockwise.
+    /// Roll by degrees; positive turns the shown image, mirrored or not, clockwise.
     Roll(f64),
     /// Zoom by wheel notches, positive inwards: change the height of an orbit, or the field of view of any other camera.
     Zoom(f64),
@@ -461,22 +461,6 @@ impl Viewer {
         self.leave_view();
         self.view.camera_pose = pose_on_ground(body, latitude_deg, longitude_deg);
         (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, GROUND_FOV_DEG);
-    }
-
-    /// Makes the camera face and track a body from the camera's current position. Does nothing if the camera is at the centre of this body.
-    fn look_at(&mut self, id: NaifId, positions: &dyn BodyPositions) {
-        if self.view.camera_pose == (CameraPose::Centre { body: id }) {
-            return;
-        }
-        self.push_history();
-        self.leave_free_pose(positions);
-        self.keep_up_direction(positions);
-        (self.view.target, self.view.tracks) = (id, true);
-        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.camera_pose
-            && *body == id
-        {
-            (*yaw_deg, *pitch_deg) = (0.0, 0.0);
-        }
     }
 
     /// Shows the selected body, with its surroundings, from the centre of `camera_body`.

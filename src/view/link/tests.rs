@@ -54,8 +54,14 @@ fn links_and_files_restore_the_view_exactly() {
         assert_eq!(of_link(&view.to_link()).as_ref(), Ok(&view), "{}", view.to_link());
         assert_eq!(with_test_defaults(PartialView::of_json(&view.to_json())), Ok(view));
     }
+    let mirrored = ViewState { is_mirrored: true, ..view() };
+    assert!(mirrored.to_link().contains("&mirrored=true") && of_link(&mirrored.to_link()).as_ref() == Ok(&mirrored), "{mirrored:?}");
+    let telescope = Some(crate::scene::request::Telescope::parse("1000/22.3x14.9").expect("a telescope"));
+    let outlined = ViewState { telescope, ..view() };
+    assert_eq!(of_link(&outlined.to_link()).as_ref(), Ok(&outlined), "{}", outlined.to_link());
+    assert!(of_link("orrery://view?telescope.kind=eyepiece&telescope.focal_length_mm=1").is_err_and(|why| why.starts_with("telescope")));
     let link = view().to_link();
-    assert!(link.contains("target=699&"), "{link}");
+    assert!(link.contains("target=699&") && !link.contains("mirrored"), "{link}");
     for form in [link.replacen("orrery://view?", "Orrery://VIEW/?", 1), format!(" {link}\n")] {
         assert!(is_link(&form) && of_link(&form) == Ok(view()), "{form}");
     }

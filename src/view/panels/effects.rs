@@ -61,6 +61,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     });
     super::layers::switches(interface, ui);
     super::composition::controls(interface, ui);
+    super::telescope::controls(interface, ui);
     let view = &mut interface.viewer.view;
     ui.separator();
     let mut overrides = view.effects.clone();

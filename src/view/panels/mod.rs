@@ -33,6 +33,7 @@ mod sky_object;
 mod star;
 mod tab;
 mod table;
+mod telescope;
 mod theme;
 mod time_bar;
 mod timeline;

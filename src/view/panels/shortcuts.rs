@@ -27,6 +27,7 @@ const SHORTCUTS: &[(&str, &str)] = &[
     ("key-home", "key-home-does"),
     ("key-history", "key-history-does"),
     ("key-rotate", "key-rotate-does"),
+    ("key-mirror", "key-mirror-does"),
     ("key-search", "key-search-does"),
     ("key-pause", "key-pause-does"),
     ("key-speed", "key-speed-does"),
@@ -116,6 +117,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
             }
             "x" => interface.settings.outlines_selected = !interface.settings.outlines_selected,
             "o" => interface.viewer.view.orbits = !interface.viewer.view.orbits,
+            "h" => interface.viewer.view.is_mirrored = !interface.viewer.view.is_mirrored,
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
             "f" => {
                 let rotates_with_body = matches!(interface.viewer.view.camera_pose, CameraPose::Orbit { is_body_fixed: true, .. });

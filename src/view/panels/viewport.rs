@@ -261,6 +261,7 @@ fn context_menu(interface: &mut Interface, response: &egui::Response, place: Opt
         if ui.button(text!("menu-upside-down")).on_hover_text(text!("menu-upside-down-hint")).clicked() {
             actions.push(Action::Roll(180.0));
         }
+        ui.checkbox(&mut interface.viewer.view.is_mirrored, text!("menu-mirror")).on_hover_text(text!("menu-mirror-hint"));
         if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
             ui.ctx().copy_text(interface.viewer.shareable_view().to_link());
             interface.show_reply(text!("link-copied"));

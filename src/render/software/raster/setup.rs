@@ -43,6 +43,8 @@ pub(crate) struct RasterState {
     pub scissor: [u32; 4],
     /// Whether back faces are dropped.
     pub culls_back_faces: bool,
+    /// Whether front faces wind clockwise on the screen, as in a mirrored image.
+    pub front_faces_are_clockwise: bool,
     pub vertex_grid: VertexGrid,
 }
 
@@ -292,8 +294,9 @@ pub(crate) fn set_up(
     if determinant == 0.0 || !determinant.is_finite() {
         return;
     }
-    // Front faces wind counter-clockwise with y up. Pixel y points down, so their determinant is negative.
-    let is_front_facing = determinant < 0.0;
+    // Pixel y points down, so the determinant of a triangle that winds clockwise on the screen is positive.
+    let is_clockwise = determinant > 0.0;
+    let is_front_facing = is_clockwise == raster_state.front_faces_are_clockwise;
     if raster_state.culls_back_faces && !is_front_facing {
         return;
     }
@@ -306,12 +309,12 @@ pub(crate) fn set_up(
     let source_triangle = source_triangles.len() as u32;
     let triangles_before = triangles.len();
     match &visible_part {
-        VisiblePart::Whole => triangles.extend(raster_triangle(snapped, !is_front_facing, raster_state, source_triangle)),
+        VisiblePart::Whole => triangles.extend(raster_triangle(snapped, is_clockwise, raster_state, source_triangle)),
         VisiblePart::Clipped(polygon) => {
             let points = polygon.corners();
             for k in 1..points.len() - 1 {
                 let p = [points[0], points[k], points[k + 1]].map(|c| snap(&c, raster_state.vertex_grid));
-                triangles.extend(raster_triangle(p, !is_front_facing, raster_state, source_triangle));
+                triangles.extend(raster_triangle(p, is_clockwise, raster_state, source_triangle));
             }
         }
     }
@@ -350,8 +353,14 @@ pub(crate) fn set_up(
 mod tests {
     use super::*;
 
-    const RASTER_STATE: RasterState =
-        RasterState { width: 64, height: 64, scissor: [0, 0, 64, 64], culls_back_faces: false, vertex_grid: VertexGrid::Fine };
+    const RASTER_STATE: RasterState = RasterState {
+        width: 64,
+        height: 64,
+        scissor: [0, 0, 64, 64],
+        culls_back_faces: false,
+        front_faces_are_clockwise: false,
+        vertex_grid: VertexGrid::Fine,
+    };
 
     /// The only source triangle, and the plane of a varying with these values at the vertices; `None` if nothing is visible.
     fn set_up_one(clip_positions: [[f64; 4]; 3], values: [f64; 3], raster_state: &RasterState) -> Option<(SourceTriangle, Plane)> {
@@ -402,6 +411,10 @@ mod tests {
             let back = [clip[0], clip[2], clip[1]];
             assert!(!set_up_one(back, [0.0; 3], &RASTER_STATE).expect("visible").0.is_front_facing);
             assert!(set_up_one(back, [0.0; 3], &RasterState { culls_back_faces: true, ..RASTER_STATE }).is_none());
+            // In a mirrored image it is the other way round.
+            let mirrored = RasterState { culls_back_faces: true, front_faces_are_clockwise: true, ..RASTER_STATE };
+            assert!(set_up_one(back, [0.0; 3], &mirrored).expect("visible").0.is_front_facing);
+            assert!(set_up_one(clip, [0.0; 3], &mirrored).is_none());
         }
     }
 

@@ -14,7 +14,7 @@ use crate::view::app::view_state::{
     CameraPose, MAX_FOV_DEG, MIN_FOV_DEG, body_fixed_orbit_pose, horizontal_angles_deg, inertial_orbit_pose, rotated_view,
     view_at_azimuth_altitude,
 };
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 /// Change of the natural logarithm of the field of view per wheel notch: about 15 %, close to the change of an orbit's height.
 const LOG_FOV_PER_NOTCH: f64 = 0.15;
@@ -31,10 +31,11 @@ impl Viewer {
         self.end_flight();
         self.leave_free_pose(positions);
         let fov_rad = self.view.image_fov_deg().to_radians();
+        let [right_px, down_px] = self.in_level_image(dx_px, dy_px);
         match &mut self.view.camera_pose {
             CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
                 let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
-                orbit.drag(dx_px, dy_px, image_height_px, fov_rad);
+                orbit.drag(right_px, down_px, image_height_px, fov_rad);
                 (*azimuth_deg, *elevation_deg) = (orbit.azimuth_rad.to_degrees(), orbit.elevation_rad.to_degrees());
             }
             _ => self.look_around(-dx_px, -dy_px, image_height_px, positions),
@@ -46,21 +47,40 @@ impl Viewer {
     pub(super) fn look_around(&mut self, dx_px: f64, dy_px: f64, image_height_px: f64, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
+        if !self.can_turn() || matches!(self.view.camera_pose, CameraPose::Free { .. }) {
+            return;
+        }
         self.keep_tracked_direction(positions);
         let deg_per_px = self.view.image_fov_deg() / image_height_px.max(1.0);
-        match &mut self.view.camera_pose {
-            CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
-                *yaw_deg = (*yaw_deg + dx_px * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
-                *pitch_deg = (*pitch_deg - dy_px * deg_per_px).clamp(-MAX_PITCH_DEG, MAX_PITCH_DEG);
-            }
-            CameraPose::Ground { azimuth_deg, altitude_deg, .. } => {
-                *azimuth_deg = (*azimuth_deg + dx_px * deg_per_px).rem_euclid(360.0);
-                *altitude_deg = (*altitude_deg - dy_px * deg_per_px).clamp(-MAX_ALTITUDE_DEG, MAX_ALTITUDE_DEG);
-            }
-            CameraPose::Centre { .. } | CameraPose::Free { .. } => return,
-        }
         // Looking around stops the tracking of another target. It remains the target, so that the exposure does not jump.
         self.view.tracks &= self.view.target == self.view.camera_pose.body();
+        let [right_px, down_px] = self.in_level_image(dx_px, dy_px);
+        match &mut self.view.camera_pose {
+            CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
+                *yaw_deg = (*yaw_deg + right_px * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
+                *pitch_deg = (*pitch_deg - down_px * deg_per_px).clamp(-MAX_PITCH_DEG, MAX_PITCH_DEG);
+            }
+            CameraPose::Ground { azimuth_deg, altitude_deg, .. } => {
+                *azimuth_deg = (*azimuth_deg + right_px * deg_per_px).rem_euclid(360.0);
+                *altitude_deg = (*altitude_deg - down_px * deg_per_px).clamp(-MAX_ALTITUDE_DEG, MAX_ALTITUDE_DEG);
+            }
+            CameraPose::Centre { .. } | CameraPose::Free { .. } => {}
+        }
+    }
+
+    /// A motion of the pointer, to the right and down, in the image without mirroring and roll: a drag moves the image with the pointer however the image is
+    /// turned. While the camera follows another body, only the mirroring counts, because the roll is then not measured from the axis of the orbit.
+    fn in_level_image(&self, dx_px: f64, dy_px: f64) -> [f64; 2] {
+        let dx_px = if self.view.is_mirrored { -dx_px } else { dx_px };
+        let composition = &self.view.composition;
+        let is_level = composition.projection == Projection::Fisheye && composition.is_zenith_centred;
+        let tracks_other_body = self.view.tracks && self.view.target != self.view.camera_pose.body();
+        if is_level || tracks_other_body {
+            return [dx_px, dy_px];
+        }
+        // A positive roll turns the image clockwise.
+        let (sin, cos) = self.view.roll_deg.to_radians().sin_cos();
+        [dx_px * cos + dy_px * sin, dy_px * cos - dx_px * sin]
     }
 
     /// Whether a drag turns the camera: at the centre of a body it always faces the target.
@@ -68,10 +88,12 @@ impl Viewer {
         !matches!(self.view.camera_pose, CameraPose::Centre { .. })
     }
 
-    /// Rolls the camera; positive turns the image clockwise.
+    /// Rolls the camera; positive turns the shown image clockwise.
     pub(super) fn roll(&mut self, deg: f64, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
+        // The roll is that of the image before it is mirrored.
+        let deg = if self.view.is_mirrored { -deg } else { deg };
         self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0);
     }
 
@@ -111,12 +133,46 @@ impl Viewer {
         self.view.tracks = tracks;
     }
 
+    /// Makes the camera face and track a body from the camera's current position. Does nothing if the camera is at the centre of this body.
+    ///
+    /// In an orbit, the roll is measured from the pole of the orbited body while the camera faces this body, and from celestial north while it tracks another
+    /// one. If the camera is rolled and this changes, or if it had turned away, the up direction of the image turns with the line of sight, by the shortest way.
+    /// A level camera stays level.
+    pub(super) fn look_at(&mut self, id: NaifId, positions: &dyn BodyPositions) {
+        if self.view.camera_pose == (CameraPose::Centre { body: id }) {
+            return;
+        }
+        self.push_history();
+        self.leave_free_pose(positions);
+        let camera_body = self.view.camera_pose.body();
+        let is_orbit = matches!(self.view.camera_pose, CameraPose::Orbit { .. });
+        let changes_reference = (self.view.tracks && self.view.target != camera_body) != (id != camera_body);
+        let keeps_up = is_orbit && (self.has_turned_away() || (self.view.roll_deg != 0.0 && changes_reference));
+        let pose_before = if keeps_up { self.pose_relative_to(camera_body, positions) } else { None };
+        (self.view.target, self.view.tracks) = (id, true);
+        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.camera_pose
+            && *body == id
+        {
+            (*yaw_deg, *pitch_deg) = (0.0, 0.0);
+        }
+        let Some(before) = pose_before else { return };
+        let rolled_deg = std::mem::take(&mut self.view.roll_deg);
+        self.view.roll_deg = self.pose_relative_to(camera_body, positions).map_or(rolled_deg, |level| {
+            let up = DQuat::from_rotation_arc(before.forward, level.forward) * before.up;
+            roll_deg(level.forward, level.up, up)
+        });
+    }
+
+    /// Whether the camera is in an orbit and faces neither the orbited body nor a target: its direction is given by yaw and pitch.
+    fn has_turned_away(&self) -> bool {
+        matches!(self.view.camera_pose, CameraPose::Orbit { .. }) && self.view.target != self.view.camera_pose.body() && !self.view.tracks
+    }
+
     /// Before a camera in an orbit that has turned away from the body faces a target again: keeps the up direction of the image. Until then the roll is
     /// measured from the body's pole, and [`Self::keep_tracked_direction`] may have put the angle between pole and celestial north into it.
-    pub(super) fn keep_up_direction(&mut self, positions: &dyn BodyPositions) {
+    fn keep_up_direction(&mut self, positions: &dyn BodyPositions) {
         let body = self.view.camera_pose.body();
-        let has_turned_away = matches!(self.view.camera_pose, CameraPose::Orbit { .. }) && self.view.target != body && !self.view.tracks;
-        if !has_turned_away {
+        if !self.has_turned_away() {
             return;
         }
         let Some(pose) = self.pose_relative_to(body, positions) else { return };

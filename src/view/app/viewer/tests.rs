@@ -406,3 +406,63 @@ fn extreme_zooms_keep_the_camera_finite() {
     apply(&mut viewer, Action::FlyAlongList(-3));
     assert!(viewer.selectable_body(viewer.selected).is_some());
 }
+
+/// A mirrored or rolled image follows the pointer, as a level one does: each drag of such an image has the effect of another drag of a level one. The key that
+/// rolls clockwise does so in a mirrored image, too.
+#[test]
+fn drags_move_the_image_with_the_pointer_however_it_is_turned() {
+    let angles_after = |is_mirrored: bool, roll_deg: f64, action: Action| {
+        let mut viewer = viewer();
+        (viewer.view.is_mirrored, viewer.view.roll_deg) = (is_mirrored, roll_deg);
+        apply(&mut viewer, action);
+        match viewer.view.camera_pose {
+            CameraPose::Orbit { azimuth_deg, elevation_deg, yaw_deg, pitch_deg, .. } => [azimuth_deg, elevation_deg, yaw_deg, pitch_deg],
+            pose => panic!("{pose:?}"),
+        }
+    };
+    for motion in [Action::Turn as fn(f64, f64) -> Action, Action::LookAround] {
+        for (is_mirrored, roll_deg, [right_px, down_px]) in
+            [(true, 0.0, [-30.0, 10.0]), (false, 180.0, [-30.0, -10.0]), (false, 90.0, [10.0, -30.0]), (true, 90.0, [10.0, 30.0])]
+        {
+            let [found, expected, unturned] = [
+                angles_after(is_mirrored, roll_deg, motion(30.0, 10.0)),
+                angles_after(false, 0.0, motion(right_px, down_px)),
+                angles_after(false, 0.0, motion(30.0, 10.0)),
+            ];
+            let largest_difference = |a: [f64; 4], b: [f64; 4]| (0..4).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
+            assert!(largest_difference(found, expected) < 1e-9, "mirrored {is_mirrored}, roll {roll_deg}: {found:?}, not {expected:?}");
+            assert!(largest_difference(found, unturned) > 0.1, "mirrored {is_mirrored}, roll {roll_deg}: {found:?}");
+        }
+    }
+    let mut viewer = viewer();
+    viewer.view.is_mirrored = true;
+    apply(&mut viewer, Action::Roll(5.0));
+    assert_eq!(viewer.view.roll_deg, 355.0);
+}
+
+/// *Look at* turns a rolled camera by the shortest way, so that its axis of rotation keeps its place in the image. The roll stayed, which is measured from the
+/// pole of the orbited body before, and from celestial north after: the image turned. A level camera stays level.
+#[test]
+fn look_at_keeps_the_up_direction_of_a_rolled_image() {
+    let mut viewer = viewer();
+    if let CameraPose::Orbit { elevation_deg, .. } = &mut viewer.view.camera_pose {
+        *elevation_deg = 50.0;
+    }
+    let pose = |viewer: &Viewer| viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
+    let mut level = self::viewer();
+    level.view = viewer.view.clone();
+    apply(&mut level, Action::LookAt(NaifId::MOON));
+    assert_eq!(level.view.roll_deg, 0.0);
+    viewer.view.roll_deg = 70.0;
+    let before = pose(&viewer);
+    apply(&mut viewer, Action::LookAt(NaifId::MOON));
+    let after = pose(&viewer);
+    let axis = before.forward.cross(after.forward).normalize();
+    let axis_in_image = |pose: &Pose| [pose.up.dot(axis), pose.forward.cross(pose.up).dot(axis)];
+    let (from, to) = (axis_in_image(&before), axis_in_image(&after));
+    assert!((from[0] - to[0]).abs() < 1e-9 && (from[1] - to[1]).abs() < 1e-9, "{from:?}, then {to:?}");
+    assert!((viewer.view.roll_deg - 70.0).abs() > 5.0, "the same roll would do: {}", viewer.view.roll_deg);
+    // Back at the Earth, the image is as it was.
+    apply(&mut viewer, Action::LookAt(NaifId::EARTH));
+    assert!((viewer.view.roll_deg - 70.0).abs() < 1e-6 && pose(&viewer).up.distance(before.up) < 1e-6, "{}", viewer.view.roll_deg);
+}
