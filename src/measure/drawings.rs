@@ -154,7 +154,7 @@ pub(super) fn ring_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     let request = renderers.with_metered_exposure(view_from_direction(SATURN, RINGS_OPEN_JD_TDB, NaifId::EARTH, 2.0, effort))?;
     let plan_of = |model: RingShadow| {
         plan_with_changed_draws(&renderers, &request, |d| {
-            if d.features.ring_shadow != RingShadow::None {
+            if d.features.ring_shadow.is_of_own_rings() {
                 d.features.ring_shadow = model;
             }
         })

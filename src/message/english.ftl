@@ -88,6 +88,7 @@ reason-eclipse-nearest = the nearest penumbra, of { $body }, misses by { $share 
 reason-eclipse-none = no occluder blocks more than { $part } of the sunlight in view
 reason-eclipse-out-of-view = penumbra of { $bodies } on its lit side, but not on what the image shows
 reason-eclipse-by-rings = rings of { $bodies } let { $part } of the sunlight pass; this mean dims the whole body evenly
+reason-eclipse-by-rings-drawn = rings of { $bodies } let { $part } of the sunlight pass in the mean, from { $from } to { $to } over the disc: their shadow is drawn
 reason-eclipse-switched-off = switched off with the eclipse
 reason-eclipse-no-bending = how its air bends light is not known
 reason-eclipse-air-off = its air is switched off

@@ -88,6 +88,7 @@ reason-eclipse-nearest = nächster Halbschatten: { $body }, er geht um das { $sh
 reason-eclipse-none = kein Körper verdeckt mehr als { $part } des sichtbaren Sonnenlichts
 reason-eclipse-out-of-view = Halbschatten auf der beleuchteten Seite, aber nicht auf dem, was das Bild zeigt: { $bodies }
 reason-eclipse-by-rings = Ringe lassen { $part } des Sonnenlichts durch: { $bodies }; dieser Mittelwert dämpft den ganzen Körper gleichmäßig
+reason-eclipse-by-rings-drawn = Ringe lassen im Mittel { $part } des Sonnenlichts durch, auf der Scheibe { $from } bis { $to }: { $bodies }; ihr Schatten wird gezeichnet
 reason-eclipse-switched-off = mit der Finsternis ausgeschaltet
 reason-eclipse-no-bending = es ist nicht bekannt, wie seine Luft das Licht bricht
 reason-eclipse-air-off = seine Luft ist ausgeschaltet

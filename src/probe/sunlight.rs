@@ -1,7 +1,7 @@
 //! `sunlight`: the fraction of the Sun's light that other bodies and their rings leave at a point on a body's ground. Not considered: whether the body itself
 //! (on its night side) or its own rings keep sunlight from the point. Every body of the catalog may count, however little it blocks (Mercury in transit: 3e-5
-//! of the light); of more than [`MAX_OCCLUDERS`](crate::scene::draw::MAX_OCCLUDERS), those that block most. The rings of other bodies dim the whole body
-//! evenly, as in images (`scene::rings::rings_before_sun`), by the catalog's limb darkening; those that take less than 2e-4 of the light are left out.
+//! of the light); of more than [`MAX_OCCLUDERS`](crate::scene::draw::MAX_OCCLUDERS), those that block most. The rings of other bodies dim the place by the
+//! catalog's limb darkening (`scene::rings::rings_before_sun`); those that take less than 2e-4 of the light of the whole body are left out.
 //!
 //! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
 //! `by`. `fraction` is the green channel, with the law of limb darkening `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. `rgb` uses
@@ -16,7 +16,7 @@ use crate::render::plan::uniform_bytes;
 use crate::scene::draw::{DrawFeatures, DrawUniforms, Eclipse, EclipseModel, EclipseUniforms, Light};
 use crate::scene::eclipse::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent, ReceiverShape};
 use crate::scene::rings::ring_table::RingTables;
-use crate::scene::rings::rings_before_sun::{LitBody, RingsBeforeSun, rings_before_sun};
+use crate::scene::rings::rings_before_sun::{LitBody, rings_before_sun};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use crate::time::Instant;
@@ -126,11 +126,14 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         let blocked = 1.0 - fraction(std::slice::from_ref(occluder))?;
         blocked_by.insert(occluder.body.name.to_lowercase(), json!(blocked));
     }
-    let rings = rings_before_sun(prober.ephemeris(), prober.catalog(), &RingTables::default(), LitBody::from(&receiver));
-    for RingsBeforeSun { owner, fraction } in &rings {
-        blocked_by.insert(format!("{} rings", owner.name.to_lowercase()), json!(1.0 - fraction.y));
+    let ring_tables = RingTables::default();
+    let place_km = receiver.body_from_icrf.transpose() * point_km;
+    let mut past_rings = DVec3::ONE;
+    for rings in rings_before_sun(prober.ephemeris(), prober.catalog(), &ring_tables, LitBody::from(&receiver)) {
+        let fraction = rings.fraction_at(&ring_tables, place_km, occluded_sun.sun);
+        blocked_by.insert(format!("{} rings", rings.owner.name.to_lowercase()), json!(1.0 - fraction.y));
+        past_rings *= fraction;
     }
-    let past_rings: DVec3 = rings.iter().map(|r| r.fraction).product();
     let catalog_law = None;
     let past_bodies = DVec3::from_array(sunlight(&occluded_sun.occluders, catalog_law)?);
     let rgb = (past_bodies * past_rings).to_array();

@@ -99,14 +99,16 @@ pub fn of_eclipse(model: EclipseModel) -> Option<StatedError> {
     }
 }
 
-/// The error of a ring's shadow on the globe; `None` without a shadow. The shadow is compared with the closed form and with sums over the Sun's disc
-/// (tests/rings/reference_tables.rs). The simpler model is chosen if its edges are off by at most `MAX_EDGE_ERROR_PX`.
+/// The error of a ring's shadow on a globe; `None` without a shadow. The shadow of a body's own rings is compared with the closed form and with sums over the
+/// Sun's disc (tests/rings/reference_tables.rs); the simpler model is chosen if its edges are off by at most `MAX_EDGE_ERROR_PX`. The shadow of another body's
+/// rings is compared with sums over the Sun's disc (`rings::shadow_grid`).
 pub fn of_ring_shadow(model: RingShadow) -> Option<StatedError> {
     let stated = |name, max_error, quantity| Some(StatedError { name, error_95_percent: None, max_error, quantity });
     match model {
         RingShadow::None => None,
         RingShadow::PointSun => stated("point-sun", MAX_EDGE_ERROR_PX, EDGES),
         RingShadow::Penumbra => stated("penumbra", 0.07, SUNLIGHT),
+        RingShadow::OfPlanet => stated("grid", 0.03, SUNLIGHT),
     }
 }
 

@@ -9,14 +9,15 @@ use crate::catalog::Ring;
 use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::render::plan::{
     AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, FrameImages, FrontFace, Instances, LIMB_TABLE, Pass,
-    Plan, PlanDraw, PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, ShadingRate, TextureBinding, TextureSource,
-    Vertices, coarse_air_subimage_size, limb_table, map_format, ring_profile, ring_shine, role_of, uniform_bytes,
+    Plan, PlanDraw, PlanError, RING_PROFILE, RING_SHADOW_GRID, RING_SHINE, SamplerBinding, SamplerState, ShadingRate, TextureBinding,
+    TextureSource, Vertices, coarse_air_subimage_size, limb_table, map_format, ring_profile, ring_shadow_grid, ring_shine, role_of,
+    uniform_bytes,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
 use crate::scene::draw::{
     AirPass, AtmosphereUniforms, CloudUniforms, DrawUniforms, EclipseUniforms, Light, LimbTable, LimbUniforms, MapRole, OverlayUniforms,
-    RingTable, RingUniforms, Shape, Surface,
+    RingShadowGrid, RingTable, RingUniforms, Shape, Surface,
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::multi_scatter_in_shadow::{COLUMN_RANGES_START, COLUMNS as IN_SHADOW_COLUMNS, VECTORS as IN_SHADOW_VECTORS};
@@ -142,7 +143,32 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
         shine: None,
         // Direction to the Sun within the plane, 1 / height above which no ring is visible, factor on the light.
         shine_parameters: SUNWARD.truncate().normalize_or_zero().extend(1.1).extend(1.0),
+        shadow_grid: None,
+        shadow_grid_axes: shadow_grid_axes(),
     }
+}
+
+/// Number of places along a side of the grid with the shadow of another body's rings.
+const SHADOW_GRID_SIDE: u32 = 32;
+
+/// The grid's columns and rows, across the direction to the Sun. The grid is a little wider than the body with its air.
+fn shadow_grid_axes() -> [Vec4; 2] {
+    let (x, y) = SUNWARD.normalize_or_zero().any_orthonormal_pair();
+    let half_side = 0.5 * (SHADOW_GRID_SIDE - 1) as f32;
+    [x, y].map(|axis| (axis * (half_side / 1.25)).extend(half_side))
+}
+
+/// Two dark bands, redder at their edges.
+fn sample_shadow_grid() -> RingShadowGrid {
+    let texel = |n: u32| {
+        let from_middle = (n / SHADOW_GRID_SIDE).abs_diff(SHADOW_GRID_SIDE / 2);
+        match from_middle {
+            3 | 7 => [0.7, 0.68, 0.65, 0.0],
+            4..=6 => [0.1, 0.1, 0.1, 0.0],
+            _ => [1.0, 1.0, 1.0, 0.0],
+        }
+    };
+    RingShadowGrid { side: SHADOW_GRID_SIDE, texels: (0..SHADOW_GRID_SIDE * SHADOW_GRID_SIDE).flat_map(texel).collect() }
 }
 
 /// Ring-shine that is strongest at night, and brighter on the Sun's side of the ring plane.
@@ -378,6 +404,7 @@ pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32,
         let image = match (t.name.as_str(), &uniforms.ring.table) {
             (RING_PROFILE, Some(table)) => ring_profile(table),
             (RING_SHINE, _) => ring_shine(&sample_ring_shine()),
+            (RING_SHADOW_GRID, _) => ring_shadow_grid(&sample_shadow_grid()),
             (LIMB_TABLE, _) => limb_table(&sample_limb()),
             (COARSE_AIR_TEXTURE, _) => coarse_air(side_px, key.features().air_pass),
             (name, _) => Arc::new(sample_map(role_of(name).ok_or_else(|| plan_error(format!("{id}: `{name}` is not a map of a body")))?)?),

@@ -121,6 +121,7 @@ fragments![
     "lib/ring/ring_patch.wesl",
     "lib/ring/segments.wesl",
     "lib/ring/shadow.wesl",
+    "lib/ring/shadow_on_moon.wesl",
     "lib/ring/shine.wesl",
     "lib/ring/surface.wesl",
     "lib/screen.wesl",

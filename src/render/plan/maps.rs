@@ -8,7 +8,7 @@ use super::passes::{AddressMode, SamplerBinding, SamplerState, TextureBinding, T
 use super::provider::ResourceProvider;
 use crate::image::{Level, MapDecoding, OpacityTexels, PoleFilter, SharedTexture, TexelFormat, Texture};
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
-use crate::scene::draw::{Draw, LimbTable, MapFiles, MapRole, RingTable, Shape};
+use crate::scene::draw::{Draw, LimbTable, MapFiles, MapRole, RingShadowGrid, RingTable, Shape};
 use crate::scene::ring_shine::{self as shine_table, RingShine};
 use crate::shader::Layout;
 use std::sync::Arc;
@@ -31,6 +31,8 @@ const OVERLAY_SAMPLERS: [&str; 2] = ["overlay_sampler", "overlay_sampler_2"];
 pub const RING_PROFILE: &str = "ring_profile";
 /// The texture variable of the ring-shine table: light that the ring sends onto its globe.
 pub const RING_SHINE: &str = "ring_shine_table";
+/// The texture variable of the grid with the shadow of another body's rings.
+pub const RING_SHADOW_GRID: &str = "ring_shadow_grid";
 /// The texture variable of the Moon's limb profile: heights of the terrain along the limb.
 pub const LIMB_TABLE: &str = "limb_table";
 
@@ -68,6 +70,7 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
         Ok(match (name, role_of(name)) {
             (RING_PROFILE, _) => ring.table.as_ref().map(|table| provider.ring_profile(table)),
             (RING_SHINE, _) => ring.shine.as_deref().map(ring_shine),
+            (RING_SHADOW_GRID, _) => ring.shadow_grid.as_deref().map(ring_shadow_grid),
             (LIMB_TABLE, _) => draw.uniforms.limb.table.as_deref().map(limb_table),
             (_, Some(role)) => match draw.map_files.by_role().find(|(r, _)| *r == role) {
                 Some((MapRole::Overlay(_), file)) => Some(provider.overlay(file)?),
@@ -117,6 +120,12 @@ pub fn ring_profile(table: &RingTable) -> SharedTexture {
 /// the Sun's side, then on the other side.
 pub fn ring_shine(table: &RingShine) -> SharedTexture {
     let level = Level::new(shine_table::COLUMNS as u32, 2 * shine_table::ROWS as u32, little_endian_bytes(&table.texels));
+    Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
+}
+
+/// The shadow of another body's rings as a texture of one level, read with `textureLoad`: one texel per place.
+pub fn ring_shadow_grid(grid: &RingShadowGrid) -> SharedTexture {
+    let level = Level::new(grid.side, grid.side, little_endian_bytes(&grid.texels));
     Arc::new(Texture { format: TexelFormat::Rgba32Float, levels: vec![level] })
 }
 

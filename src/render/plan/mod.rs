@@ -28,9 +28,12 @@ pub use error::PlanError;
 // Which pixels a draw may change, and an image whose marks exclude some: where the ground's draw also shows the clouds, the clouds' draw discards its pixels.
 pub use extent::{Extent, MarkedImage};
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};
-// The constants are the names of the texture variables to which the results of `limb_table`, `ring_profile` and `ring_shine` are bound. `role_of`: which map of
-// a body a texture variable holds.
-pub use maps::{LIMB_TABLE, RING_PROFILE, RING_SHINE, limb_table, map_decoding, map_format, ring_profile, ring_shine, role_of};
+// The constants are the names of the texture variables to which the results of `limb_table`, `ring_profile`, `ring_shadow_grid` and `ring_shine` are bound.
+// `role_of`: which map of a body a texture variable holds.
+pub use maps::{
+    LIMB_TABLE, RING_PROFILE, RING_SHADOW_GRID, RING_SHINE, limb_table, map_decoding, map_format, ring_profile, ring_shadow_grid,
+    ring_shine, role_of,
+};
 pub use passes::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, FrameImages, FrontFace, GpuImage, Instances, ModuleProvider, Pass, Plan,
     PlanDraw, SamplerBinding, SamplerState, ShadingRate, SimpleDraw, TextureBinding, TextureSource, Vertices,

@@ -87,22 +87,39 @@ pub struct Eclipse {
     pub model: EclipseModel,
 }
 
+impl Eclipse {
+    /// This eclipse in the shadow of another body's rings, where the simpler models give way to `LimbDarkened`: this halves the number of keys with both.
+    pub(crate) fn beside_ring_shadow(self) -> Self {
+        match self.model {
+            EclipseModel::Linear | EclipseModel::UniformDisc => Self { model: EclipseModel::LimbDarkened, ..self },
+            EclipseModel::None | EclipseModel::LimbDarkened | EclipseModel::Refracted => self,
+        }
+    }
+}
+
 /// Maximum number of occluders of a draw.
 pub const MAX_OCCLUDERS: u8 = 4;
 
-/// The ring's shadow on its planet.
+/// The shadow of rings on a globe, its air and its clouds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum RingShadow {
     #[default]
     None,
-    /// One ray to the Sun's centre.
+    /// Of the body's own rings: one ray to the Sun's centre.
     PointSun,
-    /// The transmittance averaged over the Sun's disc.
+    /// Of the body's own rings: the transmittance averaged over the Sun's disc.
     Penumbra,
+    /// Of the rings of another body, such as a moon's planet: read from a grid of places (`scene::rings::shadow_grid`).
+    OfPlanet,
 }
 
 impl RingShadow {
-    pub const ALL: [Self; 3] = [Self::None, Self::PointSun, Self::Penumbra];
+    pub const ALL: [Self; 4] = [Self::None, Self::PointSun, Self::Penumbra, Self::OfPlanet];
+
+    /// Whether it is the shadow of the body's own rings.
+    pub const fn is_of_own_rings(self) -> bool {
+        matches!(self, Self::PointSun | Self::Penumbra)
+    }
 }
 
 /// The planet's shadow on its ring.
@@ -315,7 +332,7 @@ pub struct DrawFeatures {
     /// Number of lights, at most `scene::thresholds::MAX_LIGHTS`: the Sun first, then bodies that reflect light.
     pub lights: u8,
     pub eclipse: Eclipse,
-    /// Shadow of the rings on the globe.
+    /// Shadow of rings on the globe.
     pub ring_shadow: RingShadow,
     /// Whether ring-shine lights the globe.
     pub ring_shine: bool,

@@ -14,7 +14,7 @@ pub use features::{
     MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, MapSet, MeshFlags, PixelView, RingShadow, Shape, Surface,
 };
 use glam::Vec3;
-pub use tables::{LimbTable, RingShine, RingTable};
+pub use tables::{LimbTable, RingShadowGrid, RingShine, RingTable};
 pub use uniforms::{
     AtmosphereUniforms, CloudUniforms, DetailUniforms, DrawUniforms, EclipseUniforms, ForegroundLimbUniforms, Light, LimbUniforms,
     MeshInstance, OverlayUniforms, RingUniforms,

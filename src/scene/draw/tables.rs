@@ -37,6 +37,15 @@ pub struct RingShine {
     pub brightest: f64,
 }
 
+/// The shadow of the rings of another body: a square grid of places across the direction to the Sun, around the body's centre.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RingShadowGrid {
+    /// Number of places along a side, at least 2.
+    pub side: u32,
+    /// Fraction of sunlight that passes the rings to each place. Texels row by row: red, green, blue and 0.
+    pub texels: Vec<f32>,
+}
+
 /// The lunar limb profile: one texel per position angle, in increasing order. Each texel contains the height above the sphere of the Moon's radius, the
 /// difference between the next height and this one, 0 and 0. Heights are in the Moon's radii.
 #[derive(Clone, Debug, PartialEq)]

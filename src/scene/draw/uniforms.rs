@@ -6,7 +6,7 @@
 use crate::mesh::Mesh;
 use crate::scene::camera::{self, ViewRays};
 use crate::scene::constants::{MAX_DETAIL_LATTICES, OPTICAL_DEPTH_TERMS};
-use crate::scene::draw::tables::{LimbTable, RingShine, RingTable};
+use crate::scene::draw::tables::{LimbTable, RingShadowGrid, RingShine, RingTable};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -372,6 +372,10 @@ uniforms! {
         /// Ring-shine: unit vector in the ring's plane, in the direction of the Sun's projection on it (xy); 1 / the height above this plane from which no ring
         /// is visible (z); factor on the light (w).
         pub shine_parameters: Vec4 = "ring_shine",
+        /// The shadow of another body's rings.
+        pub shadow_grid: Option<Arc<RingShadowGrid>>,
+        /// A point p (body axes, equatorial radii) is in the column dot(xyz, p) + w of the first vector, and in the row that the second vector gives.
+        pub shadow_grid_axes: [Vec4; 2] = "ring_shadow_axes",
     }
 }
 

@@ -90,7 +90,7 @@ pub struct FeatureSelection {
     pub eclipse: Eclipse,
     /// The eclipse of the sunlight on the body's rings.
     pub ring_eclipse: Eclipse,
-    /// The rings' shadow on the globe and its air.
+    /// The shadow of rings, the body's own or those of another body, on the globe, its air and its clouds.
     pub ring_shadow: RingShadow,
     /// Whether ring-shine lights the globe.
     pub ring_shine: bool,
@@ -155,6 +155,7 @@ impl FeatureSelection {
             Photometry::LunarLambert { .. } => Surface::LunarLambert,
             Photometry::OrenNayar { .. } => Surface::OrenNayar,
         };
+        let in_foreign_ring_shadow = self.ring_shadow == RingShadow::OfPlanet && !available.has_rings && !available.is_emissive;
         DrawFeatures {
             surface,
             maps: MapSet {
@@ -174,11 +175,21 @@ impl FeatureSelection {
                 // With secondary lights, the number of lights is rounded up to the maximum, which halves the number of keys with air, an eclipse and secondary
                 // lights; the last light may be black.
                 (false, false, _) if air.model != AtmosphereModel::None && self.eclipse.occluders > 0 => MAX_LIGHTS,
+                // The same in the shadow of another body's rings.
+                (false, false, _) if in_foreign_ring_shadow => MAX_LIGHTS,
                 (false, false, secondary) => 1 + secondary.min(MAX_LIGHTS - 1),
             },
-            eclipse: if available.is_emissive { Eclipse::default() } else { self.eclipse },
+            eclipse: match available.is_emissive {
+                true => Eclipse::default(),
+                false if in_foreign_ring_shadow => self.eclipse.beside_ring_shadow(),
+                false => self.eclipse,
+            },
             ring_shadow: match self.ring_shadow {
-                _ if !available.has_rings || available.is_emissive => RingShadow::None,
+                _ if available.is_emissive => RingShadow::None,
+                RingShadow::OfPlanet if in_foreign_ring_shadow => RingShadow::OfPlanet,
+                _ if !available.has_rings => RingShadow::None,
+                // A body with rings has their shadow alone; those of another body dim it evenly.
+                RingShadow::OfPlanet => RingShadow::None,
                 // Under an atmosphere in an eclipse the better model replaces the cheaper one, which halves the number of keys with all three.
                 RingShadow::PointSun if air.model != AtmosphereModel::None && self.eclipse.occluders > 0 => RingShadow::Penumbra,
                 ring_shadow => ring_shadow,
@@ -189,14 +200,16 @@ impl FeatureSelection {
                 None if ellipsoid && available.is_flattened => Shape::Ellipsoid,
                 None => Shape::Sphere,
             },
-            // The limb profile and the average over a thin crescent are not combined with each other, a mesh, detail or an eclipse: no key has both.
+            // The limb profile and the average over a thin crescent are not combined with each other, a mesh, detail or an eclipse: no key has both. Nor is a
+            // crescent in the shadow of another body's rings averaged.
             limb_heights: self.limb_heights && available.limb_heights && mesh.is_none() && !self.detail && self.eclipse.occluders == 0,
             thin_limb: self.thin_crescent
                 && !available.is_emissive
                 && mesh.is_none()
                 && !self.detail
                 && !self.limb_heights
-                && self.eclipse.occluders == 0,
+                && self.eclipse.occluders == 0
+                && !in_foreign_ring_shadow,
             flags: mesh.unwrap_or_default(),
             air,
             air_pass: match self.air_pass {

@@ -157,7 +157,8 @@ pub(crate) struct Decisions<'c> {
     pub secondary_lights: Vec<IncidentLight>,
     /// Occluders of the globe, its air and its clouds.
     pub eclipse: EclipseUniforms,
-    /// Factor on the sunlight of globe, air, clouds and rings, per channel: less than 1 in the shadow of another body's rings (`eclipse::decision`).
+    /// Factor on the sunlight of globe, air, clouds and rings, per channel: less than 1 where the rings of another body dim it evenly
+    /// (`eclipse::decision`).
     pub sunlight_factor: DVec3,
     /// The uniforms of the rings' shadow and of ring-shine, for the draws of globe and sky.
     pub ring: RingUniforms,

@@ -283,7 +283,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
             sun.irradiance *= sunlight_factor;
         }
         draw.uniforms.eclipse.clone_from(&decided.eclipse);
-        if draw.part == BodyPart::Sky && draw.features.ring_shadow != RingShadow::None {
+        if matches!(draw.part, BodyPart::Sky | BodyPart::Clouds) && draw.features.ring_shadow != RingShadow::None {
             draw.uniforms.ring.clone_from(&decided.ring);
         }
         draw.uniforms.air.blend_mode = decided.blend_mode;

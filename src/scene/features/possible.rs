@@ -11,6 +11,7 @@ use crate::scene::draw::features::{
 };
 use crate::scene::eclipse::model;
 use crate::scene::features::choice::{BodyCapabilities, FeatureSelection};
+use crate::scene::rings::rings_before_sun;
 use crate::scene::thresholds::MAX_LIGHTS;
 use std::collections::BTreeSet;
 
@@ -75,13 +76,29 @@ fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     })
 }
 
-/// The pairs of ring shadow and air pass under an atmosphere. Each ring shadow occurs with air that is evaluated per pixel. Where the air can be interpolated
-/// from a coarse image, each way of reading that image occurs, only without a ring shadow (`atmosphere::air_pass::decide`).
-fn shadows_and_air_passes(air_model: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, AirPass)> {
+/// The shadows of rings that can fall on a body: those of its own rings or, if it has none, that of the rings of another body of its system.
+fn possible_ring_shadows(catalog: &Catalog, body: &Body) -> Vec<RingShadow> {
+    let has_rings = BodyCapabilities::of(body).has_rings;
+    let is_behind_rings = !has_rings && rings_before_sun::bodies_with_rings(catalog, body).next().is_some();
+    let is_possible = |shadow: &RingShadow| match shadow {
+        RingShadow::None => true,
+        RingShadow::PointSun | RingShadow::Penumbra => has_rings,
+        RingShadow::OfPlanet => is_behind_rings,
+    };
+    RingShadow::ALL.into_iter().filter(is_possible).collect()
+}
+
+/// The pairs of ring shadow and air pass under an atmosphere. Each of the given ring shadows occurs with air that is evaluated per pixel. Where the air can be
+/// interpolated from a coarse image, each way of reading that image occurs, only without a ring shadow (`atmosphere::air_pass::decide`).
+fn shadows_and_air_passes(
+    ring_shadows: &[RingShadow],
+    air_model: AtmosphereModel,
+    view: PixelView,
+) -> impl Iterator<Item = (RingShadow, AirPass)> {
     let may_be_coarse = !matches!(air_model, AtmosphereModel::None | AtmosphereModel::Vertex) && view.shows_radiance();
-    let per_pixel = RingShadow::ALL.map(|shadow| (shadow, AirPass::None));
+    let per_pixel = ring_shadows.iter().map(|shadow| (*shadow, AirPass::None));
     let interpolated = [AirPass::Read, AirPass::ReadWithClouds].map(|air_pass| (RingShadow::None, air_pass));
-    per_pixel.into_iter().chain(interpolated.into_iter().filter(move |_| may_be_coarse))
+    per_pixel.chain(interpolated.into_iter().filter(move |_| may_be_coarse))
 }
 
 /// The features of the cloud shell for one selection: plain, with procedural billows (`cloud_detail`), and for a thin crescent; the last two are not combined.
@@ -97,7 +114,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
     let mut all = BTreeSet::new();
     for body in catalog.bodies() {
         let eclipses = possible_eclipses(catalog, body);
-        let has_rings = BodyCapabilities::of(body).has_rings;
+        let ring_shadows = possible_ring_shadows(catalog, body);
         for view in PixelView::ALL {
             for ellipsoid in both {
                 for maps in possible_maps(body) {
@@ -105,8 +122,8 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                     for secondary_light_count in 0..MAX_LIGHTS {
                         for &eclipse in &eclipses {
                             // The two shadows belong to different draws, so their values are paired instead of combined. The first pair is without shadows.
-                            let shadows = RingShadow::ALL.into_iter().zip(BodyShadow::ALL);
-                            for (ring_shadow, body_shadow) in shadows.take(if has_rings { RingShadow::ALL.len() } else { 1 }) {
+                            // Without rings the second of a pair has no draw.
+                            for (&ring_shadow, body_shadow) in ring_shadows.iter().zip(BodyShadow::ALL) {
                                 let air_model = AtmosphereModel::None;
                                 let chosen = FeatureSelection {
                                     ellipsoid,
@@ -125,7 +142,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                             }
                             // The draws of the rings do not depend on the air, so they are not repeated here.
                             for air_model in air::possible_models(body) {
-                                for (ring_shadow, air_pass) in shadows_and_air_passes(air_model, view) {
+                                for (ring_shadow, air_pass) in shadows_and_air_passes(&ring_shadows, air_model, view) {
                                     let chosen = FeatureSelection {
                                         ellipsoid,
                                         maps,
@@ -186,6 +203,27 @@ mod tests {
         }
         // Both cases were tested often.
         assert!(with_planet_shine > 20 && with_ring_shine > 10, "{with_planet_shine} {with_ring_shine}");
+    }
+
+    /// The Earth is behind no rings, Rhea behind Saturn's, and Saturn behind its own. In the shadow of another body's rings, numbers of lights and models of
+    /// eclipses are rounded up, and no crescent is averaged.
+    #[test]
+    fn shadows_of_rings_are_possible_where_rings_are() {
+        let catalog = Catalog::embedded();
+        let shadows = |id: i32| possible_ring_shadows(&catalog, catalog.body(crate::catalog::NaifId(id)).expect("in the catalog"));
+        assert_eq!(shadows(399), [RingShadow::None]);
+        assert_eq!(shadows(605), [RingShadow::None, RingShadow::OfPlanet]);
+        assert_eq!(shadows(699), [RingShadow::None, RingShadow::PointSun, RingShadow::Penumbra]);
+        let all = possible_features(&catalog);
+        let in_shadow: Vec<_> = all.iter().filter(|f| f.ring_shadow == RingShadow::OfPlanet).collect();
+        let is_rounded_up = |f: &DrawFeatures| {
+            let has_simple_eclipse = matches!(f.eclipse.model, EclipseModel::Linear | EclipseModel::UniformDisc);
+            !has_simple_eclipse && (f.surface == Surface::Sky || [1, MAX_LIGHTS].contains(&f.lights) && !f.thin_limb)
+        };
+        assert!(in_shadow.iter().all(|f| is_rounded_up(f)));
+        assert!(in_shadow.iter().any(|f| f.eclipse.occluders > 0) && in_shadow.iter().any(|f| f.surface == Surface::Sky));
+        println!("{} of {}", in_shadow.len(), all.len());
+        assert!(5 * in_shadow.len() < all.len(), "{} of {}", in_shadow.len(), all.len());
     }
 
     #[test]

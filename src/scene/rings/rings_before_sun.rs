@@ -1,13 +1,13 @@
 //! The shadow of rings on bodies other than their own: the fraction of sunlight that passes the rings of a planet on its way to a moon.
 //!
-//! In: a lit body, the catalog and the ephemeris. Out: for each body of the same system whose rings take sunlight from it, a factor per channel on all of the
+//! In: a lit body, the catalog and the ephemeris. Out: for each body of the same system whose rings take sunlight from it, a factor per channel on the
 //! lit body's sunlight: the mean transmittance over the limb-darkened disc of the Sun and over the lit side of the body, each point of which counts by the
-//! cosine of incidence. Rays that the globe of the rings' owner blocks do not count, because its shadow is drawn by itself (`eclipse`): the product of both is
-//! the light that is left. Light time is included; aberration moves Sun and rings alike. Always: 1 far from the shadow, continuous in time. Not here: the
-//! shadow of rings on their own globe (shaders/lib/ring).
+//! cosine of incidence; and [`RingsBeforeSun::fraction_at`] for a single place. Rays that the globe of the rings' owner blocks do not count, because its
+//! shadow is drawn by itself (`eclipse`): the product of both is the light that is left. Light time is included; aberration moves Sun and rings alike. Always:
+//! 1 far from the shadow, continuous in time. Not here: the shadow of rings on their own globe (shaders/lib/ring); the shadow on a disc place by place
+//! (`shadow_grid`), for which the factor is no substitute: a moon is mostly larger than the penumbra, and near the equinox the shadow is a narrow line.
 //!
-//! Errors (docs/accuracy.md): up to 0.007 of the light by the finite number of rays. The factor is the same all over the body, though the shadow is not: on a body
-//! that is large compared with the penumbra (Titan, and most moons near the equinox, when the shadow is a narrow band) only its total light is right.
+//! Errors (docs/accuracy.md): up to 0.007 of the light by the finite number of rays.
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
@@ -17,7 +17,7 @@ use crate::scene::rings::ring_light::transmittance;
 use crate::scene::rings::ring_table::{RingInterval, RingTables};
 use crate::time::Instant;
 use crate::units::GOLDEN_ANGLE_RAD;
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
@@ -52,6 +52,28 @@ pub(crate) struct RingsBeforeSun<'a> {
     pub owner: &'a Body,
     /// Fraction of sunlight that they let through, per channel, of the light that passes the owner's globe.
     pub fraction: DVec3,
+    /// The sunlight of the lit body.
+    pub beam: Beam,
+    /// The owner's axes when the light passed it.
+    pub owner_from_icrf: DMat3,
+}
+
+impl RingsBeforeSun<'_> {
+    /// The fraction at one place of the lit body, per channel. `place_km`: from the body's centre, ICRF. `sun`: the Sun in the catalog.
+    pub fn fraction_at(&self, tables: &RingTables, place_km: DVec3, sun: &Body) -> DVec3 {
+        let unit_km = self.owner.radii_km.x;
+        let beam = Beam { body: self.beam.body + self.owner_from_icrf * place_km / unit_km, body_radius: 0.0, ..self.beam };
+        let intervals = tables.intervals(self.owner.rings.iter(), unit_km);
+        beam.fraction_through(&intervals, self.owner.radii_km / unit_km, limb_darkening(sun)).unwrap_or(DVec3::ONE)
+    }
+}
+
+/// The other bodies of a body's system that have visible rings.
+pub(crate) fn bodies_with_rings<'a>(catalog: &'a Catalog, body: &Body) -> impl Iterator<Item = &'a Body> + use<'a> {
+    let (id, planet) = (body.id, body.system_planet());
+    let may_shade =
+        move |owner: &&Body| owner.id != id && owner.system_planet() == planet && owner.rings.iter().any(|r| r.tau_normal > 0.0);
+    catalog.bodies().iter().filter(may_shade)
 }
 
 /// The rings that take sunlight from a body: those of the other bodies of its system. Empty if they take too little to be seen.
@@ -62,11 +84,7 @@ pub(crate) fn rings_before_sun<'a>(
     lit: LitBody<'_>,
 ) -> Vec<RingsBeforeSun<'a>> {
     let Some(sun) = catalog.body(NaifId::SUN).filter(|s| s.id != lit.body.id) else { return Vec::new() };
-    let is_in_front = |owner: &&Body| {
-        owner.id != lit.body.id && owner.system_planet() == lit.body.system_planet() && owner.rings.iter().any(|r| r.tau_normal > 0.0)
-    };
-    let owners = catalog.bodies().iter().filter(is_in_front);
-    owners
+    bodies_with_rings(catalog, lit.body)
         .filter_map(|owner| {
             // Where the owner was when the sunlight that now reaches the body passed it.
             let (owner_km, passed_at) = ephemeris.light_time_position(owner.id, lit.position_km, lit.time).ok()?;
@@ -83,7 +101,7 @@ pub(crate) fn rings_before_sun<'a>(
             };
             let intervals = tables.intervals(owner.rings.iter(), unit_km);
             let fraction = beam.fraction_through(&intervals, owner.radii_km / unit_km, limb_darkening(sun))?;
-            Some(RingsBeforeSun { owner, fraction })
+            Some(RingsBeforeSun { owner, fraction, beam, owner_from_icrf })
         })
         .collect()
 }
@@ -111,11 +129,12 @@ static ALL_RAYS: LazyLock<Vec<Ray>> = LazyLock::new(|| {
 });
 
 /// The sunlight of one body. Axes of the rings' owner, from its centre, in its equatorial radii.
-struct Beam {
-    body: DVec3,
-    body_radius: f64,
-    sun: DVec3,
-    sun_radius: f64,
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beam {
+    pub body: DVec3,
+    pub body_radius: f64,
+    pub sun: DVec3,
+    pub sun_radius: f64,
 }
 
 /// The part of a range of lengths in which `slope * length <= limit`; `None` if it has none.
@@ -155,7 +174,7 @@ impl Beam {
     }
 
     /// Outer radius of the rings that can take a visible part of the light; `None` if none can.
-    fn outer_radius(&self, intervals: &[RingInterval]) -> Option<f64> {
+    pub(crate) fn outer_radius(&self, intervals: &[RingInterval]) -> Option<f64> {
         let to_sun = self.sun - self.body;
         // The smallest cosine between a ray and the rings' normal.
         let cosine = ((to_sun.z.abs() - self.sun_radius - self.body_radius) / to_sun.length()).max(MIN_COSINE);
@@ -164,7 +183,7 @@ impl Beam {
 
     /// Mean fraction per channel of the light that rings let through; `None` if it passes beside all that matter, and in the entire shadow of the globe.
     /// `globe`: semi-axes; `limb_darkening`: coefficients of 1 - mu and (1 - mu)² per channel.
-    fn fraction_through(&self, intervals: &[RingInterval], globe: DVec3, limb_darkening: (DVec3, DVec3)) -> Option<DVec3> {
+    pub(crate) fn fraction_through(&self, intervals: &[RingInterval], globe: DVec3, limb_darkening: (DVec3, DVec3)) -> Option<DVec3> {
         let outer_radius = self.outer_radius(intervals)?;
         if !self.may_pass_within(outer_radius) {
             return None;
@@ -191,7 +210,7 @@ impl Beam {
 }
 
 /// Whether an ellipsoid around the origin blocks a ray. `axes`: its semi-axes.
-fn is_blocked(axes: DVec3, point: DVec3, towards: DVec3) -> bool {
+pub(crate) fn is_blocked(axes: DVec3, point: DVec3, towards: DVec3) -> bool {
     let (origin, direction) = (point / axes, towards / axes);
     let along = origin.dot(direction);
     along < 0.0 && along * along > direction.length_squared() * (origin.length_squared() - 1.0)

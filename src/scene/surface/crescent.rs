@@ -7,6 +7,7 @@
 //! fade out (`averaged_part`).
 
 use crate::message::reason;
+use crate::scene::draw::features::RingShadow;
 use crate::scene::features::choice::BodyCapabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::numeric::smooth_rise;
@@ -35,12 +36,13 @@ pub(crate) fn averaged_part(diameter_px: f64, phase_angle_rad: f64) -> f64 {
 }
 
 /// Decides whether the pixels of a crescent are averaged. Eclipses, meshes and relief finer than the maps exclude it, which limits the number of shader keys.
-/// So does the limb profile of a Moon that touches the Sun's disc.
+/// So do the shadow of another body's rings and the limb profile of a Moon that touches the Sun's disc.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (diameter_px, phase_angle_rad) = (inputs.diameter_px, inputs.placed.phase_angle_rad);
     let chosen = &mut decisions.chosen;
     let is_possible = !BodyCapabilities::of(inputs.body()).is_emissive
         && chosen.eclipse.occluders == 0
+        && chosen.ring_shadow != RingShadow::OfPlanet
         && !chosen.detail
         && inputs.mesh.is_none()
         && inputs.placed.limb_profile.is_none();

@@ -178,8 +178,9 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "ring-shadow",
         part: KeyPart::RingShadow,
-        texts: &["", "ringshadow-point-sun", "ringshadow-penumbra"],
-        feature_names: &["", "ring-shadow.point-sun", "ring-shadow.penumbra"],
+        // `ringshadow-of-planet`: the shadow of another body's rings, such as that of Saturn's rings on a moon. The others: of the body's own rings.
+        texts: &["", "ringshadow-point-sun", "ringshadow-penumbra", "ringshadow-of-planet"],
+        feature_names: &["", "ring-shadow.point-sun", "ring-shadow.penumbra", "ring-shadow.of-planet"],
         cumulative: false,
         get: |f| index_of(&RingShadow::ALL, &f.ring_shadow),
         set: |f, v| f.ring_shadow = RingShadow::ALL[v],

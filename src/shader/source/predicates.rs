@@ -24,11 +24,16 @@ pub static PREDICATES: &[Predicate] = &[
         "air_vertex || air_pixel_8 || air_pixel_16 || air_pixel_32 || air_table",
         "light scattered by an atmosphere is summed along the ray, by whichever model",
     ),
-    predicate("has_ring_shadow", "ring_shadow_point_sun || ring_shadow_penumbra", "a ring can hide the Sun from a point of the draw"),
+    predicate(
+        "has_ring_shadow",
+        "ring_shadow_point_sun || ring_shadow_penumbra",
+        "a ring of the body itself can hide the Sun from a point of the draw",
+    ),
     predicate("has_body_shadow", "body_shadow_sphere || body_shadow_ellipsoid_penumbra", "the body casts its shadow on its own ring"),
     predicate(
         "loses_sunlight",
-        "eclipse_1 || ring_shadow_point_sun || ring_shadow_penumbra || body_shadow_sphere || body_shadow_ellipsoid_penumbra",
+        "eclipse_1 || ring_shadow_point_sun || ring_shadow_penumbra || ring_shadow_of_planet || body_shadow_sphere || \
+         body_shadow_ellipsoid_penumbra",
         "an occluder, a ring or the body itself blocks a part of the sunlight",
     ),
     predicate("has_secondary_light", "lights_2 || ring_shine", "another body or the ring lights the ground"),

@@ -101,6 +101,7 @@ model-pixel-8 = je Pixel, 8
 model-pixel-16 = je Pixel, 16
 model-pixel-32 = je Pixel, 32
 model-table = Tabelle
+model-grid = Gitter
 model-point-sun = punktförmige Sonne
 model-penumbra = Halbschatten
 model-sphere = Kugel

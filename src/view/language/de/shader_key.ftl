@@ -48,6 +48,7 @@ meaning-limb-darkened-sun-with-light-refracted-into = Sonne mit Randverdunkelung
 meaning-no-ring-shadow = kein Ringschatten
 meaning-ring-shadow-of-a-point-sun = Ringschatten einer punktförmigen Sonne
 meaning-ring-shadow-with-a-penumbra = Ringschatten mit Halbschatten
+meaning-shadow-of-the-rings-of-another-body = Schatten der Ringe eines anderen Körpers, mit Halbschatten
 meaning-even-limb = glatter Rand
 meaning-the-moon-s-limb-by-its-own-heights = der Mondrand nach seinen eigenen Höhen
 meaning-limb-of-one-point-a-pixel = jedes Pixel am Rand zeigt einen seiner Punkte

@@ -101,6 +101,7 @@ model-pixel-8 = pixel-8
 model-pixel-16 = pixel-16
 model-pixel-32 = pixel-32
 model-table = table
+model-grid = grid
 model-point-sun = point-sun
 model-penumbra = penumbra
 model-sphere = sphere

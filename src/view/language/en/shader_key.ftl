@@ -48,6 +48,7 @@ meaning-limb-darkened-sun-with-light-refracted-into = limb-darkened Sun, with li
 meaning-no-ring-shadow = no ring shadow
 meaning-ring-shadow-of-a-point-sun = ring shadow of a point Sun
 meaning-ring-shadow-with-a-penumbra = ring shadow with a penumbra
+meaning-shadow-of-the-rings-of-another-body = shadow of the rings of another body, with a penumbra
 meaning-even-limb = even limb
 meaning-the-moon-s-limb-by-its-own-heights = the Moon's limb by its own heights
 meaning-limb-of-one-point-a-pixel = each pixel at the limb shows one of its points

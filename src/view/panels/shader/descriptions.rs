@@ -76,9 +76,12 @@ pub(crate) fn meaning(dimension: &Dimension, value: usize) -> &'static str {
             text!("meaning-overlap-of-discs-limb-darkened-sun"),
             text!("meaning-limb-darkened-sun-with-light-refracted-into"),
         ],
-        "ring-shadow" => {
-            &[text!("meaning-no-ring-shadow"), text!("meaning-ring-shadow-of-a-point-sun"), text!("meaning-ring-shadow-with-a-penumbra")]
-        }
+        "ring-shadow" => &[
+            text!("meaning-no-ring-shadow"),
+            text!("meaning-ring-shadow-of-a-point-sun"),
+            text!("meaning-ring-shadow-with-a-penumbra"),
+            text!("meaning-shadow-of-the-rings-of-another-body"),
+        ],
         "limbheights" => &[text!("meaning-even-limb"), text!("meaning-the-moon-s-limb-by-its-own-heights")],
         "thinlimb" => &[text!("meaning-limb-of-one-point-a-pixel"), text!("meaning-light-averaged-over-pixels-at-the-limb")],
         "ringshine" => &[text!("meaning-no-ring-shine"), text!("meaning-light-from-the-rings-on-the-globe")],

@@ -155,7 +155,7 @@ mod tests {
         let rings = neighbours(&base, Some("ring-shadow"));
         assert_eq!(
             rings.iter().map(|entry| entry.features.ring_shadow).collect::<Vec<_>>(),
-            [RingShadow::Penumbra, RingShadow::None, RingShadow::PointSun]
+            [RingShadow::Penumbra, RingShadow::None, RingShadow::PointSun, RingShadow::OfPlanet]
         );
         let in_every_dimension = None;
         let all = neighbours(&base, in_every_dimension);
