@@ -67,5 +67,9 @@ pub(crate) const MAX_DETAIL_LATTICES: usize = 16;
 pub(crate) const LIMB_COLUMNS: usize = 1024;
 pub(crate) const LIMB_ROWS: usize = 8;
 
+/// Greatest dip of the horizon, radians, as it is seen from relief: 2.9 degrees. On the Moon this is the dip from a height of 2.2 km. Steeper slopes of a map
+/// are those of short ridges, or exaggerated.
+pub(crate) const MAX_RELIEF_DIP: f64 = 0.05;
+
 /// Sine of the Sun's depression at which city lights are fully lit: 6 degrees, the end of civil twilight.
 pub(crate) const CIVIL_TWILIGHT_SINE: f64 = 0.104_528_46;

@@ -231,6 +231,12 @@ fn eclipse_fragment() -> String {
                 "CIVIL_TWILIGHT_SINE",
                 Value::F32(shared::CIVIL_TWILIGHT_SINE),
             ),
+            constant(
+                "Greatest dip of the horizon, radians, as it is seen from relief: so far beyond the terminator the steepest slopes have sunlight.",
+                "maps_normal || has_detail",
+                "MAX_RELIEF_DIP",
+                Value::F32(shared::MAX_RELIEF_DIP),
+            ),
         ],
     )
 }
