@@ -33,6 +33,9 @@ pub const OPTICAL_DEPTH_TERMS: usize = 8;
 /// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top of the air. One more row contains the irradiance of level
 /// ground.
 pub const MULTI_SCATTER_HEIGHTS: usize = 8;
+/// The last rows of the multiple-scattering table: the sky that water mirrors to a low view, at azimuths from the Sun's. They are spaced in the square root of
+/// the sine of half the azimuth, so that they are dense around the Sun.
+pub const MIRRORED_SKY_AZIMUTHS: usize = 8;
 /// Columns of the multiple-scattering table: cosines of the Sun's zenith angle.
 pub const MULTI_SCATTER_COLUMNS: usize = 16;
 /// The constant in x = mu / (|mu| + bend), in which the columns are evenly spaced; mu is the cosine of the Sun's zenith angle. The smaller it is, the denser

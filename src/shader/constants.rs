@@ -84,6 +84,12 @@ fn air_fragment() -> String {
                 Value::U32(shared::MULTI_SCATTER_HEIGHTS),
             ),
             constant(
+                "Its last rows: azimuths of the sky that water mirrors.",
+                "air_table",
+                "MIRRORED_SKY_AZIMUTHS",
+                Value::U32(shared::MIRRORED_SKY_AZIMUTHS),
+            ),
+            constant(
                 "Columns of this table, evenly spaced in x = mu / (|mu| + MULTI_SCATTER_BEND); mu is the cosine of the Sun's zenith angle.",
                 "air_table",
                 "MULTI_SCATTER_COLUMNS",

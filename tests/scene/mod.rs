@@ -24,6 +24,7 @@ mod metered_subjects;
 mod metering;
 mod milky_way;
 mod minor_planets;
+mod mirrored_sky;
 mod overlays;
 mod pixel_views;
 mod points_like_discs;
