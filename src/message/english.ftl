@@ -51,6 +51,7 @@ reason-city-lights-near-ground = { $percent } % of the map's light at a height o
 reason-clouds-off = the clouds are switched off
 reason-no-lit-ground = no sunlit ground is in sight
 reason-glint-of-others = the glint of light from other bodies is at most { $light }
+reason-mirrored-sky = the sky in water is at most { $light }
 reason-sun-from-zenith = the Sun is { $degrees } degrees from the camera's zenith
 reason-lit-ground-up-to = sunlit ground is in sight up to { $degrees } degrees
 reason-detail-none = nothing finer than the map

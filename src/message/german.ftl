@@ -51,6 +51,7 @@ reason-city-lights-near-ground = { $percent } % des Lichts der Karte in { $heigh
 reason-clouds-off = die Wolken sind ausgeschaltet
 reason-no-lit-ground = kein sonnenbeschienener Boden ist in Sicht
 reason-glint-of-others = der Glanz vom Licht anderer Körper gibt höchstens { $light }
+reason-mirrored-sky = der Himmel im Wasser gibt höchstens { $light }
 reason-sun-from-zenith = die Sonne steht { $degrees } Grad vom Zenit der Kamera
 reason-lit-ground-up-to = beleuchteter Boden ist bis { $degrees } Grad in Sicht
 reason-detail-none = nichts Feineres als die Karte

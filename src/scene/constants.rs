@@ -33,6 +33,9 @@ pub const OPTICAL_DEPTH_TERMS: usize = 8;
 /// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top of the air. One more row contains the irradiance of level
 /// ground.
 pub const MULTI_SCATTER_HEIGHTS: usize = 8;
+/// The last rows of the multiple-scattering table: the sky that water mirrors to a low view, at azimuths from the Sun's. They are spaced in the square root of
+/// the sine of half the azimuth, so that they are dense around the Sun.
+pub const MIRRORED_SKY_AZIMUTHS: usize = 8;
 /// Columns of the multiple-scattering table: cosines of the Sun's zenith angle.
 pub const MULTI_SCATTER_COLUMNS: usize = 16;
 /// The constant in x = mu / (|mu| + bend), in which the columns are evenly spaced; mu is the cosine of the Sun's zenith angle. The smaller it is, the denser
@@ -66,6 +69,10 @@ pub(crate) const MAX_DETAIL_LATTICES: usize = 16;
 /// Columns and rows of the table of the lunar limb profile; their product is the number of position angles.
 pub(crate) const LIMB_COLUMNS: usize = 1024;
 pub(crate) const LIMB_ROWS: usize = 8;
+
+/// Greatest dip of the horizon, radians, as it is seen from relief: 2.9 degrees. On the Moon this is the dip from a height of 2.2 km. Steeper slopes of a map
+/// are those of short ridges, or exaggerated.
+pub(crate) const MAX_RELIEF_DIP: f64 = 0.05;
 
 /// Sine of the Sun's depression at which city lights are fully lit: 6 degrees, the end of civil twilight.
 pub(crate) const CIVIL_TWILIGHT_SINE: f64 = 0.104_528_46;

@@ -84,6 +84,12 @@ fn air_fragment() -> String {
                 Value::U32(shared::MULTI_SCATTER_HEIGHTS),
             ),
             constant(
+                "Its last rows: azimuths of the sky that water mirrors.",
+                "air_table",
+                "MIRRORED_SKY_AZIMUTHS",
+                Value::U32(shared::MIRRORED_SKY_AZIMUTHS),
+            ),
+            constant(
                 "Columns of this table, evenly spaced in x = mu / (|mu| + MULTI_SCATTER_BEND); mu is the cosine of the Sun's zenith angle.",
                 "air_table",
                 "MULTI_SCATTER_COLUMNS",
@@ -230,6 +236,12 @@ fn eclipse_fragment() -> String {
                 "maps_night",
                 "CIVIL_TWILIGHT_SINE",
                 Value::F32(shared::CIVIL_TWILIGHT_SINE),
+            ),
+            constant(
+                "Greatest dip of the horizon, radians, as it is seen from relief: so far beyond the terminator the steepest slopes have sunlight.",
+                "maps_normal || has_detail",
+                "MAX_RELIEF_DIP",
+                Value::F32(shared::MAX_RELIEF_DIP),
             ),
         ],
     )

@@ -62,6 +62,7 @@ fragments![
     "lib/air/scatter_along.wesl",
     "lib/air/scatter_marched.wesl",
     "lib/air/scatter_monotonic.wesl",
+    "lib/air/skylight.wesl",
     "lib/air/sums.wesl",
     "lib/air/sunlight_fraction.wesl",
     "lib/air/uniforms.wesl",

@@ -36,7 +36,7 @@ fn largest_errors_of(table: &[Vec4], body: &Body, columns: &[usize], paths: u32)
         let cosine = sun_cosine(*column);
         for channel in [0, 2] {
             let sky = Air::of(body, channel).skylight(cosine, paths);
-            // The table's last row: the square root of the irradiance.
+            // The row after those of the heights: the square root of the irradiance.
             let tabulated = f64::from(table[HEIGHTS * COLUMNS + column][channel]).powi(2);
             let by_chance = STANDARD_ERRORS_OFF * sky.error / sky.all;
             let [error, error_once] = [tabulated, sky.once].map(|light| (light / sky.all - 1.0).abs() - by_chance);

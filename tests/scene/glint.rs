@@ -1,5 +1,5 @@
-//! Sun glint on the sea as the shader computes it: no more light leaves than arrives, and the width of the glint follows from
-//! the slopes of the waves.
+//! Light that the sea mirrors as the shader computes it: of the Sun no more leaves than arrives, and the width of the glint follows from the slopes of the
+//! waves; of the sky the waves mirror the mean of Fresnel's formulas.
 
 use orrery::render::software::exec::{Executor, LANES, LaneMask, NoTextures};
 use orrery::render::software::kernels::KernelClass;
@@ -99,21 +99,76 @@ fn the_glint_is_as_wide_as_the_slopes() {
     assert!((half / peak - 0.5).abs() < 0.005 && (quarter / peak - 0.25).abs() < 0.005, "{half} {quarter} of {peak}");
 }
 
+/// Fresnel's reflectance of water for unpolarised light. `cos`: of the angle of incidence.
+fn fresnel(cos: f64) -> f64 {
+    let n = 1.333;
+    let cos_refracted = (1.0 - (1.0 - cos * cos) / (n * n)).sqrt();
+    let (s, p) = ((cos - n * cos_refracted) / (cos + n * cos_refracted), (cos_refracted - n * cos) / (cos_refracted + n * cos));
+    0.5 * (s * s + p * p)
+}
+
+/// Mean of [`fresnel`] over the facets of a sea that a viewer at this altitude sees: slopes are Gaussian, and each facet counts with the area that it turns to
+/// the viewer.
+fn mean_fresnel(altitude_deg: f64, slope_sq: f64) -> f64 {
+    const STEPS: i32 = 120;
+    let (sin, cos) = altitude_deg.to_radians().sin_cos();
+    let (mut sum, mut sum_of_weights) = (0.0, 0.0);
+    for i in -STEPS..=STEPS {
+        for j in -STEPS..=STEPS {
+            // In units of the root mean square slope in one direction, up to 5.
+            let [x, y] = [i, j].map(|k| 5.0 * f64::from(k) / f64::from(STEPS));
+            let [slope_x, slope_y] = [x, y].map(|s| s * (0.5 * slope_sq).sqrt());
+            let visible_area = (sin + slope_x * cos).max(0.0);
+            let weight = visible_area * (-0.5 * (x * x + y * y)).exp();
+            sum += weight * fresnel(visible_area / (1.0 + slope_x * slope_x + slope_y * slope_y).sqrt());
+            sum_of_weights += weight;
+        }
+    }
+    sum / sum_of_weights
+}
+
+/// The part of the sky's light that waves mirror, for winds of 1, 5 and 19 m/s, against the sum over slopes. Measured: too much by 0.11 at most, at the horizon
+/// (5 m/s: 0.073), from an altitude of 5 degrees on by 0.03 at most (5 m/s: 0.022).
+#[test]
+fn the_mean_reflectance_of_waves_is_that_of_their_slopes() {
+    let fragment = GlintFunction::new("mean_fresnel_water(p.x, p.y)");
+    for (slope_sq, at_horizon, from_5_deg) in [(0.0081, 0.115, 0.035), (0.0286, 0.08, 0.025), (0.1, 0.045, 0.025)] {
+        for altitude_deg in [0.1, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0, 20.0, 30.0, 45.0, 60.0, 90.0] {
+            let found = fragment.run(&[[f64::to_radians(altitude_deg).sin(), slope_sq, 0.0, 0.0]])[0];
+            let expected = mean_fresnel(altitude_deg, slope_sq);
+            println!("slope² {slope_sq}, {altitude_deg} deg: {found:.4} for {expected:.4}");
+            let bound = if altitude_deg < 5.0 { at_horizon } else { from_5_deg };
+            assert!((found - expected).abs() < bound, "slope² {slope_sq}, {altitude_deg} deg: {found} for {expected}");
+        }
+    }
+    // Negative control: calm water mirrors the horizon completely.
+    assert!(fresnel(f64::to_radians(0.1).sin()) > 0.08 + mean_fresnel(0.1, 0.0286));
+}
+
+/// Of a uniform sky's light the sea mirrors about 6 % (the albedo for diffuse light of Payne 1972 and of Jin et al. 2004), never more than all.
+#[test]
+fn the_sea_mirrors_six_percent_of_the_light_of_a_uniform_sky() {
+    const STEPS: u32 = 1000;
+    let fragment = GlintFunction::new("mean_fresnel_water(p.x, p.y)");
+    let cosines: Vec<f64> = (0..STEPS).map(|k| (f64::from(k) + 0.5) / f64::from(STEPS)).collect();
+    for slope_sq in [0.0081, 0.0286, 0.1] {
+        let found = fragment.run(&cosines.iter().map(|cos| [*cos, slope_sq, 0.0, 0.0]).collect::<Vec<_>>());
+        assert!(found.iter().all(|part| (0.02..=1.0).contains(part)));
+        let albedo = cosines.iter().zip(&found).map(|(cos, part)| 2.0 * cos * part).sum::<f64>() / f64::from(STEPS);
+        println!("slope² {slope_sq}: {albedo:.4}");
+        assert!((0.05..0.07).contains(&albedo), "slope² {slope_sq}: {albedo}");
+    }
+}
+
 #[test]
 fn fresnel_reflectance_follows_the_formulas() {
     let fragment = GlintFunction::new("fresnel_water(p.x)");
-    let exact = |cos: f64| {
-        let n = 1.333;
-        let cos_refracted = (1.0 - (1.0 - cos * cos) / (n * n)).sqrt();
-        let (s, p) = ((cos - n * cos_refracted) / (cos + n * cos_refracted), (cos_refracted - n * cos) / (cos_refracted + n * cos));
-        0.5 * (s * s + p * p)
-    };
     for deg in 0..90 {
         let angle = f64::from(deg).to_radians();
         let approximate = fragment.run(&[[(2.0 * angle).cos(), 0.0, 0.0, 0.0]])[0];
         let bound = if deg <= 60 { 0.01 } else { 0.06 };
-        assert!((approximate - exact(angle.cos())).abs() < bound, "{deg} deg: {approximate} against {}", exact(angle.cos()));
+        assert!((approximate - fresnel(angle.cos())).abs() < bound, "{deg} deg: {approximate} against {}", fresnel(angle.cos()));
     }
     // The reflectance depends on the angle: a constant would fail.
-    assert!(exact(80_f64.to_radians().cos()) > 0.02 + 0.06);
+    assert!(fresnel(80_f64.to_radians().cos()) > 0.02 + 0.06);
 }

@@ -16,7 +16,7 @@ use orrery::ephemeris::conic::heliocentric_state;
 use orrery::render::plan::SamplingQuality;
 use orrery::render::software::math::Real;
 use orrery::scene::draw::DrawUniforms;
-use orrery::scene::photometry::irradiance_of_magnitude;
+use orrery::scene::photometry::{irradiance_of_magnitude, slope_parameter_law};
 use orrery::scene::request::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
 use orrery::scene::sky::minor_planets::MARKER_LEVEL;
@@ -92,6 +92,37 @@ fn keplers_equation_in_f32_agrees_with_f64() {
     assert!(greatest_error::<f32>(&one_step, 0.7, &times(0.7), |_| 1.0 / 0.3) > 1e-5);
     let inexact = edited("c2 *= 1.0 - 0.5 * y * c2;", "c2 = 0.5 * c1 * c1 * 1.00001;");
     assert!(greatest_error::<f32>(&inexact, 0.3, &times(0.3), |_| 1.0 / 0.7) > 2e-6);
+}
+
+/// The shader's H, G law against that of Ceres' and Vesta's globes: phase angles of 0 to 180 degrees, slope parameters of -0.1 to 0.6. Tolerance 1e-6: the
+/// shader's constants are f32. At full phase it takes an angle of 0.4 arcseconds, which makes 6e-4 for a slope parameter of 0.
+#[test]
+fn the_phase_law_of_minor_planets_is_that_of_globes() {
+    const TOLERANCE: f64 = 1e-6;
+    const LAW: &str = "vec4f(phase_law(p.x, p.y))";
+    let angles_deg = (0..=720).map(|k| 0.25 * f64::from(k));
+    let cases: Vec<[f64; 2]> =
+        angles_deg.flat_map(|deg| (0..=7).map(move |k| [(0.5 * deg).to_radians().tan(), -0.1 + 0.1 * f64::from(k)])).collect();
+    let inputs: Vec<EvalInput> = cases.iter().map(|[tan_half, slope]| [*tan_half, *slope, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
+    let greatest_error = |shader: &Emitted| {
+        let results = shader.evaluate(&DrawUniforms::default(), None, &inputs);
+        let error = |([tan_half, slope], found): (&[f64; 2], &[f64; 4])| {
+            let at_full_phase = if *tan_half == 0.0 { 7e-4 } else { 0.0 };
+            (found[0] - slope_parameter_law(*tan_half, *slope)).abs() - at_full_phase
+        };
+        cases.iter().zip(&results).map(error).fold(f64::NEG_INFINITY, larger)
+    };
+    let found = greatest_error(&Emitted::new("minor_planets", LAW));
+    assert!(found < TOLERANCE, "{found}");
+    // Each constant matters.
+    for (shipped, edit) in [("-3.33", "-3.34"), ("0.63)", "0.64)"), ("-1.87", "-1.88"), ("1.22)", "1.23)")] {
+        let edited = Emitted::edited("minor_planets", LAW, |text| {
+            assert_eq!(text.matches(shipped).count(), 1, "{shipped}");
+            text.replace(shipped, edit)
+        });
+        let found = greatest_error(&edited);
+        assert!(found > 10.0 * TOLERANCE, "{edit}: {found}");
+    }
 }
 
 /// The shader gives a sprite the profile of `scene::point_spread`, and an extent that grows with the same power of its peak.

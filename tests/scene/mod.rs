@@ -25,6 +25,7 @@ mod metering;
 mod milky_way;
 mod minor_planets;
 mod observed;
+mod mirrored_sky;
 mod overlays;
 mod pixel_views;
 mod points_like_discs;

@@ -39,6 +39,11 @@ fn night_radiances(air: &Atmosphere) -> [f64; 2] {
     [air.airglow_cd_m2.unwrap_or(0.0), LIGHT_FROM_BEYOND_CD_M2].map(|luminance| luminance / CD_M2_PER_RADIANCE)
 }
 
+/// Radiance of the moonless night sky as it lights the ground.
+pub(crate) fn night_radiance(air: &Atmosphere) -> f64 {
+    night_radiances(air).iter().sum()
+}
+
 /// Sets the light of the night sky in a draw of the sky. In other draws `night_radiance` is the sum of that light ([`uniforms_of`]), which all falls on the
 /// ground. In the sky's draw it is the airglow alone, because zodiacal light, Milky Way and stars are drawn behind the air by layers of their own;
 /// `light_from_beyond` is all light from beyond the air, of which the shader takes the part that the air scatters. `fraction_above`: [`night_sky_above`].
@@ -238,7 +243,7 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         // `scene::features` sets these two.
         blend_mode: 0.0,
         map_weight: 0.0,
-        night_radiance: camera::narrow_scalar(night_radiances(air).iter().sum()),
+        night_radiance: camera::narrow_scalar(night_radiance(air)),
         light_from_beyond: 0.0,
         // Irradiance by another body's light relative to the Sun's; `scene::features` sets it.
         second_light_irradiance: Vec3::ZERO,

@@ -32,7 +32,7 @@ impl Surface {
 pub struct MapSet {
     pub albedo: bool,
     pub normal: bool,
-    /// The water mask: where water reflects the Sun specularly.
+    /// The water mask: where water mirrors Sun and sky.
     pub specular: bool,
     /// The lights of cities.
     pub night: bool,

@@ -80,7 +80,7 @@ impl Draw {
 pub enum MapRole {
     Albedo,
     Normal,
-    /// Water mask, for the Sun's glint.
+    /// Water mask, for the light that water mirrors.
     Specular,
     /// Lights of cities at night.
     Night,

@@ -142,7 +142,7 @@ uniforms! {
         pub camera_height: f32 = "camera_height",
         /// Radiance of a white texel of the night map.
         pub night_radiance: Vec3 = "night_radiance",
-        /// Factor on the ocean glint.
+        /// Factor on the light that water mirrors.
         pub specular_strength: f32 = "specular_strength",
         /// Mean square slope of the waves: the sum for both horizontal directions.
         pub wave_slope_sq: f32 = "wave_slope_sq",

@@ -25,6 +25,13 @@ enum Curve {
     SlopeParameter(f64),
 }
 
+/// Brightness at a phase angle divided by that at 0, by the law of the H, G system with the slope parameter G. `tan_half`: tangent of half the phase angle. The
+/// function `phase_law` of shaders/entry/minor_planets.wesl is the same law.
+pub fn slope_parameter_law(tan_half: f64, slope: f64) -> f64 {
+    let term = |a: f64, b: f64| (-a * tan_half.powf(b)).exp();
+    (1.0 - slope) * term(3.33, 0.63) + slope * term(1.87, 1.22)
+}
+
 /// Width of the opposition surge, degrees: it falls to 1/e at this phase angle.
 const SURGE_WIDTH_DEG: f64 = 0.15;
 
@@ -39,12 +46,9 @@ impl Curve {
     }
 }
 
-/// Magnitudes by which a body of the H, G system is fainter than at zero phase: the formula of shaders/entry/minor_planets.wesl. Not finite where the law gives
-/// no light, near 180 degrees.
+/// Magnitudes by which a body of the H, G system is fainter than at zero phase. Not finite where the law gives no light, near 180 degrees.
 pub(crate) fn slope_parameter_magnitude(g: f64, alpha_deg: f64) -> f64 {
-    let tan_half = (0.5 * alpha_deg).to_radians().tan();
-    let term = |a: f64, b: f64| (-a * tan_half.powf(b)).exp();
-    -2.5 * ((1.0 - g) * term(3.33, 0.63) + g * term(1.87, 1.22)).log10()
+    -2.5 * slope_parameter_law((0.5 * alpha_deg).to_radians().tan(), g).log10()
 }
 
 /// Magnitude as a function of phase angle.

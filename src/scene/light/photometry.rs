@@ -7,6 +7,7 @@
 
 use crate::catalog::{Body, Photometry};
 use crate::scene::light::phase_laws;
+pub use crate::scene::light::phase_laws::slope_parameter_law;
 use crate::units::{KM_PER_AU, SUN_RADIUS_KM};
 use glam::DVec3;
 use std::f64::consts::PI;

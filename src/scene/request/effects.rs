@@ -28,7 +28,7 @@ pub enum Effect {
     Detail,
     /// The user's WESL function that colours the ground.
     CustomSurface,
-    /// Sun glint: the specular reflection of the Sun on water.
+    /// Light that water mirrors: of the Sun, of other bodies and of the sky.
     Specular,
     /// City lights of the night side.
     Night,

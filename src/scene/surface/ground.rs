@@ -1,10 +1,11 @@
 //! The ground of a body: its shape and its maps.
 //!
 //! In: the inputs of one body and the decisions made before. Out: the decisions. Relief, sun glint and cloud shadows are visible at every size of a disc:
-//! averaged over a pixel they still change its light by several levels. Cloud shadows are left out if no sunlit ground is in view. The glint is left out if,
-//! in addition, the light of other bodies is too weak for a visible glint.
+//! averaged over a pixel they still change its light by several levels. Cloud shadows are left out if no sunlit ground is in view. What water mirrors is left
+//! out if, in addition, both the light of other bodies and the sky are too dark for it to be visible.
 
 use crate::message::{Reason, reason};
+use crate::scene::atmosphere::air;
 use crate::scene::draw::features::{Detail, MapSet};
 use crate::scene::features::choice::{BodyCapabilities, ellipsoid_flattening};
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
@@ -42,8 +43,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     maps.normal = log.record_effect_with_map(Effect::Normal, body.maps.normal.as_ref(), || (true, reason!("slopes-show")));
     let sunlit_ground = sunlit_ground_in_view(inputs);
     let is_sunlit_ground_in_view = sunlit_ground.0;
-    let glint = || if is_sunlit_ground_in_view { sunlit_ground.clone() } else { reflected_glint(inputs) };
-    maps.specular = log.record_effect_with_map(Effect::Specular, body.maps.specular.as_ref(), glint);
+    let mirrored = || if is_sunlit_ground_in_view { sunlit_ground.clone() } else { mirrored_without_sunlight(inputs) };
+    maps.specular = log.record_effect_with_map(Effect::Specular, body.maps.specular.as_ref(), mirrored);
     maps.night = log.record_effect_with_map(Effect::Night, body.maps.night.as_ref(), || {
         let white = city_lights::drawn_white_radiance(inputs.placed);
         let reason = reason!("city-lights", light = threshold.radiance_description(white));
@@ -72,27 +73,53 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 /// that is 5 degrees high reaches 112 times the radiance of white ground, on the horizon. Moreover, the ground here has the body's albedo.
 const GLINT_TO_GROUND_RATIO: f64 = 100.0;
 
-/// Whether the glint of another body's light is visible; used if no sunlit ground is in view.
-fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
+/// Upper limit of the radiance that water mirrors of the sky, relative to the mean over the sky, where the Sun has set. On the Earth it is up to 7, towards the
+/// place of the Sun 10 degrees below the horizon; the rest of the factor is for the error of that mean (`scene::atmosphere::sky_brightness`).
+const MIRRORED_TO_MEAN_SKY: f64 = 20.0;
+
+/// Whether the light that water mirrors is visible if no sunlit ground is in view: the glint of another body's light, or the sky.
+fn mirrored_without_sunlight(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let (placed, threshold) = (inputs.placed, inputs.threshold());
     let has_planet_shine = inputs.effects().override_of(Effect::PlanetShine) != Some(false);
     let (_, strongest) = lights::planet_shine(inputs.body(), placed.position_km, inputs.frame.reflectors, |_| false);
     let glint = strongest.filter(|_| has_planet_shine).map_or(0.0, |(_, radiance)| radiance * GLINT_TO_GROUND_RATIO);
+    let sky = mirrored_sky(inputs);
     (
-        threshold.is_exceeded_by_radiance(glint),
-        reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.radiance_description(glint))),
+        threshold.is_exceeded_by_radiance(glint.max(sky)),
+        reason!("no-lit-ground")
+            .and(reason!("glint-of-others", light = threshold.radiance_description(glint)))
+            .and(reason!("mirrored-sky", light = threshold.radiance_description(sky))),
     )
+}
+
+/// Upper limit of the radiance of the sky that water in view mirrors, where the Sun has set; 0 without an atmosphere.
+fn mirrored_sky(inputs: &DecisionInputs<'_, '_>) -> f64 {
+    let (body, placed) = (inputs.body(), inputs.placed);
+    let has_air = inputs.effects().override_of(Effect::Atmosphere) != Some(false);
+    let Some(atmosphere) = body.atmosphere.as_ref().filter(|_| has_air) else {
+        return 0.0;
+    };
+    // The Sun's altitude above the ground in view that is nearest to the terminator.
+    let altitude_deg = 90.0 + horizon_deg(inputs) - placed.phase_angle_rad.to_degrees();
+    let sky = inputs.frame.context.caches.sky_brightness.of(atmosphere, body.radii_km.x);
+    let irradiance = lights::sunlight(placed.body_to_sun_km).irradiance.max_element();
+    let on_ground = 0.0;
+    MIRRORED_TO_MEAN_SKY * irradiance * sky.luminance(altitude_deg, on_ground) + air::night_radiance(atmosphere)
 }
 
 /// Margin beyond the terminator for the Sun's angular radius at Mercury and for refraction, degrees.
 const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 
+/// Angle at the body's centre between the point below the observer and the horizon, degrees.
+fn horizon_deg(inputs: &DecisionInputs<'_, '_>) -> f64 {
+    (inputs.body().radii_km.min_element() / inputs.placed.distance_km).min(1.0).acos().to_degrees()
+}
+
 /// Whether sunlit ground is in view: whether the angle between sub-observer and sub-solar point is less than the sum of two angles, that from the sub-observer
 /// point to the horizon and that from the sub-solar point to the terminator with its margin.
 fn sunlit_ground_in_view(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
-    let (body, placed) = (inputs.body(), inputs.placed);
-    let horizon_deg = (body.radii_km.min_element() / placed.distance_km).min(1.0).acos().to_degrees();
-    let (separation_deg, max_separation_deg) = (placed.phase_angle_rad.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
+    let (separation_deg, max_separation_deg) =
+        (inputs.placed.phase_angle_rad.to_degrees(), 90.0 + horizon_deg(inputs) + TERMINATOR_MARGIN_DEG);
     (
         separation_deg < max_separation_deg,
         reason!("sun-from-zenith", degrees = format_args!("{separation_deg:.1}"))

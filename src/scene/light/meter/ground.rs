@@ -7,6 +7,7 @@
 
 use crate::catalog::{Body, InventedRelief};
 use crate::scene::atmosphere::air;
+use crate::scene::constants::MAX_RELIEF_DIP;
 use crate::scene::draw::tables::RingShine;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::light::bright_ground::BrightGround;
@@ -33,8 +34,6 @@ const CLEAR_SKY_IRRADIANCE_PER_RADIANCE: f64 = 0.3;
 /// For altitudes of the Sun from -2 to 8 degrees the metered radiance is within a factor of 5 of the mean over a dozen places of the Moon's drawn ground;
 /// single places scatter more: after sunset level ones have no sunlight.
 const MAX_RELIEF_SLOPE: f64 = 0.15;
-/// Dip of the horizon, radians, from the greatest height of relief: sqrt(2 `MAX_RELIEF_HEIGHT`) of shaders/lib/reflected.wesl.
-const MAX_RELIEF_DIP: f64 = 0.05;
 /// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, sunlit ground is in view too, whose light relief
 /// hardly changes.
 const RELIEF_HEIGHT_RADII: f64 = 0.02;
@@ -256,15 +255,6 @@ impl Ground<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The limit of the height of relief is the shader's.
-    #[test]
-    fn the_greatest_dip_is_that_of_the_shader() {
-        let shader = include_str!("../../../../shaders/lib/reflected.wesl");
-        let height = 0.5 * MAX_RELIEF_DIP * MAX_RELIEF_DIP;
-        let constant = format!("const MAX_RELIEF_HEIGHT: f32 = {height:.5};");
-        assert!(shader.contains(&constant), "lib/reflected.wesl lacks `{constant}`");
-    }
 
     /// Relief is lit up to 2.9 degrees beyond the terminator (the arc sine of 0.05), and changes nothing where the Sun is higher than its slopes. There is no
     /// jump: over a step of 1e-4 the mean cosine changes by less than three steps.
