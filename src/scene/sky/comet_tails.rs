@@ -30,9 +30,9 @@ const MAX_BETA: f64 = 2.5;
 const AREA_EXPONENT: f64 = 0.75;
 /// Beta from which the area falls: grains smaller than the wavelength scatter little.
 const FALLING_FROM_BETA: f64 = 1.5;
-/// Cells of beta, evenly spaced in its logarithm, and cells of age.
+/// Cells of beta, evenly spaced in its logarithm, and cells of age. `dust` merges cells of beta by divisors of their number.
 const BETA_CELLS: usize = 12;
-const AGE_CELLS: usize = 40;
+const AGE_CELLS: usize = 56;
 /// Speed at which grains with a beta of 1 leave the coma in all directions, au per day: 0.3 km/s. It is proportional to the square root of beta.
 const GRAIN_SPEED_AU_PER_DAY: f64 = 0.3 * SECONDS_PER_DAY / KM_PER_AU;
 /// Largest age of grains since their release, and the time in which their light falls by e, days.
@@ -221,15 +221,17 @@ impl CometView<'_> {
         self.patch(&sight, axes, radii, 4.0 * irradiance / (radii.x * radii.y), 0.0, colour)
     }
 
-    /// The coma, whose light falls as 1 / (distance from the nucleus) up to its radius.
+    /// The coma, whose light falls as 1 / (distance from the nucleus) and fades to nothing at its radius.
     pub(super) fn coma(&self, sight: &Sight, irradiance: f64, radius_au: f64) -> Option<LightPatch> {
         let full_radius = radius_au / sight.distance_au;
         let radius = full_radius.min(MAX_TANGENT);
         let core = (MIN_CORE_PX * self.camera.pixel_tangent() / radius).max(MIN_CORE);
-        // Integral of the shader's profile over the unit circle.
-        let rim = core.hypot(1.0);
-        let integral = core * (2.0 * PI * (rim - core) - PI / rim);
-        // The light within a distance is proportional to that distance, so a coma that is cut off loses light in the same proportion.
+        // Integral of the shader's profile, core (1 - r^2)^2 / sqrt(r^2 + core^2), over the unit circle: with a = 1 + core^2 and s^2 = r^2 + core^2 it is
+        // 2 pi core times that of (a - s^2)^2 over s from the core's radius to the root of a.
+        let a = 1.0 + core * core;
+        let primitive = |s: f64| s * (a * a - 2.0 / 3.0 * a * s * s + 0.2 * s.powi(4));
+        let integral = 2.0 * PI * core * (primitive(a.sqrt()) - primitive(core));
+        // The light within a distance is nearly proportional to that distance, so a coma that is cut off loses light in the same proportion.
         let radiance = irradiance * (radius / full_radius) * PI / (integral * radius * radius);
         let (x, y) = sight.direction.any_orthonormal_pair();
         self.patch(sight, [x, y], DVec2::splat(radius), radiance, core, of_luminance_1(COMA_RGB))
@@ -252,23 +254,32 @@ impl CometView<'_> {
         let syndyne =
             |line: usize| (0..=AGE_CELLS).map(|k| drifted_au(&released[k], age_days(k as f64), beta(line as f64))).collect::<Vec<_>>();
         let grains: Vec<Vec<DVec3>> = (0..=BETA_CELLS).map(syndyne).collect();
-        let mut clouds = Vec::with_capacity(AGE_CELLS * BETA_CELLS);
-        for (line, pair) in grains.windows(2).enumerate() {
+        // Of one cell: relative scattering area.
+        let area = |line: usize| {
             let beta = beta(line as f64 + 0.5);
-            let area = beta.powf(AREA_EXPONENT) * (-(beta / FALLING_FROM_BETA).powi(2)).exp();
-            for k in 0..AGE_CELLS {
-                let [a, b, c, d] = [pair[0][k], pair[0][k + 1], pair[1][k], pair[1][k + 1]];
-                let (position_au, age) = (0.25 * (a + b + c + d), age_days(k as f64 + 0.5));
-                // Grains are produced and lit in inverse proportion to the squared distance from the Sun. The exponential, lowered to 0 at the largest age,
-                // thins out old grains (they break up and disperse), so that the tail has no visible end.
-                let released_au_sq = released[k].position.length() * released[k + 1].position.length();
-                let left = (-age / AGE_SCALE_DAYS).exp() - (-MAX_AGE_DAYS / AGE_SCALE_DAYS).exp();
-                let duration = age_days(k as f64 + 1.0) - age_days(k as f64);
+            beta.powf(AREA_EXPONENT) * (-(beta / FALLING_FROM_BETA).powi(2)).exp()
+        };
+        let mut clouds = Vec::with_capacity(AGE_CELLS * BETA_CELLS);
+        for k in 0..AGE_CELLS {
+            let age = age_days(k as f64 + 0.5);
+            let sigma_au = |beta: f64| root_sigma_au + GRAIN_SPEED_AU_PER_DAY * beta.sqrt() * age;
+            // Cells of beta are drawn as one patch if they differ less than the spread of each.
+            let extent_au = |count: usize| grains[BETA_CELLS][k + 1].distance(grains[BETA_CELLS - count][k + 1]);
+            let merged_count = [BETA_CELLS, 6, 4, 3, 2].into_iter().find(|count| extent_au(*count) < sigma_au(1.0)).unwrap_or(1);
+            // Grains are produced and lit in inverse proportion to the squared distance from the Sun. The exponential, lowered to 0 at the largest age,
+            // thins out old grains (they break up and disperse), so that the tail has no visible end.
+            let released_au_sq = released[k].position.length() * released[k + 1].position.length();
+            let left = (-age / AGE_SCALE_DAYS).exp() - (-MAX_AGE_DAYS / AGE_SCALE_DAYS).exp();
+            let light = (age_days(k as f64 + 1.0) - age_days(k as f64)) * left / released_au_sq;
+            for line in (0..BETA_CELLS).step_by(merged_count) {
+                let next = line + merged_count;
+                let [a, b, c, d] = [grains[line][k], grains[line][k + 1], grains[next][k], grains[next][k + 1]];
+                let position_au = 0.25 * (a + b + c + d);
                 clouds.push(Cloud {
                     position_au,
                     sides_au: [0.5 * (c + d - a - b), 0.5 * (b + d - a - c)],
-                    sigma_au: root_sigma_au + GRAIN_SPEED_AU_PER_DAY * beta.sqrt() * age,
-                    irradiance_at_1_au: area * duration * left / (released_au_sq * position_au.length_squared()),
+                    sigma_au: sigma_au(beta(0.5 * (line + next) as f64)),
+                    irradiance_at_1_au: (line..next).map(area).sum::<f64>() * light / position_au.length_squared(),
                 });
             }
         }

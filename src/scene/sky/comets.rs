@@ -29,7 +29,7 @@ use std::f64::consts::PI;
 /// Shares of a comet's light in the tail of dust and in that of ions, for tails that are complete (see [`TAILS_AU`]). In photographs of dusty comets the dust
 /// tail is several times as bright as the ion tail over its first degrees.
 const DUST_SHARE: f64 = 0.5;
-const ION_SHARE: f64 = 0.03;
+const ION_SHARE: f64 = 0.025;
 /// Heliocentric distances, au, at which an approaching comet's tails start to grow, and at which they are complete.
 const TAILS_AU: (f64, f64) = (3.0, 1.5);
 /// Fraction of the radiance of white below which a comet's tails are left out. In sRGB encoding it is 0.8 of an 8-bit level.
