@@ -140,7 +140,11 @@ mod tests {
                 println!("{} at {part}: {worst:.4}, transmittance {worst_transmittance:.4}", body.name);
                 // A camera high in the air sees the transmittance rise from 0 to 1 within two or three steps.
                 let (bound, transmittance_bound) = if part <= 0.1 { (0.02, 0.04) } else { (0.1, 0.15) };
-                assert!(worst_transmittance < transmittance_bound, "{} at {part} of the height of its air: {worst_transmittance}", body.name);
+                assert!(
+                    worst_transmittance < transmittance_bound,
+                    "{} at {part} of the height of its air: {worst_transmittance}",
+                    body.name
+                );
                 assert!(worst < bound, "{} at {part} of the height of its air: an error of {worst}", body.name);
             }
         }
