@@ -67,6 +67,12 @@ pub static SMALL_BODIES: &str = include_str!("small_bodies.csv");
 /// CSV of bright and well-known comets: osculating elements and total magnitudes.
 pub static COMETS: &str = include_str!("comets.csv");
 
+/// CSV of osculating elements of comets at other perihelion passages.
+pub static COMET_APPARITIONS: &str = include_str!("comet_apparitions.csv");
+
+/// CSV of total magnitudes of comets as observers saw them, before and after perihelion.
+pub static COMET_LIGHT_CURVES: &str = include_str!("comet_light_curves.csv");
+
 /// GeoJSON of the constellations' figures, J2000.
 pub static CONSTELLATION_LINES: &str = include_str!("constellation_lines.json");
 

@@ -3,6 +3,7 @@
 mod bright_ground;
 mod bright_stars;
 mod city_lights;
+mod comet_light;
 mod comets;
 mod custom_surfaces;
 mod data_layers;

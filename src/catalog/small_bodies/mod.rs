@@ -1,9 +1,11 @@
 //! Minor planets and comets: orbit and brightness of each.
 //!
 //! In: the text of a table. Out: [`SmallBodies`], in the order of the file. Always: every number is finite and in its range; orbits are heliocentric; the two
-//! vectors that orient an orbit are perpendicular unit vectors (ICRF). Orbits are osculating: perturbations since the epoch are left out. Not here: positions
+//! vectors that orient an orbit are perpendicular unit vectors (ICRF). Orbits are osculating: perturbations since the epoch are left out;
+//! embedded comets have an orbit for each of several apparitions. Not here: positions
 //! (`ephemeris::conic`), and the brightness in an image (`scene`).
 
+mod light_curves;
 mod mpcorb;
 mod names;
 mod read;
@@ -37,6 +39,20 @@ pub struct HeliocentricOrbit {
     pub passage_days: f64,
 }
 
+impl HeliocentricOrbit {
+    /// The period of an ellipse; `None` for a parabola or a hyperbola.
+    pub fn period_days(&self) -> Option<f64> {
+        let one_minus_e = 1.0 - self.eccentricity;
+        (one_minus_e > 0.0).then(|| TAU / GAUSS_CONSTANT * (self.perihelion_au / one_minus_e).powf(1.5))
+    }
+
+    /// Time since the nearest perihelion passage, days, negative before it. `days`: from J2000 (TDB).
+    pub fn since_passage(&self, days: f64) -> f64 {
+        let since = days - self.passage_days;
+        self.period_days().map_or(since, |period| since - period * (since / period).round())
+    }
+}
+
 /// The brightness law of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BrightnessLaw {
@@ -58,11 +74,48 @@ pub struct SmallBody {
     pub name: String,
     /// Its orbit about the Sun.
     pub orbit: HeliocentricOrbit,
-    /// Its brightness by distance and phase angle.
+    /// Its brightness by distance and phase angle; of a comet whose light curve is known, that before perihelion.
     pub brightness: BrightnessLaw,
+    /// The brightness law after perihelion, if it is another; see [`Self::brightness_at`].
+    pub brightness_after_perihelion: Option<BrightnessLaw>,
+    /// Orbits at other apparitions, each by osculating elements of its own; see [`Self::orbit_at`].
+    pub apparitions: Vec<HeliocentricOrbit>,
 }
 
+/// Days from the perihelion on in which a comet's brightness law changes to that after it.
+const LAW_CHANGE_DAYS: f64 = 10.0;
+
 impl SmallBody {
+    /// A body with one orbit and one brightness law.
+    pub fn of(designation: &str, name: &str, orbit: HeliocentricOrbit, brightness: BrightnessLaw) -> Self {
+        let (designation, name) = (designation.to_owned(), name.to_owned());
+        Self { designation, name, orbit, brightness, brightness_after_perihelion: None, apparitions: Vec::new() }
+    }
+
+    /// The orbit for a time, in days from J2000 (TDB): of those known the one with the nearest perihelion.
+    pub fn orbit_at(&self, days: f64) -> &HeliocentricOrbit {
+        let distance = |orbit: &HeliocentricOrbit| (days - orbit.passage_days).abs();
+        self.apparitions.iter().fold(&self.orbit, |best, orbit| if distance(orbit) < distance(best) { orbit } else { best })
+    }
+
+    /// The brightness law at a time, in days from J2000 (TDB).
+    pub fn brightness_at(&self, days: f64) -> BrightnessLaw {
+        match (self.brightness, self.brightness_after_perihelion) {
+            (BrightnessLaw::Comet { m1, k1 }, Some(BrightnessLaw::Comet { m1: m1_after, k1: k1_after })) => {
+                let change = (self.orbit_at(days).since_passage(days) / LAW_CHANGE_DAYS).clamp(0.0, 1.0);
+                BrightnessLaw::Comet { m1: m1 + change * (m1_after - m1), k1: k1 + change * (k1_after - k1) }
+            }
+            (law, _) => law,
+        }
+    }
+
+    /// Whether no known orbit is of the apparition of this time (days from J2000, TDB): the planets have changed the orbit since, so that the body is days to
+    /// months before or behind its computed place.
+    pub fn is_between_apparitions(&self, days: f64) -> bool {
+        let orbit = self.orbit_at(days);
+        orbit.period_days().is_some_and(|period| (days - orbit.passage_days).abs() > 0.5 * period)
+    }
+
     /// The full name: `2 Pallas`, `1P/Halley`.
     pub fn full_name(&self) -> String {
         match (self.designation.as_str(), self.name.as_str()) {
@@ -108,6 +161,14 @@ static EMBEDDED: LazyLock<Arc<SmallBodies>> = LazyLock::new(|| {
     };
     let mut all = read("small_bodies.csv", orrery_catalogs::SMALL_BODIES);
     all.comets = read("comets.csv", orrery_catalogs::COMETS).comets;
+    // Rows without a magnitude: further orbits of comets.
+    for apparition in read("comet_apparitions.csv", orrery_catalogs::COMET_APPARITIONS).minor_planets {
+        match all.comets.iter_mut().find(|comet| comet.name == apparition.name) {
+            Some(comet) => comet.apparitions.push(apparition.orbit),
+            None => panic!("comet_apparitions.csv: no comet {}", apparition.name),
+        }
+    }
+    light_curves::add_to(&mut all.comets);
     Arc::new(all)
 });
 
@@ -158,12 +219,7 @@ impl SmallBodies {
             // The number of bodies down to magnitude h grows as 10^(h / 2) (Ivezic et al. 2001, Astron. J. 122, 2749). The faintest have h = 17, so
             // the fraction u of all bodies is brighter than h = 17 + 2 log10(u).
             let h = 17.0 + 2.0 * uniform().max(1e-6).log10();
-            SmallBody {
-                designation: String::new(),
-                name: format!("synthetic {k}"),
-                orbit,
-                brightness: BrightnessLaw::Asteroid { h, g: rows::DEFAULT_G },
-            }
+            SmallBody::of("", &format!("synthetic {k}"), orbit, BrightnessLaw::Asteroid { h, g: rows::DEFAULT_G })
         };
         Self { minor_planets: (0..count).map(body).collect(), comets: Vec::new() }
     }
@@ -192,6 +248,9 @@ mod tests {
             let is_right_angle = orbit.to_perihelion.dot(orbit.motion_at_perihelion).abs() < 1e-12;
             assert!(is_right_angle && (orbit.to_perihelion.length() - 1.0).abs() < 1e-12, "{}", body.full_name());
         }
+        // Light curves and apparitions were found by name.
+        assert!(all.comets.iter().filter(|c| c.brightness_after_perihelion.is_some()).count() > 5);
+        assert!(all.comets.iter().map(|c| c.apparitions.len()).sum::<usize>() > 90);
         // Ceres: a (1 - e) = 2.7666 au x (1 - 0.0786) of its osculating elements; perihelion on 7 December 2022 (JPL Horizons), about day 8375 from J2000.
         let ceres = all.minor_planets.iter().find(|b| b.name == "Ceres").expect("Ceres").orbit;
         assert!((ceres.perihelion_au - 2.5491).abs() < 1e-3 && (ceres.passage_days - 8375.0).abs() < 3.0, "{ceres:?}");

@@ -150,5 +150,5 @@ pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<Sma
         motion_at_perihelion: icrf_from_orbit * DVec3::Y,
         passage_days,
     };
-    Ok(SmallBody { designation: designation.trim().to_owned(), name: name.trim().to_owned(), orbit, brightness })
+    Ok(SmallBody::of(designation.trim(), name.trim(), orbit, brightness))
 }

@@ -2,7 +2,7 @@
 //!
 //! A simple shader is one fixed module, `shaders/entry/<name>.wesl`, whereas the module of a body is generated from the body's features. In: the scene and the
 //! layouts of the shaders' uniform blocks. Out: draws and steps with their uniform bytes filled by field name. Always: only modules that [`modules`] returns
-//! are used. Not here: the draws of bodies, of labels, of corona and glare (`light_around_sun`), and of minor planets, comets' tails and orbits
+//! are used. Not here: the draws of bodies, of labels, of corona and glare (`light_around_sun`), and of minor planets, comets' comas, tails and orbits
 //! (`small_bodies`); the choice of what is drawn (scene).
 
 use super::error::PlanError;
@@ -62,7 +62,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (!scene.lines_in_space.is_empty() || !scene.sky_lines.is_empty() || !scene.ground_lines.is_empty(), "line"),
         (!scene.orbits.is_empty(), "orbit"),
         (scene.minor_planets.as_ref().is_some_and(|m| !m.times.is_empty()), "minor_planets"),
-        (!scene.comets.tails.is_empty(), "comet_tail"),
+        (!scene.comets.patches.is_empty(), "comet_tail"),
         (scene.corona.is_some(), "corona"),
         (!scene.refracted_limbs.is_empty(), "refracted_limb"),
         (scene.glare.is_some(), "glow"),

@@ -10,7 +10,7 @@ use super::simple_draws::{DEPTH_TESTED, STAR_ATTRIBUTES, instanced_rectangles, s
 use crate::scene::camera::NEAR_DEPTH_KM;
 use crate::scene::orbit_arcs::{CHORDS_PER_ARC, OrbitArc};
 use crate::scene::orbits;
-use crate::scene::sky::comets::TailSegment;
+use crate::scene::sky::comet_tails::LightPatch;
 use crate::scene::sky::minor_planets::{LIGHT_TIME_PER_AU, NEAR_AU};
 use crate::scene::{
     CORE_SIGMA_PX, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_GLARE_FRACTION, MAX_RADIUS_PX, MIN_POINT_RADIUS_PX, Scene,
@@ -46,7 +46,12 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.f32("peak_over_white", minor_planets.peak_over_white)?;
         w.f32("marker_flux", minor_planets.marker_flux)?;
         w.f32("light_time", LIGHT_TIME_PER_AU as f32)?;
-        w.f32("near_au", NEAR_AU as f32)
+        w.f32("near_au", NEAR_AU as f32)?;
+        w.vec3("air_x", minor_planets.air_axes[0])?;
+        w.vec3("air_y", minor_planets.air_axes[1])?;
+        w.vec3("air_z", minor_planets.air_axes[2])?;
+        w.f32("horizon_sine", minor_planets.horizon_sine)?;
+        w.vec4_array("transmittances", &minor_planets.transmittances)
     })?;
     // One triangle per body; its sprite is drawn in the inscribed circle.
     let (vertices, instances) = (Vertices::Count(3), Instances { count, attributes });
@@ -81,24 +86,24 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     Ok(vec![PlanDraw { label: "orbits".into(), vertices, instances, blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, ..draw }])
 }
 
-/// Heads and tails of comets.
+/// Heads, comas and tails of comets.
 pub(super) fn comets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let heads = sprites("comets", &scene.comets.heads, &STAR_ATTRIBUTES, GLARE_SCALE_RADIUS_PX, scene, provider)?;
     let mut draws: Vec<PlanDraw> = heads.into_iter().map(|draw| PlanDraw { depth: DEPTH_TESTED, ..draw }).collect();
-    if !scene.comets.tails.is_empty() {
-        let (vertices, instances) = instanced_rectangles::<TailSegment>(
-            &scene.comets.tails,
+    if !scene.comets.patches.is_empty() {
+        let (vertices, instances) = instanced_rectangles::<LightPatch>(
+            &scene.comets.patches,
             &[
-                (3, |p| p.ends[0].to_array().to_vec()),
-                (3, |p| p.ends[1].to_array().to_vec()),
-                (2, |p| p.edges[0].to_array().to_vec()),
-                (2, |p| p.edges[1].to_array().to_vec()),
-                (2, |p| p.radiance.to_vec()),
-                (1, |p| vec![p.softness]),
+                (3, |p| p.centre.to_array().to_vec()),
+                (3, |p| p.axes[0].to_array().to_vec()),
+                (3, |p| p.axes[1].to_array().to_vec()),
+                (2, |p| p.radii.to_array().to_vec()),
+                (2, |p| vec![p.radiance, p.core]),
+                (1, |p| vec![p.depth]),
                 (3, |p| p.colour.to_array().to_vec()),
             ],
         );
-        let draw = simple_draw("comet_tail", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;
+        let draw = simple_draw("comet_tail", scene, provider, |w| w.f32("pixel_tangent", scene.camera.pixel_tangent() as f32))?;
         draws.push(PlanDraw { label: "comet tails".into(), vertices, instances, blend: Blend::Add, depth: DEPTH_TESTED, ..draw });
     }
     Ok(draws)

@@ -1,8 +1,9 @@
-//! The tint of light from beyond the air around the camera, by the altitude of the line of sight.
+//! Tint and transmittance of light from beyond the air around the camera, by the altitude of the line of sight.
 //!
-//! In: the air around the camera. Out: [`TintTable`], for light that comes from many directions and is drawn before the air: stars and corona, which share the
-//! table of a frame ([`FrameTints`]). A tint is the transmittance per channel, divided by its mean over the channels; the draw of the air dims what is behind
-//! it by that mean. The table begins at the horizon, below which the ground hides everything. Altitudes are those in the unit-sphere frame, in which the
+//! In: the air around the camera. Out: [`TintTable`], for light that comes from many directions; all that a frame draws shares one table ([`FrameTints`]). A
+//! tint is the transmittance per channel, divided by its mean over the channels. It is for light that is drawn before the air, stars and corona: the draw of
+//! the air dims what is behind it by that mean. Comets and minor planets are drawn after the air and take the transmittance itself. The table begins
+//! at the horizon, below which the ground hides everything. Altitudes are those in the unit-sphere frame, in which the
 //! horizon is level on flattened bodies, too. Error there: the table is of one vertical plane, and lengths in other planes differ by the flattening.
 
 use crate::scene::atmosphere::air::SurroundingAir;
@@ -21,13 +22,16 @@ pub(crate) struct TintTable {
     pub horizon_sine: f64,
     /// The tint of number k is at the altitude with the sine `horizon_sine` + (1 - `horizon_sine`) (k / [`TINT_STEPS`])^4.
     pub tints: [DVec3; TINT_STEPS + 1],
+    /// Transmittances at the same altitudes.
+    pub transmittances: [DVec3; TINT_STEPS + 1],
 }
 
 impl TintTable {
     /// `air`: `None` for a camera outside all air; the tint is then 1.
     pub(crate) fn of(air: Option<&SurroundingAir<'_>>) -> Self {
         let Some(air) = air else {
-            return Self { from_icrf: DMat3::IDENTITY, horizon_sine: 0.0, tints: [DVec3::ONE; TINT_STEPS + 1] };
+            let ones = [DVec3::ONE; TINT_STEPS + 1];
+            return Self { from_icrf: DMat3::IDENTITY, horizon_sine: 0.0, tints: ones, transmittances: ones };
         };
         let placement = &air.placement;
         let camera = placement.camera_in_unit_sphere();
@@ -38,11 +42,21 @@ impl TintTable {
             * placement.body_from_icrf;
         let to_icrf = from_icrf.inverse();
         let horizon_sine = -(1.0 - 1.0 / camera.length_squared().max(1.0)).sqrt();
-        let tint = |k: usize| {
+        let direction = |k: usize| {
             let sine = horizon_sine + (1.0 - horizon_sine) * (k as f64 / TINT_STEPS as f64).powi(4);
-            air.tint(to_icrf * DVec3::new((1.0 - sine * sine).max(0.0).sqrt(), 0.0, sine))
+            to_icrf * DVec3::new((1.0 - sine * sine).max(0.0).sqrt(), 0.0, sine)
         };
-        Self { from_icrf, horizon_sine, tints: std::array::from_fn(tint) }
+        Self {
+            from_icrf,
+            horizon_sine,
+            tints: std::array::from_fn(|k| air.tint(direction(k))),
+            transmittances: std::array::from_fn(|k| air.transmittance(direction(k))),
+        }
+    }
+
+    /// The axes of [`Self::in_axes`], ICRF: the components of a vector there are its dot products with these.
+    pub(crate) fn axes(&self) -> [DVec3; 3] {
+        [0, 1, 2].map(|k| self.from_icrf.row(k))
     }
 
     /// A vector (ICRF) in axes in which the altitude of the table's tints is that above the xy plane.
@@ -52,11 +66,20 @@ impl TintTable {
 
     /// The tint in a direction (ICRF, any length), as shaders/entry/corona.wesl has it.
     pub(crate) fn at(&self, direction: DVec3) -> DVec3 {
+        self.interpolated(&self.tints, direction)
+    }
+
+    /// The transmittance in a direction (ICRF, any length), as shaders/entry/minor_planets.wesl has it; below the horizon that at the horizon.
+    pub(crate) fn transmittance(&self, direction: DVec3) -> DVec3 {
+        self.interpolated(&self.transmittances, direction)
+    }
+
+    fn interpolated(&self, values: &[DVec3; TINT_STEPS + 1], direction: DVec3) -> DVec3 {
         let sine = self.in_axes(direction).normalize().z;
         let fraction = ((sine - self.horizon_sine) / (1.0 - self.horizon_sine)).clamp(0.0, 1.0);
         let position = fraction.sqrt().sqrt() * TINT_STEPS as f64;
         let lower = (position as usize).min(TINT_STEPS - 1);
-        self.tints[lower].lerp(self.tints[lower + 1], position - lower as f64)
+        values[lower].lerp(values[lower + 1], position - lower as f64)
     }
 }
 
@@ -102,7 +125,7 @@ mod tests {
                 let placement = Placement { centre_km, body_from_icrf: DMat3::IDENTITY, radii_km: body.radii_km };
                 let around = SurroundingAir::of(body, &placement, &skies).expect("in the air");
                 let table = TintTable::of(Some(&around));
-                let mut worst = 0.0_f64;
+                let (mut worst, mut worst_transmittance) = (0.0_f64, 0.0_f64);
                 for k in 0..400 {
                     let (sin_azimuth, cos_azimuth) = (2.4 * f64::from(k)).sin_cos();
                     let sine = table.horizon_sine + (1.0 - table.horizon_sine) * ((f64::from(k) + 0.5) / 400.0).powi(2);
@@ -111,9 +134,17 @@ mod tests {
                     // Of light that the air dims to nothing, the tint has no effect.
                     let error = (table.at(direction) - around.tint(direction)).abs() * around.mean_transmittance(direction);
                     worst = worst.max(error.max_element());
+                    let error = (table.transmittance(direction) - around.transmittance(direction)).abs();
+                    worst_transmittance = worst_transmittance.max(error.max_element());
                 }
-                println!("{} at {part}: {worst:.4}", body.name);
-                let bound = if part <= 0.1 { 0.02 } else { 0.1 };
+                println!("{} at {part}: {worst:.4}, transmittance {worst_transmittance:.4}", body.name);
+                // A camera high in the air sees the transmittance rise from 0 to 1 within two or three steps.
+                let (bound, transmittance_bound) = if part <= 0.1 { (0.02, 0.04) } else { (0.1, 0.15) };
+                assert!(
+                    worst_transmittance < transmittance_bound,
+                    "{} at {part} of the height of its air: {worst_transmittance}",
+                    body.name
+                );
                 assert!(worst < bound, "{} at {part} of the height of its air: an error of {worst}", body.name);
             }
         }

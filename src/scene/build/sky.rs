@@ -48,9 +48,9 @@ impl Sky {
             let of_catalog = || Arc::new(MinorPlanetColumns::of(&builder.catalog.small_bodies().minor_planets));
             Arc::clone(builder.caches.minor_planets.get_or_init(of_catalog))
         };
-        let (minor_planets, minor_planet_decision) = minor_planets::minor_planets(request, columns, viewer, sun_km, white);
+        let (minor_planets, minor_planet_decision) = minor_planets::minor_planets(request, columns, viewer, sun_km, white, tints);
         let all_comets = || builder.catalog.small_bodies().comets.clone();
-        let (mut comets, comet_decision) = comets::comets(request, all_comets, viewer, sun_km, white);
+        let (mut comets, comet_decision) = comets::comets(request, all_comets, viewer, sun_km, white, tints);
         let comet_orbits = std::mem::take(&mut comets.orbits);
         let decisions = star_decision.into_iter().chain(background_decisions).chain(image_decisions);
         let decisions = decisions.chain(minor_planet_decision).chain(comet_decision).collect();

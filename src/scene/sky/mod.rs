@@ -1,10 +1,11 @@
 //! The sky: stars, the Milky Way, zodiacal light and the user's images behind all bodies; also minor planets and comets, which are drawn from orbital
 //! elements, not as bodies of the catalog.
 //!
-//! In: the catalog, the camera with its motion, the threshold, and the radiance displayed as white. Out: sprites, ribbon segments and uniforms, each with a
+//! In: the catalog, the camera with its motion, the threshold, and the radiance displayed as white. Out: sprites, patches of light and uniforms, each with a
 //! decision and its reason.
 
 pub mod background;
+pub mod comet_tails;
 pub mod comets;
 pub mod frames;
 pub mod images;
