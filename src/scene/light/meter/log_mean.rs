@@ -66,9 +66,14 @@ impl LogMean {
         self.drawn_part_log_sum += other.drawn_part_log_sum;
     }
 
+    /// The mean radiance; not a number if no part counts.
+    pub fn radiance(&self) -> f64 {
+        (self.log_sum / self.weight).exp()
+    }
+
     /// The mean as a subject; `None` if no part counts. `target_level`: see [`MeteredSubject`].
     pub fn metered(&self, name: impl Into<Argument>, body: Option<NaifId>, target_level: f64) -> Option<MeteredSubject> {
-        let radiance = (self.log_sum / self.weight).exp();
+        let radiance = self.radiance();
         (self.weight > 0.0 && radiance > 0.0).then(|| MeteredSubject {
             name: name.into(),
             body,

@@ -119,7 +119,7 @@ impl MeteredFrame<'_, '_> {
     /// The mean radiance of a body with its rings, and the body's share of the frame ([`Self::body`]).
     fn body_with_rings(&self, p: &PlacedBody<'_>) -> (LogMean, f64) {
         let (mut mean, share) = self.body(p);
-        mean.merge(&self.rings_of(p));
+        self.add_rings(p, &mut mean);
         (mean, share)
     }
 
