@@ -19,6 +19,7 @@ reason-exposure-metered = { $subject } metered at { $luminance } cd/m2, shown at
 reason-exposure-moved = { $subject } metered at { $luminance } cd/m2, shown at { $level } of white (aim: { $aim })
 reason-exposure-second = { $subject } at { $luminance } cd/m2 contributes { $part } %: { $stops } stops
 reason-exposure-glare = limited by the Sun's glare: { $stops } stops
+reason-exposure-highlights = limited by the highlights: { $stops } stops
 reason-exposure-sky = limited by the bright sky: { $stops } stops
 reason-exposure-night = limited to a night-sky photograph, EV { $ev }: { $stops } stops
 reason-exposure-nothing = nothing in the frame

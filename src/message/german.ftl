@@ -19,6 +19,7 @@ reason-exposure-metered = { $subject } gemessen mit { $luminance } cd/m2, gezeig
 reason-exposure-moved = { $subject } gemessen mit { $luminance } cd/m2, gezeigt mit { $level } von Weiß (angestrebt: { $aim })
 reason-exposure-second = { $subject } mit { $luminance } cd/m2 trägt { $part } % bei: { $stops } Blenden
 reason-exposure-glare = begrenzt durch das Streulicht der Sonne: { $stops } Blenden
+reason-exposure-highlights = begrenzt durch die hellsten Teile: { $stops } Blenden
 reason-exposure-sky = begrenzt durch den hellen Himmel: { $stops } Blenden
 reason-exposure-night = begrenzt auf eine Aufnahme des Nachthimmels, LW { $ev }: { $stops } Blenden
 reason-exposure-nothing = nichts im Bild

@@ -14,6 +14,7 @@ mod exposure;
 mod features;
 mod forward_light;
 mod glint;
+mod highlights;
 mod layers;
 mod linear_light;
 mod magnitudes;

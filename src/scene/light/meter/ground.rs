@@ -1,11 +1,11 @@
 //! The light that a body's ground reflects towards the camera, for the light meter.
 //!
-//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground, computed with one albedo for all of them: the mean over
-//! the whole planet, clouds included. Exception: if the body's map shows the ground alone (`clear_sky_albedo`), the mean over the ground and the air in front
-//! of it is used, unless the camera is above drawn clouds or the disc is small. Between the two albedos the change is smooth. Near the camera, ground brighter
-//! than the mean counts with a part of its brightness (`bright_ground`).
+//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground, computed with the mean albedo of the whole planet, clouds
+//! included, and with its bright and dark sides, as the harmonics of its map give them. Exception: if the body's map shows the ground alone
+//! (`clear_sky_albedo`), the mean over the ground and the air in front of it is used, unless the camera is above drawn clouds or the disc is small. Between the
+//! two albedos the change is smooth. Near the camera, ground brighter than the mean counts with a part of its brightness (`bright_ground`).
 
-use crate::catalog::{Body, InventedRelief};
+use crate::catalog::{Body, InventedRelief, Map};
 use crate::scene::atmosphere::air;
 use crate::scene::draw::tables::RingShine;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
@@ -96,6 +96,12 @@ pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f6
         return 0.0;
     }
     1.0 - smoothstep(air::camera_height_km(body, &p.placement) / body.radii_km.x / RELIEF_HEIGHT_RADII)
+}
+
+/// The albedo map whose bright and dark sides count, if it is drawn. Not that of a body whose map shows its ground alone, without its clouds.
+pub(crate) fn map_of_sides<'b>(body: &'b Body, effects: &EffectOverrides) -> Option<&'b Map> {
+    let is_drawn = effects.override_of_body(body, Effect::Albedo) != Some(false);
+    body.maps.albedo.as_ref().filter(|_| is_drawn && body.clear_sky_albedo.is_none())
 }
 
 /// Mean cosine of incidence on relief, from the cosine on smooth ground: the mean of max(0, `cos_smooth` + slope) over slopes towards the light that are evenly
@@ -197,6 +203,8 @@ pub(crate) struct Ground<'g> {
     pub city_light_weight: f64,
     /// For sunlight and skylight.
     pub albedo: Albedo,
+    /// See [`map_of_sides`].
+    pub albedo_map: Option<&'g Map>,
     /// Ground brighter than the mean; `None` if all ground is metered as the mean.
     pub bright_ground: Option<&'g BrightGround>,
     /// See [`relief_weight`].
@@ -236,7 +244,7 @@ impl Ground<'_> {
             // Elsewhere the ground reflects no sunlight, so the fraction does not matter.
             Some(shadow) if normal.dot(self.sun) > 0.0 || self.relief_weight > 0.0 => {
                 // From the unit-sphere frame to equatorial radii.
-                shadow.sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0)
+                shadow.brightest_sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0)
             }
             _ => 1.0,
         };
@@ -247,7 +255,8 @@ impl Ground<'_> {
         let [lights_factor, sky_factor] =
             self.bright_ground.map_or([1.0; 2], |map| self.albedo.local_factors(map.relative_radiance(point)));
         let sunlight = self.sun_irradiance * sunlight_fraction * ring_transmittance;
-        let by_lights = lights_factor * (reflected(self.sun, self.albedo.of_lights * sunlight) + secondary);
+        let relative_albedo = self.albedo_map.map_or(1.0, |map| photometry::relative_albedo(map, point));
+        let by_lights = relative_albedo * lights_factor * (reflected(self.sun, self.albedo.of_lights * sunlight) + secondary);
         let others = sky_factor * self.albedo.of_sky * self.sky_exposure_radiance + night_lights + ring_shine;
         GroundRadiance { metered: by_lights, drawn: by_lights * self.albedo.drawn_part }.plus(others)
     }

@@ -1,27 +1,40 @@
 //! The mean radiance of a subject of the light meter.
 //!
-//! In: the parts of a subject, each with its share of the frame and its radiance. Out: a [`MeteredSubject`]. Always: the mean is finite, whatever the parts
-//! are.
+//! In: the parts of a subject, each with its share of the frame and its radiance. Out: a [`MeteredSubject`], and the parts for `highlights`. Always: the mean
+//! is finite, whatever the parts are.
 
 use super::MeteredSubject;
 use super::ground::GroundRadiance;
+use super::highlights::{Highlights, Part};
 use crate::catalog::NaifId;
 use crate::message::Argument;
 
 /// Each part of the frame is weighted by this power of its radiance, because brighter ground attracts the eye. With 2/3 the lit part of a crescent outweighs
 /// the night side, and the part of the Moon in the umbra outweighs a part still lit that is two thousandths of the disc.
-const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
+pub(super) const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
 /// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
 const WEIGHT_RADIANCE_CAP: f64 = 1.0;
 
 /// Accumulates a weighted mean of the logarithm of radiance.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 pub(super) struct LogMean {
     pub weight: f64,
     /// Sum of weight times the logarithm of radiance.
     pub log_sum: f64,
     /// Sum of weight times the logarithm of the part of the radiance that images show.
     drawn_part_log_sum: f64,
+    /// The parts that may be highlights.
+    pub highlights: Highlights,
+}
+
+/// The factor of the contrast of a part of a subject in its weight. `foreground_radiance`: see [`LogMean::add`].
+fn contrast_weight(radiance: f64, foreground_radiance: f64) -> f64 {
+    (radiance / (radiance + foreground_radiance)).powi(2)
+}
+
+/// The factor of its radiance.
+fn radiance_weight(radiance: f64) -> f64 {
+    radiance.min(WEIGHT_RADIANCE_CAP).powf(RADIANCE_WEIGHT_EXPONENT)
 }
 
 impl LogMean {
@@ -32,31 +45,50 @@ impl LogMean {
     }
 
     /// The same for ground.
-    pub fn add_ground(&mut self, share: f64, GroundRadiance { metered: radiance, drawn }: GroundRadiance, foreground_radiance: f64) {
-        if share > 0.0 && radiance > 0.0 {
-            let contrast = radiance / (radiance + foreground_radiance);
-            let weight = share * radiance.min(WEIGHT_RADIANCE_CAP).powf(RADIANCE_WEIGHT_EXPONENT) * contrast * contrast;
-            let log = weight * radiance.ln();
-            // An infinite radiance or a foreground that is not a number would spoil the exposure of the entire frame.
-            if log.is_finite() {
-                self.weight += weight;
-                self.log_sum += log;
-                self.drawn_part_log_sum += weight * (drawn / radiance).ln();
-            }
+    pub fn add_ground(&mut self, share: f64, radiance: GroundRadiance, foreground_radiance: f64) {
+        if self.add_to_mean(share, radiance, foreground_radiance) {
+            let area = share * contrast_weight(radiance.metered, foreground_radiance);
+            self.highlights.add(Part { area, metered: radiance.metered, drawn: radiance.drawn });
         }
+    }
+
+    /// The same for a part that is no highlight, however bright: a body drawn as a point.
+    pub fn add_point(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
+        self.add_to_mean(share, GroundRadiance { metered: radiance, drawn: radiance }, foreground_radiance);
+    }
+
+    /// Returns whether the part counts.
+    fn add_to_mean(&mut self, share: f64, GroundRadiance { metered: radiance, drawn }: GroundRadiance, foreground_radiance: f64) -> bool {
+        if !(share > 0.0 && radiance > 0.0) {
+            return false;
+        }
+        let weight = share * radiance_weight(radiance) * contrast_weight(radiance, foreground_radiance);
+        let log = weight * radiance.ln();
+        // An infinite radiance or a foreground that is not a number would spoil the exposure of the entire frame.
+        if !log.is_finite() {
+            return false;
+        }
+        self.weight += weight;
+        self.log_sum += log;
+        self.drawn_part_log_sum += weight * (drawn / radiance).ln();
+        true
     }
 
     /// Weight of a part of a subject that fills the frame; 0 if the part does not count. `foreground_radiance`: see [`Self::add`].
     pub fn weight_of_full_frame(radiance: f64, foreground_radiance: f64) -> f64 {
         let (mut mean, entire_frame) = (Self::default(), 1.0);
-        mean.add(entire_frame, radiance, foreground_radiance);
+        mean.add_point(entire_frame, radiance, foreground_radiance);
         mean.weight
     }
 
     /// The same mean with its weight multiplied.
     pub fn times(&self, factor: f64) -> Self {
-        let drawn_part_log_sum = self.drawn_part_log_sum * factor;
-        Self { weight: self.weight * factor, log_sum: self.log_sum * factor, drawn_part_log_sum }
+        Self {
+            weight: self.weight * factor,
+            log_sum: self.log_sum * factor,
+            drawn_part_log_sum: self.drawn_part_log_sum * factor,
+            highlights: self.highlights.times(factor),
+        }
     }
 
     /// Adds the parts of another mean.
@@ -64,6 +96,7 @@ impl LogMean {
         self.weight += other.weight;
         self.log_sum += other.log_sum;
         self.drawn_part_log_sum += other.drawn_part_log_sum;
+        self.highlights.merge(&other.highlights);
     }
 
     /// The mean radiance; not a number if no part counts.
@@ -81,6 +114,7 @@ impl LogMean {
             target_level,
             weight: self.weight,
             drawn_part: (self.drawn_part_log_sum / self.weight).exp(),
+            is_of_bodies: false,
         })
     }
 }

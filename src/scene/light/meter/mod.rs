@@ -13,6 +13,7 @@
 
 pub(super) mod geometry;
 mod ground;
+mod highlights;
 mod log_mean;
 mod outer_corona;
 mod reading;
@@ -97,6 +98,8 @@ pub(crate) struct MeteredSubject {
     pub weight: f64,
     /// The part of `radiance` that images show: 1 for all but the Earth ([`ground::Albedo::drawn_part`]). It has no effect on the exposure.
     pub drawn_part: f64,
+    /// Whether this is the subject of the target or of the other bodies, whose highlights count.
+    pub is_of_bodies: bool,
 }
 
 impl MeteredSubject {
@@ -220,7 +223,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             let pixel_sr = camera.pixel_tangent().powi(2);
             let peak_radiance = transmittance * p.shown_irradiance.max_element() * self.part_past_rings(p) * PI / pixel_sr * point_peak();
             let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_area_px();
-            mean.add(point_weight * sprite_share, peak_radiance, foreground_radiance);
+            mean.add_point(point_weight * sprite_share, peak_radiance, foreground_radiance);
             if point_weight >= 1.0 {
                 return (mean, 0.0);
             }
@@ -240,6 +243,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             bright_ground: self.meter.context.resources.bright_grounds.get(&p.body.id).map(AsRef::as_ref),
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: albedo_at(p.phase_angle_rad),
+            albedo_map: ground::map_of_sides(p.body, &self.meter.context.request.effects),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
             sun: to_body_frame(p.body_to_sun_km),
             sun_irradiance: self.sun_irradiance_on(p),

@@ -4,6 +4,7 @@
 //! keeps what city lights do not change: the light in front of the bodies ([`FrameLight`]), the bodies without such lights, and all other subjects. Always: a
 //! reading to which city lights were added is the same as if everything had been metered with them.
 
+use super::highlights::Highlights;
 use super::log_mean::LogMean;
 use super::sky::{self, SunlightInAir};
 use super::sun_glare::FrameGlare;
@@ -38,6 +39,8 @@ pub(crate) struct MeterReading {
     pub glare: FrameGlare,
     /// The least radiance that may be white ([`MeteredFrame::least_white_for_sky`]).
     pub least_white_for_sky: f64,
+    /// The highlights among all bodies but the Sun.
+    pub highlights: Highlights,
     light: FrameLight,
     /// The mean radiance of each body but the Sun, rings included, in the order of [`Meter::bodies`].
     means: Vec<LogMean>,
@@ -96,10 +99,12 @@ impl<'a> Meter<'_, 'a> {
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
             drawn_part: 1.0,
+            is_of_bodies: false,
         });
         let subjects = frame.subjects(&means, &others);
         let least_white_for_sky = frame.least_white_for_sky();
-        MeterReading { subjects, glare: frame.frame_glare(), least_white_for_sky, light: frame.light, means, others }
+        let highlights = highlights_of(&means);
+        MeterReading { subjects, glare: frame.frame_glare(), least_white_for_sky, highlights, light: frame.light, means, others }
     }
 
     /// The reading with city lights: `reading` is one of the same frame without them. The share of the frame that a body covers does not depend on them.
@@ -111,8 +116,16 @@ impl<'a> Meter<'_, 'a> {
                 (*mean, _) = frame.body_with_rings(p);
             }
         }
-        MeterReading { subjects: frame.subjects(&means, &others), glare, least_white_for_sky, light: frame.light, means, others }
+        let (subjects, highlights) = (frame.subjects(&means, &others), highlights_of(&means));
+        MeterReading { subjects, glare, least_white_for_sky, highlights, light: frame.light, means, others }
     }
+}
+
+/// The highlights of all bodies together. Unlike in the mean, the target counts by its area alone.
+fn highlights_of(means: &[LogMean]) -> Highlights {
+    let mut all = Highlights::default();
+    means.iter().for_each(|mean| all.merge(&mean.highlights));
+    all
 }
 
 impl MeteredFrame<'_, '_> {
@@ -142,7 +155,8 @@ impl MeteredFrame<'_, '_> {
         }
         let of_target = mean_of_target.metered(target_name, target, AUTO_EXPOSED_MEAN);
         let of_others = mean_of_others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN);
-        let mut subjects: Vec<MeteredSubject> = of_target.into_iter().chain(of_others).collect();
+        let of_bodies = of_target.into_iter().chain(of_others);
+        let mut subjects: Vec<MeteredSubject> = of_bodies.map(|m| MeteredSubject { is_of_bodies: true, ..m }).collect();
         self.darken_in_dusk(&mut subjects);
         subjects.extend_from_slice(others);
         subjects

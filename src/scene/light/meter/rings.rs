@@ -57,6 +57,8 @@ impl MeteredFrame<'_, '_> {
         for rings in [self.rings_among(p, |r| is_gap(r) || !is_faint(r)), self.rings_among(p, |r| is_gap(r) || is_faint(r))] {
             let part = counted_part_of_rings(mean, &rings);
             mean.merge(&rings.times(part));
+            // All of the rings may have highlights.
+            mean.highlights.merge(&rings.highlights.times(1.0 - part));
         }
     }
 
