@@ -4,7 +4,8 @@
 //! continuous in areas and radiances: the mean over a band of quantiles, not one quantile, which would jump where a bright part outgrows it. Not among the
 //! parts: the Sun, its corona, the sky, and bodies drawn as points.
 
-use super::log_mean::RADIANCE_WEIGHT_EXPONENT;
+use super::ground::GroundRadiance;
+use super::log_mean::{RADIANCE_WEIGHT_EXPONENT, contrast_weight};
 
 /// A part of a body in the frame.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +16,14 @@ pub(super) struct Part {
     pub metered: f64,
     /// As images show it.
     pub drawn: f64,
+}
+
+impl Part {
+    /// `share`: of the frame, times other weights. `foreground_radiance`: of the light in front of the part.
+    pub(super) fn of(share: f64, radiance: GroundRadiance, foreground_radiance: f64) -> Self {
+        let area = share * contrast_weight(radiance.metered, foreground_radiance);
+        Self { area, metered: radiance.metered, drawn: radiance.drawn }
+    }
 }
 
 /// The band of areas, counted from the brightest, whose mean radiance is that of the highlights. The hundredth before is left to glints and the like.

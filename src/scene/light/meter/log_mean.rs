@@ -28,7 +28,7 @@ pub(super) struct LogMean {
 }
 
 /// The factor of the contrast of a part of a subject in its weight. `foreground_radiance`: see [`LogMean::add`].
-fn contrast_weight(radiance: f64, foreground_radiance: f64) -> f64 {
+pub(super) fn contrast_weight(radiance: f64, foreground_radiance: f64) -> f64 {
     (radiance / (radiance + foreground_radiance)).powi(2)
 }
 
@@ -47,8 +47,7 @@ impl LogMean {
     /// The same for ground.
     pub fn add_ground(&mut self, share: f64, radiance: GroundRadiance, foreground_radiance: f64) {
         if self.add_to_mean(share, radiance, foreground_radiance) {
-            let area = share * contrast_weight(radiance.metered, foreground_radiance);
-            self.highlights.add(Part { area, metered: radiance.metered, drawn: radiance.drawn });
+            self.highlights.add(Part::of(share, radiance, foreground_radiance));
         }
     }
 
@@ -57,8 +56,13 @@ impl LogMean {
         self.add_to_mean(share, GroundRadiance { metered: radiance, drawn: radiance }, foreground_radiance);
     }
 
-    /// Returns whether the part counts.
-    fn add_to_mean(&mut self, share: f64, GroundRadiance { metered: radiance, drawn }: GroundRadiance, foreground_radiance: f64) -> bool {
+    /// Adds a part of ground to the mean alone, not to the highlights. Returns whether it counts.
+    pub fn add_to_mean(
+        &mut self,
+        share: f64,
+        GroundRadiance { metered: radiance, drawn }: GroundRadiance,
+        foreground_radiance: f64,
+    ) -> bool {
         if !(share > 0.0 && radiance > 0.0) {
             return false;
         }

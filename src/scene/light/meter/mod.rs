@@ -6,9 +6,9 @@
 //! (`visible_ground`). Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position, time, field of
 //! view and phase (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges (that of ground the less, the more
 //! of the frame it fills), the ground is summed between exact limits, and the light of the sky fades towards the top of the air. Only the glare and the corona
-//! that the image shows are metered: no glare of a Sun far outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other
-//! than city lights, and bright ground near the camera (from afar a sea is as bright as a desert), relief far below the camera, the shadow of rings on a
-//! distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
+//! that the image shows are metered: no glare of a Sun far outside the frame, and no corona that the glare hides or the user switched off. Left out: maps
+//! other than city lights, bright and dark sides, and bright ground near the camera (from afar a sea is as bright as a desert), relief seen from afar, the
+//! shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
 //! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
 pub(super) mod geometry;
@@ -48,6 +48,8 @@ use geometry::{
     weighted_in_frame_fraction,
 };
 use glam::{DVec2, DVec3, FloatExt};
+#[doc(hidden)]
+pub use ground::RELIEF_SLOPE_RMS;
 pub(crate) use ground::bright_ground_weight;
 use ground::{Albedo, Ground, GroundRadiance};
 use log_mean::LogMean;
@@ -244,7 +246,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: albedo_at(p.phase_angle_rad),
             albedo_map: ground::map_of_sides(p.body, &self.meter.context.request.effects),
-            relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
+            relief_weight: ground::relief_weight(p, &self.meter.context.request.effects, far_weight),
             sun: to_body_frame(p.body_to_sun_km),
             sun_irradiance: self.sun_irradiance_on(p),
             secondary_lights: self.planet_shine_on(p).iter().map(of_planet_shine).collect(),
@@ -319,7 +321,9 @@ impl<'a> MeteredFrame<'_, 'a> {
                 if area_fraction > 0.0 {
                     let no_ring_shadow = 1.0;
                     // The body counts as a sphere, on which `normal` is also the point.
-                    add(weight * area_fraction, ground.radiance(normal, normal, viewer, shadow, no_ring_shadow));
+                    ground.for_each_slope([normal, normal, viewer], shadow, no_ring_shadow, |part, radiance| {
+                        add(weight * area_fraction * part, radiance);
+                    });
                 }
             }
         }
