@@ -25,6 +25,7 @@ mod metered_subjects;
 mod metering;
 mod milky_way;
 mod minor_planets;
+mod night_ground;
 mod overlays;
 mod pixel_views;
 mod points_like_discs;
