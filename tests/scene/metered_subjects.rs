@@ -314,7 +314,7 @@ fn mars_without_its_dust_is_exposed_for_its_ground() {
     assert!((0.5..2.4).contains(&brighter), "{brighter} stops");
 }
 
-/// From the ground of a city (Paris) every view is exposed as without its lights: they must not hide the stars, and little of them is drawn. A camera in
+/// From the ground of a city (Paris) every view is exposed as without its lights: they must not hide the stars, and are not drawn there. A camera in
 /// an aircraft sees the lights; between them the exposure does not jump.
 #[test]
 fn city_lights_around_the_camera_do_not_hide_the_stars() {

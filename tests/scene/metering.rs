@@ -90,6 +90,7 @@ fn cases() -> Vec<Case> {
         target_only_stops,
     };
     let from_earth = Position::Centre(NaifId::EARTH);
+    let above_city = Position::Ground { body: NaifId::EARTH, latitude_deg: 48.85, longitude_deg: 2.35, height_km: 60.0 };
     let in_orbit = Position::Ground { body: NaifId::EARTH, latitude_deg: 0.0, longitude_deg: 0.0, height_km: 420.0 };
     let sunlit_saturn = view(SATURN, "2013-07-19T21:27:00Z", above_target(Some(NaifId::SUN), 20.0), Some(45.0));
     // Seen from the sunlit side, the direction to Saturn is that away from the Sun. An offset in this direction puts the camera behind Saturn.
@@ -98,12 +99,7 @@ fn cases() -> Vec<Case> {
         ViewRequest { position: Position::Offset { body: SATURN, offset_km, axes: Axes::Icrf }, fov_deg: Some(22.0), ..sunlit_saturn };
     vec![
         case("the new Moon beside the Sun", view(NaifId::MOON, "2024-04-08T18:17:16Z", from_earth, None), [0.3, 0.05], Some(5.25)),
-        case(
-            "night on the ground of a city",
-            view(NaifId::EARTH, "2024-12-25T20:00:00Z", ground(NaifId::EARTH, 48.85, 2.35), None),
-            [0.1, 0.5],
-            None,
-        ),
+        case("night above a city", view(NaifId::EARTH, "2024-12-25T20:00:00Z", above_city, None), [0.1, 0.5], None),
         case(
             "Phobos in front of the Sun",
             view(NaifId::SUN, "2013-08-20T07:11:29Z", ground(MARS, -4.59, 137.44), Some(0.6)),

@@ -39,8 +39,9 @@ const MAX_HIGHLIGHT_LEVEL: f64 = 0.8;
 /// Excess of the highlights over this level, stops, up to which they are protected; at the second value they are given up: a sunlit planet beside a moon in
 /// its shadow, or the last sunlit part of a moon in an eclipse.
 const PROTECTED_STOPS: (f64, f64) = (2.0, 5.0);
-/// Number of stops by which the brightest city lights must exceed white to get full weight.
-const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
+/// Radiances of the brightest city lights, in stops relative to what is white without them, between which the weight of city lights rises from 0 to 1. Below the
+/// first they are hardly drawn.
+const COUNTED_CITY_LIGHTS_STOPS: (f64, f64) = (-6.0, -4.0);
 /// Beside the main subject, the reason of an exposure names every subject that contributes more than `NAMED_SHARE`, or moves the exposure by more than
 /// `NAMED_STOPS`. It also names a limit (by the glare, the highlights, the sky, or for a night sky) that moves the exposure by more than `NAMED_STOPS`, and the
 /// main subject's target level if the image misses this level by more than `NAMED_STOPS`.
@@ -115,18 +116,24 @@ fn metered_exposure(
     let meter = |city_light_weight: f64| Meter { context, camera, placed, reflectors, air, city_light_weight };
     let reading = reading.unwrap_or_else(|| meter(0.0).read(darkest_white()));
     let without_city_lights = from_reading(&reading);
-    // City lights are weighted by the number of stops by which an exposure without them would overexpose them.
+    // Whether city lights count depends on the exposure without them: by day they are not drawn.
     let brightest_city_light = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
         .map(city_lights::drawn_white_radiance)
         .fold(0.0, f64::max);
-    // 1e-30 only keeps the logarithm finite where there are no city lights.
-    let city_light_weight = (brightest_city_light / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
+    let city_light_weight = city_light_weight(brightest_city_light, without_city_lights.white());
     if city_light_weight > 0.0 {
-        return Metered::without_reading(from_reading(&meter(city_light_weight.min(1.0)).add_city_lights(reading)));
+        return Metered::without_reading(from_reading(&meter(city_light_weight).add_city_lights(reading)));
     }
     Metered { exposure: without_city_lights, reading: Some(reading) }
+}
+
+/// Weight of city lights relative to other ground. `brightest`: radiance of a white texel of the night map as it is drawn; `white`: the radiance that is white
+/// in an image exposed without city lights.
+fn city_light_weight(brightest: f64, white: f64) -> f64 {
+    // 1e-30 only keeps the logarithm finite where there are no city lights.
+    smooth_rise(COUNTED_CITY_LIGHTS_STOPS, (brightest / white).max(1e-30).log2())
 }
 
 /// The smooth maximum of two white levels.
@@ -224,16 +231,17 @@ pub(crate) fn bright_grounds_to_meter(context: Context<'_>, camera: &Camera, pla
     placed.iter().filter(|_| is_metered(request)).filter(is_near).map(|p| p.body.id).collect()
 }
 
-/// Bodies in the frame whose city lights this exposure would overexpose: the caller loads their maps and meters again with their light. Empty if the user has
-/// set the exposure or switched the effect off, and in pixel views other than the final image.
+/// Bodies in the frame whose city lights this exposure shows: the caller loads their maps and meters again with their light. Empty if the user has set the
+/// exposure or switched the effect off, and in pixel views other than the final image.
 pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
-    let is_overexposed = |p: &&PlacedBody<'_>| {
+    let is_shown = |p: &&PlacedBody<'_>| {
         let is_drawn = request.effects.override_of_body(p.body, Effect::Night) != Some(false);
         let has_map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-        is_drawn && has_map && city_lights::drawn_white_radiance(p) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+        let weight = city_light_weight(city_lights::drawn_white_radiance(p), (-exposure.metered_stops).exp2());
+        is_drawn && has_map && weight > 0.0 && p.outline.rect(camera).is_some()
     };
-    placed.iter().filter(|_| is_metered(request)).filter(is_overexposed).map(|p| p.body.id).collect()
+    placed.iter().filter(|_| is_metered(request)).filter(is_shown).map(|p| p.body.id).collect()
 }
 
 /// The reason for a metered exposure: the main subject with its luminance and the level at which the image shows it; its target level, if that differs; and

@@ -124,7 +124,7 @@ pub(crate) struct Meter<'m, 'a> {
     pub reflectors: &'m [Reflector<'m>],
     /// The air around the camera, if it is dense enough for a daylight sky.
     pub air: Option<&'m air::SurroundingAir<'m>>,
-    /// Weight of city lights relative to other ground; 0 if an exposure chosen without them does not overexpose them.
+    /// Weight of city lights relative to other ground; 0 if an exposure chosen without them hardly shows them.
     pub city_light_weight: f64,
 }
 
