@@ -5,7 +5,7 @@
 //! parts: the Sun, its corona, the sky, and bodies drawn as points.
 
 use super::ground::GroundRadiance;
-use super::log_mean::{RADIANCE_WEIGHT_EXPONENT, contrast_weight};
+use super::weights::{RADIANCE_WEIGHT_EXPONENT, contrast_weight};
 
 /// A part of a body in the frame.
 #[derive(Clone, Copy, Debug)]

@@ -6,14 +6,9 @@
 use super::MeteredSubject;
 use super::ground::GroundRadiance;
 use super::highlights::{Highlights, Part};
+use super::weights::{contrast_weight, radiance_weight};
 use crate::catalog::NaifId;
 use crate::message::Argument;
-
-/// Each part of the frame is weighted by this power of its radiance, because brighter ground attracts the eye. With 2/3 the lit part of a crescent outweighs
-/// the night side, and the part of the Moon in the umbra outweighs a part still lit that is two thousandths of the disc.
-pub(super) const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
-/// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
-const WEIGHT_RADIANCE_CAP: f64 = 1.0;
 
 /// Accumulates a weighted mean of the logarithm of radiance.
 #[derive(Clone, Default)]
@@ -25,16 +20,6 @@ pub(super) struct LogMean {
     drawn_part_log_sum: f64,
     /// The parts that may be highlights.
     pub highlights: Highlights,
-}
-
-/// The factor of the contrast of a part of a subject in its weight. `foreground_radiance`: see [`LogMean::add`].
-pub(super) fn contrast_weight(radiance: f64, foreground_radiance: f64) -> f64 {
-    (radiance / (radiance + foreground_radiance)).powi(2)
-}
-
-/// The factor of its radiance.
-fn radiance_weight(radiance: f64) -> f64 {
-    radiance.min(WEIGHT_RADIANCE_CAP).powf(RADIANCE_WEIGHT_EXPONENT)
 }
 
 impl LogMean {

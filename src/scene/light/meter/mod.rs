@@ -25,6 +25,7 @@ mod sky;
 mod sun_glare;
 mod twilight;
 mod visible_ground;
+mod weights;
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, reason};
