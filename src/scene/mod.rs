@@ -73,7 +73,7 @@ pub use error::{OutOfRange, RequestValue, SceneError};
 pub use finished::Scene;
 pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CD_M2_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
 #[doc(hidden)]
-pub use light::meter::{corrected_twilight_rows, metered_twilight};
+pub use light::meter::{RELIEF_SLOPE_RMS, corrected_twilight_rows, metered_twilight};
 #[doc(hidden)]
 pub use light::{bright_ground, corona, disc_light, glare, night_lights, photometry};
 #[doc(hidden)]

@@ -129,7 +129,7 @@ pub struct Session {
     library: ShaderLibrary,
     air_tables: air_tables::AirTables,
     meshes: Meshes,
-    /// Night lights (city lights) by body. Read when automatic exposure first needs them: when it would overexpose them.
+    /// Night lights (city lights) by body. Read when automatic exposure first needs them: when it shows them.
     night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
     /// Bright ground by body. Read when automatic exposure first needs it: near the body.
     bright_grounds: Memo<NaifId, Option<Arc<BrightGround>>>,

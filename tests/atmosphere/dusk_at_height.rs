@@ -15,7 +15,7 @@ const TITAN: NaifId = NaifId(606);
 /// Metered over drawn luminance: a fifth more than the range found, 0.35 (Titan, whose thick air is metered too dark) to 2.5 (the zenith 30 km above the Earth
 /// with the Sun 8 degrees below the horizon).
 const RATIOS: Range<f64> = 0.29..3.0;
-/// A sky darker than this is black at the longest exposure.
+/// Darker skies are not compared.
 const MIN_CD_M2: f64 = 0.01;
 const FOV_DEG: f64 = 70.0;
 

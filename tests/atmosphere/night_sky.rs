@@ -198,3 +198,12 @@ fn zodiacal_light_and_starlight_are_not_part_of_a_clear_sky() {
     let on_ground = f64::from(ground.uniforms.air.night_radiance);
     assert!((on_ground / (airglow + starlight) - 1.0).abs() < 1e-5, "{on_ground:e} on the ground");
 }
+
+/// The moonless sky is exposed as a photograph of the Milky Way: shown at 0.005 to 0.02 of white. With the limit of EV -4 it was at 0.002.
+#[test]
+fn the_moonless_sky_is_shown_dark_grey() {
+    let automatic = scene(&ViewRequest { exposure: ExposureRequest::Auto, ..zenith(NEW_MOON, ",-planet-shine") });
+    let drawn = light(&scene(&ViewRequest { purpose: Purpose::LINEAR, ..zenith(NEW_MOON, ",-planet-shine") }))[1];
+    let level = drawn * automatic.exposure.factor();
+    assert!((0.005..0.02).contains(&level), "{level} of white; {}", automatic.exposure.reason);
+}

@@ -370,3 +370,31 @@ fn maps_in_the_users_folder_take_precedence_and_missing_maps_are_named() {
     assert!(store.get("own.jpg", TexelFormat::Rgba8Srgb).is_ok(), "it was loaded before its file was removed");
     assert!(store.get("vulcan.jpg", TexelFormat::Rgba8Srgb).is_err());
 }
+
+/// The slope that the light meter assumes on ground without air is that of the Moon's map of normals, drawn with its gain: the root mean square of the
+/// components to the east and to the north, within 60 degrees of the equator, within 10 %.
+#[test]
+fn the_light_meter_knows_the_slopes_of_the_moon() {
+    let catalog = Catalog::embedded();
+    let drawn = catalog.body(NaifId::MOON).and_then(|moon| moon.maps.normal.as_ref()).expect("a map of normals");
+    let map = linear_map(&drawn.file);
+    let level = &map.levels[0];
+    let (width, height) = (level.width as usize, level.height as usize);
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for row in height / 6..height - height / 6 {
+        let cos_latitude = (std::f64::consts::PI * ((row as f64 + 0.5) / height as f64 - 0.5)).cos();
+        for texel in level.bytes()[row * width * 4..(row + 1) * width * 4].chunks_exact(4) {
+            let [east, north, up] = [0, 1, 2].map(|c| f64::from(texel[c]) / 127.5 - 1.0);
+            // As `tilted_normal` of shaders/lib/relief.wesl.
+            let [east, north] = [east, north].map(|slope| drawn.gain[0] * slope / up.max(0.05));
+            sum += 0.5 * cos_latitude * (east * east + north * north);
+            weights += cos_latitude;
+        }
+    }
+    let rms = (sum / weights).sqrt();
+    let expected = orrery::scene::RELIEF_SLOPE_RMS;
+    assert!(
+        (rms / expected - 1.0).abs() < 0.1,
+        "RELIEF_SLOPE_RMS of src/scene/light/meter/ground.rs is {expected}, that of the map is {rms:.3}"
+    );
+}

@@ -153,6 +153,35 @@ fn the_earth_is_reported_as_it_is_drawn_at_every_phase() {
     assert!(ratios.iter().any(|(ratio, part)| (ratio * part - 1.0).abs() > 0.5), "{ratios:?}");
 }
 
+/// The terminator of the Moon from 100 to 1500 km: the luminance that the reason gives is within a factor of 2 of the median of the lit ground; of 2.5 where
+/// the Sun is below the horizon of most of it. At most 15 % of that ground is burnt out. Metered as smooth, the median was up to 3.6 times as bright, and most of
+/// it was burnt out.
+#[test]
+fn the_terminator_of_the_moon_is_metered_with_its_relief() {
+    let time = "2025-03-06T16:00:00Z";
+    for (longitude_deg, height_km, factor) in [(8.0, 100.0, 2.0), (12.0, 500.0, 2.0), (12.0, 1500.0, 2.0), (3.0, 500.0, 2.5)] {
+        let position = Position::Ground { body: NaifId::MOON, latitude_deg: -15.0, longitude_deg, height_km };
+        let request = view(Some(NaifId::MOON), time, position, Look::Target, 60.0);
+        let (scene, hdr) = drawn(&request);
+        let lit: Vec<f64> = hdr.iter().map(brightest_channel).filter(|radiance| *radiance > 3e-5).collect();
+        let burnt = lit.iter().filter(|radiance| **radiance > 1.065 * scene.exposure.white()).count() as f64 / lit.len() as f64;
+        let drawn_cd_m2 = median(lit) * CD_M2_PER_RADIANCE;
+        let metered_cd_m2 = |scene: &Scene| -> f64 {
+            let reason = scene.exposure.reason.to_string();
+            let number = reason.strip_prefix("Moon metered at ").and_then(|rest| rest.split_once(" cd/m2"));
+            number.and_then(|(number, _)| number.parse().ok()).unwrap_or_else(|| panic!("{reason}"))
+        };
+        let ratio = drawn_cd_m2 / metered_cd_m2(&scene);
+        println!("{longitude_deg} degrees, {height_km} km: drawn / metered {ratio:.2}, burnt out {burnt:.2}; {}", scene.exposure.reason);
+        assert!(ratio < factor && ratio > 0.5 && burnt < 0.15, "{longitude_deg} degrees, {height_km} km: {ratio}, {burnt} burnt out");
+        if factor > 2.0 {
+            let as_smooth = SESSION.scene(&with_effects("-normal,-detail", request)).expect("a scene");
+            let ratio = drawn_cd_m2 / metered_cd_m2(&as_smooth);
+            assert!(ratio > 3.0, "metered as smooth: {ratio}");
+        }
+    }
+}
+
 /// Looking at the Sun from Gale on Mars, where Curiosity took the sunset of 15 April 2015 (PIA19400). `time`: UTC of that day.
 fn from_gale(time: &str, target: Option<NaifId>) -> ViewRequest {
     let position = Position::Ground { body: MARS, latitude_deg: -4.6, longitude_deg: 137.4, height_km: 0.002 };

@@ -44,6 +44,28 @@ fn rings_of_a_point_leave_the_reading_gradually() {
     assert_changes_smoothly("Saturn's night side", 0.3, 60, night_side);
 }
 
+/// The exposure of a sunlit planet is that of its globe, from 3 to 60 radii, with rings within 0.2 stops as without them; and within 0.2 stops the same at all
+/// distances from 5 radii on (nearer within 0.35: there the camera sees less of the dark limb). On one grid of rays over all of Saturn's rings the
+/// exposure grew by 1.3 stops from 3 to 15 radii.
+#[test]
+fn neither_rings_nor_distance_change_the_exposure_of_a_sunlit_planet() {
+    for id in [599, 699, 799, 899].map(NaifId) {
+        let at = |distance_radii: f64, effects: &str| {
+            let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(distance_radii) };
+            let effects = EffectOverrides::parse(effects).expect("effects");
+            stops(&ViewRequest { effects, width: 192, height: 192, ..view(id, "2017-05-17T00:00:00Z", position) })
+        };
+        let far = at(60.0, "");
+        for distance_radii in [3.0, 3.5, 4.0, 5.0, 8.0, 15.0, 30.0, 60.0] {
+            let (with_rings, without) = (at(distance_radii, ""), at(distance_radii, "-rings"));
+            println!("{id:?} from {distance_radii} radii: {with_rings:.2} stops, without rings {without:.2}");
+            assert!((with_rings - without).abs() < 0.2, "{id:?} from {distance_radii} radii: {with_rings} stops, without rings {without}");
+            let bound = if distance_radii < 5.0 { 0.35 } else { 0.2 };
+            assert!((with_rings - far).abs() < bound, "{id:?} from {distance_radii} radii: {with_rings} stops, from 60 {far}");
+        }
+    }
+}
+
 /// A camera near the plane of Saturn's rings turns. The exposure has no jump where a part of the rings comes to be behind the camera, and rings
 /// beside the frame are not metered.
 #[test]
@@ -102,6 +124,14 @@ fn a_crescent_behind_the_limb_is_not_metered() {
     }
     let in_sight = stops(&mercury(6.0));
     assert!(in_sight < 3.0, "{in_sight} stops");
+}
+
+#[test]
+fn a_direction_without_bodies_is_exposed_as_a_night_sky() {
+    let look = Look::Along { direction: DVec3::new(0.1, -0.3, 1.0), axes: Axes::Icrf };
+    let at_earth = view(NaifId::EARTH, "2024-03-01T00:00:00Z", Position::Centre(NaifId::EARTH));
+    let exposure = SESSION.scene(&ViewRequest { look, target: None, fov_deg: Some(5.0), ..at_earth }).expect("a scene").exposure;
+    assert!(exposure.reason.to_string().contains("dark sky") && exposure.stops > 18.0, "{}: {}", exposure.stops, exposure.reason);
 }
 
 /// By how much a series goes up and down, in addition to its change from first to last.
@@ -284,7 +314,7 @@ fn mars_without_its_dust_is_exposed_for_its_ground() {
     assert!((0.5..2.4).contains(&brighter), "{brighter} stops");
 }
 
-/// From the ground of a city (Paris) every view is exposed as without its lights: they must not hide the stars, and little of them is drawn. A camera in
+/// From the ground of a city (Paris) every view is exposed as without its lights: they must not hide the stars, and are not drawn there. A camera in
 /// an aircraft sees the lights; between them the exposure does not jump.
 #[test]
 fn city_lights_around_the_camera_do_not_hide_the_stars() {

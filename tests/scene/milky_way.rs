@@ -142,6 +142,24 @@ fn zodiacal_light_follows_its_law() {
     assert!((zodiacal::unit_radiance(5.2) / zodiacal::unit_radiance(1.0) - 5.2_f64.powf(-2.3)).abs() < 1e-12);
 }
 
+/// Automatic exposure of nothing but stars shows the star clouds in Sagittarius, as photographs do: half of the pixels at 35 to 110 of 255. Negative control:
+/// at the exposure of EV -4, 2.5 stops shorter, they are nearly black.
+#[test]
+fn automatic_exposure_shows_the_milky_way() {
+    let linear = towards(SkyFrame::Galactic.icrf_from_frame() * unit_vector(2.0, -3.5), 12.0, MILKY_WAY);
+    let automatic = ViewRequest { purpose: Purpose::Display, exposure: ExposureRequest::Auto, ..linear };
+    let median = |request: &ViewRequest| {
+        let drawn = draw(&SESSION, request);
+        let mut levels: Vec<u8> = drawn.frame.display.iter().map(|p| p[0].max(p[1]).max(p[2])).collect();
+        levels.sort_unstable();
+        (levels[levels.len() / 2], drawn.scene.exposure)
+    };
+    let (level, exposure) = median(&automatic);
+    assert!((35..110).contains(&level), "{level}; {}", exposure.reason);
+    let (before, _) = median(&ViewRequest { exposure: ExposureRequest::Stops(exposure.stops - 2.5), ..automatic });
+    assert!(before < 28, "{before}");
+}
+
 /// Next to a lit planet, neither layer is visible, drawn or loaded. A boost lifts both and the stars; the layer switch removes them; each
 /// decision states its reason.
 #[test]

@@ -12,11 +12,22 @@ use crate::scene::numeric::smooth_rise;
 use glam::{DVec3, FloatExt};
 
 /// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun: the light
-/// meter uses it in place of the sky's mean radiance: an image shows it at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. Chosen by eye: by day 4
-/// times the true mean, with the Sun 12 degrees below the horizon 40 times; the higher the factor, the darker the image, so dusk is shown darker than day.
-/// Between altitudes the logarithm of the radiance is linear.
-const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
-    [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
+/// meter uses it in place of the sky's mean radiance: an image shows it at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. Chosen so that the sky in a
+/// view across the direction of the Sun is shown at 0.14 of white by day, at 0.05 with the Sun 4 degrees below the horizon, and at 0.03, 0.02 and 0.01 at 6, 8
+/// and 12 degrees, and at last by the limit of night photographs (`DARKEST_EV`): the darker a sky, the darker it is shown. By day it is 4 times the true
+/// mean, in dusk some 10 times. Between altitudes the logarithm of the radiance is linear.
+const EXPOSURE_BY_ALTITUDE: [(f64, f64); 10] = [
+    (-18.0, 1.2e-8),
+    (-14.0, 6e-8),
+    (-12.0, 4e-7),
+    (-10.0, 4e-6),
+    (-8.0, 4.6e-5),
+    (-5.0, 1.5e-3),
+    (0.0, 0.045),
+    (5.0, 0.12),
+    (30.0, 0.25),
+    (90.0, 0.3),
+];
 
 /// [`EXPOSURE_BY_ALTITUDE`] at an altitude of the Sun on the Earth.
 fn exposure_per_irradiance(altitude_on_earth_deg: f64) -> f64 {

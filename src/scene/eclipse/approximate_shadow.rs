@@ -66,6 +66,11 @@ impl<'a> ApproximateShadow<'a> {
         luminance(self.sunlight(point).to_array())
     }
 
+    /// Fraction of sunlight at a point in the channel with the greatest fraction: in the red light of an umbra some twice that of the luminance.
+    pub(crate) fn brightest_sunlight_fraction(&self, point: DVec3) -> f64 {
+        self.sunlight(point).max_element()
+    }
+
     /// As [`Self::sunlight_fraction`], but per channel.
     fn sunlight(&self, point: DVec3) -> DVec3 {
         let (point_across, point_along) = (self.axis.offset_across(point), point.dot(self.axis.sunward));

@@ -2,8 +2,9 @@
 //!
 //! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a weight;
 //! the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the Sun's glare
-//! saturates at most about a tenth of the frame (`MAX_MEDIAN_GLARE`), a daylight sky in the frame stays below white (`least_white_for_sky`), the exposure is no
-//! longer than that of a photograph of the night sky, and it changes as continuously as the meter's reading. Pixel views that show another quantity than light
+//! saturates at most about a tenth of the frame (`MAX_MEDIAN_GLARE`), a daylight sky in the frame stays below white (`least_white_for_sky`), the highlights of
+//! the bodies stay below white where a shorter exposure can protect them (`MAX_HIGHLIGHT_LEVEL`), the exposure is no longer than that of a photograph of the
+//! night sky, and it changes as continuously as the meter's reading. Pixel views that show another quantity than light
 //! ([`PixelView`]) are not metered: unless the user sets an exposure, each has one that does not depend on the image's content and that its legend states.
 
 use crate::catalog::NaifId;
@@ -15,7 +16,7 @@ use crate::scene::light::city_lights;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
 use crate::scene::light::lights::{self, Reflector};
 use crate::scene::light::meter::{FrameGlare, Meter, MeterReading, MeteredSubject, bright_ground_weight};
-use crate::scene::numeric::with_significant_digits;
+use crate::scene::numeric::{smooth_rise, with_significant_digits};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::{ExposureRequest, ViewRequest};
@@ -32,11 +33,18 @@ const SMOOTH_MAX_EXPONENT: i32 = 4;
 const MAX_MEDIAN_GLARE: [f64; 3] = [0.2, 0.02, 0.003];
 /// Ratio of a subject's radiance to the glare below which the subject is lost in the glare.
 const LOST_SUBJECT_RATIO: f64 = 0.1;
-/// Number of stops by which the brightest city lights must exceed white to get full weight.
-const CITY_LIGHT_FADE_STOPS: f64 = 2.0;
+/// Highest level, as a fraction of white, of the metered highlights of bodies. They are those of ground without the contrast of its map; with it a twentieth of
+/// the drawn disc, or less, is shown at 0.9 of white or more (tests/scene/highlights.rs). A full disc, whose ground is evenly bright, stays at its level.
+const MAX_HIGHLIGHT_LEVEL: f64 = 0.8;
+/// Excess of the highlights over this level, stops, up to which they are protected; at the second value they are given up: a sunlit planet beside a moon in
+/// its shadow, or the last sunlit part of a moon in an eclipse.
+const PROTECTED_STOPS: (f64, f64) = (2.0, 5.0);
+/// Radiances of the brightest city lights, in stops relative to what is white without them, between which the weight of city lights rises from 0 to 1. Below the
+/// first they are hardly drawn.
+const COUNTED_CITY_LIGHTS_STOPS: (f64, f64) = (-6.0, -4.0);
 /// Beside the main subject, the reason of an exposure names every subject that contributes more than `NAMED_SHARE`, or moves the exposure by more than
-/// `NAMED_STOPS`. It also names a limit (by the glare, by the sky, or for a night sky) that moves the exposure by more than `NAMED_STOPS`, and the main
-/// subject's target level if the image misses this level by more than `NAMED_STOPS`.
+/// `NAMED_STOPS`. It also names a limit (by the glare, the highlights, the sky, or for a night sky) that moves the exposure by more than `NAMED_STOPS`, and the
+/// main subject's target level if the image misses this level by more than `NAMED_STOPS`.
 const NAMED_SHARE: f64 = 0.1;
 const NAMED_STOPS: f64 = 0.1;
 
@@ -108,18 +116,24 @@ fn metered_exposure(
     let meter = |city_light_weight: f64| Meter { context, camera, placed, reflectors, air, city_light_weight };
     let reading = reading.unwrap_or_else(|| meter(0.0).read(darkest_white()));
     let without_city_lights = from_reading(&reading);
-    // City lights are weighted by the number of stops by which an exposure without them would overexpose them.
+    // Whether city lights count depends on the exposure without them: by day they are not drawn.
     let brightest_city_light = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
         .map(city_lights::drawn_white_radiance)
         .fold(0.0, f64::max);
-    // 1e-30 only keeps the logarithm finite where there are no city lights.
-    let city_light_weight = (brightest_city_light / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
+    let city_light_weight = city_light_weight(brightest_city_light, without_city_lights.white());
     if city_light_weight > 0.0 {
-        return Metered::without_reading(from_reading(&meter(city_light_weight.min(1.0)).add_city_lights(reading)));
+        return Metered::without_reading(from_reading(&meter(city_light_weight).add_city_lights(reading)));
     }
     Metered { exposure: without_city_lights, reading: Some(reading) }
+}
+
+/// Weight of city lights relative to other ground. `brightest`: radiance of a white texel of the night map as it is drawn; `white`: the radiance that is white
+/// in an image exposed without city lights.
+fn city_light_weight(brightest: f64, white: f64) -> f64 {
+    // 1e-30 only keeps the logarithm finite where there are no city lights.
+    smooth_rise(COUNTED_CITY_LIGHTS_STOPS, (brightest / white).max(1e-30).log2())
 }
 
 /// The smooth maximum of two white levels.
@@ -158,16 +172,29 @@ fn from_reading(reading: &MeterReading) -> Exposure {
     let total_contribution: f64 = subjects.iter().map(contribution).sum();
     let share = |m: &MeteredSubject| contribution(m) / total_contribution;
     let mean_of = |white_of: &dyn Fn(&MeteredSubject) -> f64| subjects.iter().map(|m| share(m) * white_of(m).ln()).sum::<f64>().exp();
+    let behind_glare = mean_of(&|m: &MeteredSubject| white_behind_glare(&reading.glare, m.white()));
+    let night = darkest_white();
+    let share_of_bodies: f64 = subjects.iter().filter(|m| m.is_of_bodies).map(share).sum();
+    let unprotected = smooth_max([behind_glare, night]);
     let whites = Whites {
         subjects: mean_of(&MeteredSubject::white),
-        behind_glare: mean_of(&|m: &MeteredSubject| white_behind_glare(&reading.glare, m.white())),
-        night: darkest_white(),
+        behind_glare,
+        night,
+        highlights: unprotected * protective_stops(reading, unprotected, share_of_bodies).exp2(),
         sky: reading.least_white_for_sky,
     };
     // Not the smooth maximum: a sky that is not too bright changes nothing.
-    let white = smooth_max([whites.behind_glare, whites.night]).max(whites.sky);
+    let white = whites.highlights.max(whites.sky);
     subjects.sort_by(|a, b| b.weight.total_cmp(&a.weight));
     Exposure::of(-white.log2(), reason_of(&subjects, share, &whites, white))
+}
+
+/// By how many stops the exposure is reduced to protect highlights. `white`: the radiance that would be white without this. `share_of_bodies`: of bodies in the
+/// exposure, 0 to 1; in an image that is exposed for something else, such as the sky, their highlights count less.
+fn protective_stops(reading: &MeterReading, white: f64, share_of_bodies: f64) -> f64 {
+    let Some(radiance) = reading.highlights.radiance(white * AUTO_EXPOSED_MEAN) else { return 0.0 };
+    let excess_stops = (radiance / (white * MAX_HIGHLIGHT_LEVEL)).log2().max(0.0);
+    share_of_bodies * excess_stops * (1.0 - smooth_rise(PROTECTED_STOPS, excess_stops))
 }
 
 /// The radiances that the parts of a frame require as white.
@@ -176,6 +203,8 @@ struct Whites {
     /// What the subjects require behind the glare.
     behind_glare: f64,
     night: f64,
+    /// What all of these and the highlights require.
+    highlights: f64,
     /// The least that the sky around the camera allows.
     sky: f64,
 }
@@ -202,16 +231,17 @@ pub(crate) fn bright_grounds_to_meter(context: Context<'_>, camera: &Camera, pla
     placed.iter().filter(|_| is_metered(request)).filter(is_near).map(|p| p.body.id).collect()
 }
 
-/// Bodies in the frame whose city lights this exposure would overexpose: the caller loads their maps and meters again with their light. Empty if the user has
-/// set the exposure or switched the effect off, and in pixel views other than the final image.
+/// Bodies in the frame whose city lights this exposure shows: the caller loads their maps and meters again with their light. Empty if the user has set the
+/// exposure or switched the effect off, and in pixel views other than the final image.
 pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
-    let is_overexposed = |p: &&PlacedBody<'_>| {
+    let is_shown = |p: &&PlacedBody<'_>| {
         let is_drawn = request.effects.override_of_body(p.body, Effect::Night) != Some(false);
         let has_map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-        is_drawn && has_map && city_lights::drawn_white_radiance(p) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+        let weight = city_light_weight(city_lights::drawn_white_radiance(p), (-exposure.metered_stops).exp2());
+        is_drawn && has_map && weight > 0.0 && p.outline.rect(camera).is_some()
     };
-    placed.iter().filter(|_| is_metered(request)).filter(is_overexposed).map(|p| p.body.id).collect()
+    placed.iter().filter(|_| is_metered(request)).filter(is_shown).map(|p| p.body.id).collect()
 }
 
 /// The reason for a metered exposure: the main subject with its luminance and the level at which the image shows it; its target level, if that differs; and
@@ -245,13 +275,17 @@ fn reason_of(subjects: &[MeteredSubject], share: impl Fn(&MeteredSubject) -> f64
     });
     // Negative: limits make the image darker.
     let limit_stops = (whites.subjects / white).log2();
-    // The glare makes the subjects' white greater, more than the night does.
-    let is_by_glare = whites.behind_glare > whites.night && whites.behind_glare / whites.subjects > white / whites.behind_glare;
+    // What the limits add in turn: the glare, the night, the highlights. The greatest is named, with the sum.
+    let unprotected = smooth_max([whites.behind_glare, whites.night]);
+    let [by_glare, by_night, by_highlights] =
+        [whites.behind_glare / whites.subjects, unprotected / whites.behind_glare, whites.highlights / unprotected];
     let limit = (limit_stops < -NAMED_STOPS).then(|| {
         let stops = stops_argument(limit_stops);
         if whites.sky >= white {
             reason!("exposure-sky", stops = stops)
-        } else if is_by_glare {
+        } else if by_highlights > by_glare.max(by_night) {
+            reason!("exposure-highlights", stops = stops)
+        } else if by_glare > by_night {
             reason!("exposure-glare", stops = stops)
         } else {
             reason!("exposure-night", ev = DARKEST_EV, stops = stops)

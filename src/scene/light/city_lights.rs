@@ -2,8 +2,9 @@
 //!
 //! In: a body with a night map, and the camera. Out: a factor on the radiance of its city lights, for the draws of the globe and for the light meter. A night
 //! map has the mean light of texels of kilometres, as seen from above. For a camera in a city this mean is wrong: most of the light comes from lamps and lit
-//! streets, which cover little of the ground, and the ground between them is dim. Lamps are not drawn, so the mean fades to the light of that ground as the
-//! camera descends. From a height of 3 km upwards the map's full light is drawn.
+//! streets, which cover little of the ground, and the ground between them is dim. Lamps are not drawn, and the sky has no glow of the city, so the mean fades to
+//! nothing as the camera descends: a pale plain below a starry sky would be wrong. From a height of 3 km upwards the map's full light is drawn. The light meter
+//! counts the lights that are drawn.
 
 use crate::message::{Argument, Reason, reason};
 use crate::scene::atmosphere::air;
@@ -11,22 +12,16 @@ use crate::scene::light::night_lights;
 use crate::scene::numeric::{smoothstep, with_significant_digits};
 use crate::scene::placed::PlacedBody;
 
-/// Heights of the camera between which the factor rises from [`FACTOR_ON_GROUND`] to 1. Chosen: seen from 0.1 km single streets fill the frame, from 3 km whole
-/// towns.
+/// Heights of the camera between which the factor rises from 0 to 1. Chosen: seen from 0.1 km single streets fill the frame, from 3 km whole towns.
 const FADE_HEIGHTS_KM: [f64; 2] = [0.1, 3.0];
-/// Factor for a camera on the ground: an estimate for the ground between lamps. A white texel then has 0.022 cd/m2, as ground of reflectance 0.15 under
-/// 0.5 lux, twice the light of a full Moon. Lit streets have 2 to 15 lux (EN 13201), but are a small part of the ground. At the longest automatic exposure the
-/// texel is at 0.3 of white.
-const FACTOR_ON_GROUND: f64 = 0.02;
 
 fn factor_at(height_km: f64) -> f64 {
     let [from, to] = FADE_HEIGHTS_KM;
-    let nearness_to_ground = 1.0 - smoothstep((height_km.max(1e-9) / from).ln() / (to / from).ln());
-    // Exactly 1 from the upper height on.
-    FACTOR_ON_GROUND.powf(nearness_to_ground)
+    // Squared: a part in ten is left at 0.35 km.
+    smoothstep((height_km.max(1e-9) / from).ln() / (to / from).ln()).powi(2)
 }
 
-/// Factor on the radiance of a body's city lights at the camera's height, 1 from a height of 3 km on.
+/// Factor on the radiance of a body's city lights at the camera's height: 0 up to a height of 0.1 km, 1 from a height of 3 km on.
 pub(crate) fn factor(p: &PlacedBody<'_>) -> f64 {
     factor_at(air::camera_height_km(p.body, &p.placement))
 }
@@ -54,16 +49,16 @@ mod tests {
 
     #[test]
     fn city_lights_fade_out_towards_the_ground() {
-        for (height_km, expected) in [(0.0, FACTOR_ON_GROUND), (0.002, FACTOR_ON_GROUND), (0.1, FACTOR_ON_GROUND)] {
-            assert!((factor_at(height_km) / expected - 1.0).abs() < 1e-12, "{height_km} km");
+        for height_km in [0.0, 0.002, 0.1] {
+            assert_eq!(factor_at(height_km), 0.0, "{height_km} km");
         }
         // Exactly 1, so that views from these heights have the map's own light.
         for height_km in [3.0, 10.0, 400.0, 1e6] {
             assert_eq!(factor_at(height_km), 1.0, "{height_km} km");
         }
-        // In stops, per step of 2 % of the height; the light never falls with height.
-        let steps = (0..250).map(|k| 0.05 * 1.02_f64.powi(k)).map(|height| (factor_at(1.02 * height) / factor_at(height)).log2());
+        // Per step of 2 % of the height; the light never falls with height.
+        let steps = (0..250).map(|k| 0.05 * 1.02_f64.powi(k)).map(|height| factor_at(1.02 * height) - factor_at(height));
         let (least, greatest) = steps.fold((f64::INFINITY, 0.0_f64), |(least, greatest), step| (least.min(step), greatest.max(step)));
-        assert!(least >= 0.0 && greatest < 0.2, "{least} to {greatest} stops");
+        assert!(least >= 0.0 && greatest > 0.0 && greatest < 0.012, "{least} to {greatest}");
     }
 }

@@ -51,10 +51,10 @@ pub const CD_M2_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
 /// Luminance that a camera's sensor shows as white at EV 0 and ISO 100, cd/m2; it is proportional to 2^EV (ISO 12232's saturation-based speed with a lens
 /// of transmittance 0.65: 78 / (100 x 0.65)). At EV 15, usual for sunlit ground, a radiance of 1 is white to 0.05 stop.
 const WHITE_AT_EV_0_CD_M2: f64 = 1.2;
-/// Lower limit of the EV of automatic exposure: the EV of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2.
-/// The faintest star that the eye sees (6 mag) is then dark grey: in an image of 1024 pixels over a vertical field of 45 degrees, its brightest pixel is
-/// at most a thirteenth of white.
-pub const DARKEST_EV: f64 = -4.0;
+/// Lower limit of the EV of automatic exposure: the EV of a photograph of the Milky Way at f/2.8, 22 s, ISO 3200. White is then 0.013 cd/m2, and the moonless
+/// sky of the Earth is shown at a hundredth of it. The faintest star that the eye sees (6 mag) is then grey: in an image of 1024 pixels over a vertical field
+/// of 45 degrees, its brightest pixel is at most 0.44 of white.
+pub const DARKEST_EV: f64 = -6.5;
 
 /// The smallest radiance that automatic exposure shows as white.
 pub fn darkest_white() -> f64 {

@@ -5,7 +5,7 @@
 //! Units: a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi), and irradiance 1 is the Sun's at 1 au. A body of geometric albedo p
 //! at full phase then has the mean radiance p times its irradiance. `alpha` is the phase angle in radians, 0..=pi.
 
-use crate::catalog::{Body, Photometry};
+use crate::catalog::{Body, Map, Photometry};
 use crate::scene::light::phase_laws;
 pub use crate::scene::light::phase_laws::slope_parameter_law;
 use crate::units::{KM_PER_AU, SUN_RADIUS_KM};
@@ -134,6 +134,12 @@ pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
 /// geometric albedo gives a disc of this geometric albedo.
 pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
     1.0 / DVec3::from_array(model_geometric_albedo(&body.photometry))
+}
+
+/// Albedo of the ground in a direction from the body's centre, body axes, relative to the published one, as far as the harmonics of its map give it.
+pub(crate) fn relative_albedo(map: &Map, direction: DVec3) -> f64 {
+    let [degree_1, degree_2] = map.harmonics.map_or([0.0; 2], |harmonics| harmonics.sums_by_degree(direction.normalize()));
+    map.relative_mean * (1.0 + degree_1 + degree_2).max(0.0)
 }
 
 /// Numbers of photometric longitudes and latitudes of [`light_curve`].

@@ -88,8 +88,9 @@ impl RadialSums {
     }
 }
 
-/// Number of cached sums: those of one planet on either side of its rings, for both variants of the Compare panel. Those of Saturn take up to 3 MB.
-const CACHE_CAPACITY: usize = 4;
+/// Number of cached sums: those of the dense and of the faint rings of one planet on either side of them, for both variants of the Compare panel. Those of
+/// Saturn take up to 3 MB.
+const CACHE_CAPACITY: usize = 8;
 
 /// What [`RadialSums`] depend on: the intervals, as [`super::ring_table::RingTables`] has them, and the sunlight.
 type Inputs = (Arc<Vec<RingInterval>>, [[f64; 2]; 2]);

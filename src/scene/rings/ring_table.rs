@@ -62,9 +62,9 @@ pub(crate) fn cache_key(ring: &Ring) -> [f64; 7] {
     [ring.inner_km, ring.outer_km, ring.tau_normal, ring.dust_fraction, red, green, blue]
 }
 
-/// Number of cached tables of each kind: enough for the rings in a frame and in the other variant of the Compare panel. A table of Saturn's rings takes up to
-/// a megabyte.
-const CACHE_CAPACITY: usize = 6;
+/// Number of cached tables of each kind: enough for the rings in a frame (the light meter reads the dense and the faint rings apart) and in the other variant of
+/// the Compare panel. A table of Saturn's rings takes up to a megabyte.
+const CACHE_CAPACITY: usize = 8;
 
 /// Tables of rings, cached from frame to frame.
 #[derive(Debug)]

@@ -1,11 +1,11 @@
 //! The light that a body's ground reflects towards the camera, for the light meter.
 //!
-//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground, computed with one albedo for all of them: the mean over
-//! the whole planet, clouds included. Exception: if the body's map shows the ground alone (`clear_sky_albedo`), the mean over the ground and the air in front
-//! of it is used, unless the camera is above drawn clouds or the disc is small. Between the two albedos the change is smooth. Near the camera, ground brighter
-//! than the mean counts with a part of its brightness (`bright_ground`).
+//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground, computed with the mean albedo of the whole planet, clouds
+//! included, and with its bright and dark sides, as the harmonics of its map give them. Exception: if the body's map shows the ground alone
+//! (`clear_sky_albedo`), the mean over the ground and the air in front of it is used, unless the camera is above drawn clouds or the disc is small. Between the
+//! two albedos the change is smooth. Near the camera, ground brighter than the mean counts with a part of its brightness (`bright_ground`).
 
-use crate::catalog::{Body, InventedRelief};
+use crate::catalog::{Body, InventedRelief, Map};
 use crate::scene::atmosphere::air;
 use crate::scene::constants::MAX_RELIEF_DIP;
 use crate::scene::draw::tables::RingShine;
@@ -30,12 +30,19 @@ const GROUND_TO_PLANET_CLOUD_HEIGHTS: (f64, f64) = (0.9, 1.0);
 /// itself gives 128 klx), and 4 klx for a Sun at an altitude of 5 degrees.
 const CLEAR_SKY_IRRADIANCE_PER_RADIANCE: f64 = 0.3;
 
-/// Steepest slope (rise over run) of the relief that the meter assumes on ground without air: smooth ground would have no light from a Sun below the horizon.
-/// For altitudes of the Sun from -2 to 8 degrees the metered radiance is within a factor of 5 of the mean over a dozen places of the Moon's drawn ground;
-/// single places scatter more: after sunset level ones have no sunlight.
-const MAX_RELIEF_SLOPE: f64 = 0.15;
-/// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, sunlit ground is in view too, whose light relief
-/// hardly changes.
+/// Root mean square, in one direction, of the slope (rise over run) of the relief that the meter assumes on ground without air: that of the Moon's map of
+/// normals times its gain, 0.097 to the east and 0.087 to the north (tests/image/shipped_maps.rs). Under a low Sun slopes that face it have several times
+/// the light of smooth ground, which would have none from a Sun below the horizon. For altitudes of the Sun from -2 to 8 degrees the metered radiance is within
+/// a factor of 5 of the mean over a dozen places of the Moon's drawn ground; single places scatter more: after sunset level ones have no sunlight.
+pub const RELIEF_SLOPE_RMS: f64 = 0.092;
+/// Slopes towards the Sun by which the meter represents the relief, as multiples of [`RELIEF_SLOPE_RMS`]: the middles of seven equal parts of a normal
+/// distribution, scaled to a root mean square of 1.
+const RELIEF_SLOPES: [f64; 7] = [-1.608, -0.869, -0.402, 0.0, 0.402, 0.869, 1.608];
+/// For ground under a higher Sun, sine of its altitude, the slopes fade to 0: there they change the light by less than a third.
+const SLOPES_FADE_SINES: (f64, f64) = (0.3, 0.5);
+/// Steepest slope in the mean for the light of other bodies: slopes evenly distributed up to it have the same root mean square.
+const MAX_RELIEF_SLOPE: f64 = 1.732 * RELIEF_SLOPE_RMS;
+/// Height of the camera, in radii of the body, at which the weight of invented relief has fallen to 0: it is drawn where the ground is magnified.
 const RELIEF_HEIGHT_RADII: f64 = 0.02;
 
 /// Height of the camera, in radii of the body, at which the weight of bright ground has fallen to 0. From higher up the frame shows ground of all kinds, unless
@@ -83,8 +90,8 @@ pub(crate) fn bright_ground_weight(p: &PlacedBody<'_>, effects: &EffectOverrides
 }
 
 /// Weight of relief in the radiance of a body's ground, from 0 (smooth ground) to 1. Relief counts if the ground is drawn with a map of normals or with
-/// procedural relief.
-pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f64 {
+/// procedural relief. `far_weight`: 1 for a camera so far away that half of the globe is in view, most of it under a higher Sun; there relief does not count.
+pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides, far_weight: f64) -> f64 {
     let body = p.body;
     let is_on = |effect: Effect| effects.override_of_body(body, effect) != Some(false);
     let is_mapped = body.maps.normal.is_some() && is_on(Effect::Normal);
@@ -94,13 +101,28 @@ pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f6
     if has_air || !(is_mapped || is_invented) {
         return 0.0;
     }
-    1.0 - smoothstep(air::camera_height_km(body, &p.placement) / body.radii_km.x / RELIEF_HEIGHT_RADII)
+    let near = 1.0 - far_weight;
+    let of_invented = 1.0 - smoothstep(air::camera_height_km(body, &p.placement) / body.radii_km.x / RELIEF_HEIGHT_RADII);
+    if is_mapped { near } else { near * of_invented }
+}
+
+/// Cosine of incidence on a slope towards the light, from the cosine on smooth ground, times the factor by which `horizon_factor` of
+/// shaders/lib/reflected.wesl reduces the light of a low Sun, for the greatest height of relief: not at all from a `cos_smooth` of [`MAX_RELIEF_DIP`] on, to
+/// nothing at -[`MAX_RELIEF_DIP`].
+fn cosine_on_slope(cos_smooth: f64, slope: f64) -> f64 {
+    let above_horizon = (0.5 + 0.5 * cos_smooth / MAX_RELIEF_DIP).clamp(0.0, 1.0);
+    let on_slope = (cos_smooth + slope * (1.0 - cos_smooth * cos_smooth).max(0.0).sqrt()) / slope.hypot(1.0);
+    on_slope.max(0.0) * above_horizon
+}
+
+/// The albedo map whose bright and dark sides count, if it is drawn. Not that of a body whose map shows its ground alone, without its clouds.
+pub(crate) fn map_of_sides<'b>(body: &'b Body, effects: &EffectOverrides) -> Option<&'b Map> {
+    let is_drawn = effects.override_of_body(body, Effect::Albedo) != Some(false);
+    body.maps.albedo.as_ref().filter(|_| is_drawn && body.clear_sky_albedo.is_none())
 }
 
 /// Mean cosine of incidence on relief, from the cosine on smooth ground: the mean of max(0, `cos_smooth` + slope) over slopes towards the light that are evenly
-/// distributed from -[`MAX_RELIEF_SLOPE`] to +[`MAX_RELIEF_SLOPE`]. The mean is reduced as by `horizon_factor` of shaders/lib/reflected.wesl for
-/// the greatest height of relief, as the steepest slopes have most of the light beyond the terminator: not at all from a `cos_smooth` of [`MAX_RELIEF_DIP`] on,
-/// to nothing at -[`MAX_RELIEF_DIP`].
+/// distributed from -[`MAX_RELIEF_SLOPE`] to +[`MAX_RELIEF_SLOPE`]. The mean is reduced as in [`cosine_on_slope`].
 fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
     if cos_smooth.abs() >= MAX_RELIEF_SLOPE {
         return cos_smooth.max(0.0);
@@ -196,6 +218,8 @@ pub(crate) struct Ground<'g> {
     pub city_light_weight: f64,
     /// For sunlight and skylight.
     pub albedo: Albedo,
+    /// See [`map_of_sides`].
+    pub albedo_map: Option<&'g Map>,
     /// Ground brighter than the mean; `None` if all ground is metered as the mean.
     pub bright_ground: Option<&'g BrightGround>,
     /// See [`relief_weight`].
@@ -213,21 +237,39 @@ pub(crate) struct Ground<'g> {
 }
 
 impl Ground<'_> {
-    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes. `shadow`: of other
-    /// bodies, if any. `ring_transmittance`: the fraction of sunlight that the body's rings leave.
-    pub(crate) fn radiance(
+    /// Calls `add` with each part of the ground at a point, as a fraction, and its radiance: one part, or one for each slope of the relief where that matters.
+    /// Arguments: see [`Self::radiance`].
+    pub(crate) fn for_each_slope(
         &self,
-        point: DVec3,
-        normal: DVec3,
-        viewer: DVec3,
+        [point, normal, viewer]: [DVec3; 3],
+        shadow: Option<&ApproximateShadow<'_>>,
+        ring_transmittance: f64,
+        mut add: impl FnMut(f64, GroundRadiance),
+    ) {
+        let sin_altitude = normal.dot(self.sun);
+        let steepness = RELIEF_SLOPE_RMS * (1.0 - smooth_rise(SLOPES_FADE_SINES, sin_altitude));
+        let has_slopes = self.relief_weight > 0.0 && steepness > 0.0 && sin_altitude > -MAX_RELIEF_DIP;
+        let slopes: &[f64] = if has_slopes { &RELIEF_SLOPES } else { &[0.0] };
+        for slope in slopes {
+            add(1.0 / slopes.len() as f64, self.radiance([point, normal, viewer], steepness * slope, shadow, ring_transmittance));
+        }
+    }
+
+    /// Radiance of the ground at a point (unit-sphere frame) in the direction of the viewer. `[point, normal, viewer]`: the last two are unit vectors, body
+    /// axes. `slope`: of the relief, towards the Sun. `shadow`: of other bodies, if any. `ring_transmittance`: the fraction of sunlight that the body's rings
+    /// leave.
+    fn radiance(
+        &self,
+        [point, normal, viewer]: [DVec3; 3],
+        slope: f64,
         shadow: Option<&ApproximateShadow<'_>>,
         ring_transmittance: f64,
     ) -> GroundRadiance {
         let body = self.body;
-        // `light`: irradiance times albedo.
-        let reflected = |towards: DVec3, light: f64| {
+        // `light`: irradiance times albedo; `cos_on_relief`: the cosine of incidence on relief, from that on smooth ground.
+        let reflected = |towards: DVec3, light: f64, cos_on_relief: &dyn Fn(f64) -> f64| {
             let cos_smooth = normal.dot(towards).max(0.0);
-            let cos_incidence = cos_smooth + self.relief_weight * (mean_cosine_on_relief(normal.dot(towards)) - cos_smooth);
+            let cos_incidence = cos_smooth + self.relief_weight * (cos_on_relief(normal.dot(towards)) - cos_smooth);
             // A positive cosine of emission, because `reflectance` is 0 at the limb.
             light * photometry::reflectance(&body.photometry, cos_incidence, normal.dot(viewer).max(1e-3), towards.dot(viewer))
         };
@@ -235,18 +277,21 @@ impl Ground<'_> {
             // Elsewhere the ground reflects no sunlight, so the fraction does not matter.
             Some(shadow) if normal.dot(self.sun) > 0.0 || self.relief_weight > 0.0 => {
                 // From the unit-sphere frame to equatorial radii.
-                shadow.sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0)
+                shadow.brightest_sunlight_fraction(point * body.radii_km / body.radii_km.x).max(0.0)
             }
             _ => 1.0,
         };
-        let secondary: f64 = self.secondary_lights.iter().map(|(towards, light)| reflected(*towards, *light)).sum();
+        let secondary: f64 = self.secondary_lights.iter().map(|(towards, light)| reflected(*towards, *light, &mean_cosine_on_relief)).sum();
         let night_weight = night_lights::lit_fraction(normal.dot(self.sun)) * self.city_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if night_weight > 0.0 { night_weight * l.radiance_at(point) } else { 0.0 });
         let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
         let [lights_factor, sky_factor] =
             self.bright_ground.map_or([1.0; 2], |map| self.albedo.local_factors(map.relative_radiance(point)));
         let sunlight = self.sun_irradiance * sunlight_fraction * ring_transmittance;
-        let by_lights = lights_factor * (reflected(self.sun, self.albedo.of_lights * sunlight) + secondary);
+        let relative_albedo = self.albedo_map.map_or(1.0, |map| photometry::relative_albedo(map, point));
+        let by_lights = relative_albedo
+            * lights_factor
+            * (reflected(self.sun, self.albedo.of_lights * sunlight, &|cos| cosine_on_slope(cos, slope)) + secondary);
         let others = sky_factor * self.albedo.of_sky * self.sky_exposure_radiance + night_lights + ring_shine;
         GroundRadiance { metered: by_lights, drawn: by_lights * self.albedo.drawn_part }.plus(others)
     }
@@ -262,13 +307,31 @@ mod tests {
     fn relief_is_lit_beyond_the_terminator() {
         let at = |deg: f64| mean_cosine_on_relief(deg.to_radians().sin());
         assert_eq!((at(-2.9), at(-90.0)), (0.0, 0.0));
-        // The formula gives 0.0061.
+        // The formula gives 0.0066.
         assert!(at(-1.5) > 0.004 && at(-1.5) < 0.03, "{}", at(-1.5));
-        for deg in [9.0, 30.0, 90.0] {
+        for deg in [10.0, 30.0, 90.0] {
             assert_eq!(at(deg), f64::to_radians(deg).sin());
         }
         let steps =
             (-2000..2000).map(|k| (mean_cosine_on_relief(1e-4 * f64::from(k + 1)) - mean_cosine_on_relief(1e-4 * f64::from(k))).abs());
         assert!(steps.fold(0.0, f64::max) < 3e-4);
+    }
+
+    /// The slopes have a mean of 0 and a root mean square of 1; their mean light is that of the mean cosine within a quarter where the Sun is at 2 degrees or
+    /// more, and the slopes that face it most have some three times the light of smooth ground at 3 degrees.
+    #[test]
+    fn slopes_stand_for_the_relief() {
+        let count = RELIEF_SLOPES.len() as f64;
+        let moment = |power: i32| RELIEF_SLOPES.iter().map(|slope| slope.powi(power)).sum::<f64>() / count;
+        assert!(moment(1).abs() < 1e-12 && (moment(2) - 1.0).abs() < 2e-3, "{} {}", moment(1), moment(2));
+        let on_slope = |deg: f64, slope: f64| cosine_on_slope(deg.to_radians().sin(), RELIEF_SLOPE_RMS * slope);
+        for deg in [2.0, 3.0, 6.0, 12.0] {
+            let mean = RELIEF_SLOPES.iter().map(|slope| on_slope(deg, *slope)).sum::<f64>() / count;
+            let ratio = mean / mean_cosine_on_relief(deg.to_radians().sin());
+            assert!((ratio - 1.0).abs() < 0.25, "{deg} degrees: {ratio}");
+        }
+        let brightest = on_slope(3.0, 1.608) / f64::to_radians(3.0).sin();
+        assert!((2.5..5.0).contains(&brightest), "{brightest}");
+        assert_eq!(on_slope(-3.0, 1.608), 0.0);
     }
 }

@@ -1,27 +1,25 @@
 //! The mean radiance of a subject of the light meter.
 //!
-//! In: the parts of a subject, each with its share of the frame and its radiance. Out: a [`MeteredSubject`]. Always: the mean is finite, whatever the parts
-//! are.
+//! In: the parts of a subject, each with its share of the frame and its radiance. Out: a [`MeteredSubject`], and the parts for `highlights`. Always: the mean
+//! is finite, whatever the parts are.
 
 use super::MeteredSubject;
 use super::ground::GroundRadiance;
+use super::highlights::{Highlights, Part};
+use super::weights::{contrast_weight, radiance_weight};
 use crate::catalog::NaifId;
 use crate::message::Argument;
 
-/// Each part of the frame is weighted by this power of its radiance, because brighter ground attracts the eye. With 2/3 the lit part of a crescent outweighs
-/// the night side, and the part of the Moon in the umbra outweighs a part still lit that is two thousandths of the disc.
-const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
-/// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
-const WEIGHT_RADIANCE_CAP: f64 = 1.0;
-
 /// Accumulates a weighted mean of the logarithm of radiance.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Default)]
 pub(super) struct LogMean {
     pub weight: f64,
     /// Sum of weight times the logarithm of radiance.
     pub log_sum: f64,
     /// Sum of weight times the logarithm of the part of the radiance that images show.
     drawn_part_log_sum: f64,
+    /// The parts that may be highlights.
+    pub highlights: Highlights,
 }
 
 impl LogMean {
@@ -32,31 +30,54 @@ impl LogMean {
     }
 
     /// The same for ground.
-    pub fn add_ground(&mut self, share: f64, GroundRadiance { metered: radiance, drawn }: GroundRadiance, foreground_radiance: f64) {
-        if share > 0.0 && radiance > 0.0 {
-            let contrast = radiance / (radiance + foreground_radiance);
-            let weight = share * radiance.min(WEIGHT_RADIANCE_CAP).powf(RADIANCE_WEIGHT_EXPONENT) * contrast * contrast;
-            let log = weight * radiance.ln();
-            // An infinite radiance or a foreground that is not a number would spoil the exposure of the entire frame.
-            if log.is_finite() {
-                self.weight += weight;
-                self.log_sum += log;
-                self.drawn_part_log_sum += weight * (drawn / radiance).ln();
-            }
+    pub fn add_ground(&mut self, share: f64, radiance: GroundRadiance, foreground_radiance: f64) {
+        if self.add_to_mean(share, radiance, foreground_radiance) {
+            self.highlights.add(Part::of(share, radiance, foreground_radiance));
         }
+    }
+
+    /// The same for a part that is no highlight, however bright: a body drawn as a point.
+    pub fn add_point(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
+        self.add_to_mean(share, GroundRadiance { metered: radiance, drawn: radiance }, foreground_radiance);
+    }
+
+    /// Adds a part of ground to the mean alone, not to the highlights. Returns whether it counts.
+    pub fn add_to_mean(
+        &mut self,
+        share: f64,
+        GroundRadiance { metered: radiance, drawn }: GroundRadiance,
+        foreground_radiance: f64,
+    ) -> bool {
+        if !(share > 0.0 && radiance > 0.0) {
+            return false;
+        }
+        let weight = share * radiance_weight(radiance) * contrast_weight(radiance, foreground_radiance);
+        let log = weight * radiance.ln();
+        // An infinite radiance or a foreground that is not a number would spoil the exposure of the entire frame.
+        if !log.is_finite() {
+            return false;
+        }
+        self.weight += weight;
+        self.log_sum += log;
+        self.drawn_part_log_sum += weight * (drawn / radiance).ln();
+        true
     }
 
     /// Weight of a part of a subject that fills the frame; 0 if the part does not count. `foreground_radiance`: see [`Self::add`].
     pub fn weight_of_full_frame(radiance: f64, foreground_radiance: f64) -> f64 {
         let (mut mean, entire_frame) = (Self::default(), 1.0);
-        mean.add(entire_frame, radiance, foreground_radiance);
+        mean.add_point(entire_frame, radiance, foreground_radiance);
         mean.weight
     }
 
     /// The same mean with its weight multiplied.
     pub fn times(&self, factor: f64) -> Self {
-        let drawn_part_log_sum = self.drawn_part_log_sum * factor;
-        Self { weight: self.weight * factor, log_sum: self.log_sum * factor, drawn_part_log_sum }
+        Self {
+            weight: self.weight * factor,
+            log_sum: self.log_sum * factor,
+            drawn_part_log_sum: self.drawn_part_log_sum * factor,
+            highlights: self.highlights.times(factor),
+        }
     }
 
     /// Adds the parts of another mean.
@@ -64,11 +85,17 @@ impl LogMean {
         self.weight += other.weight;
         self.log_sum += other.log_sum;
         self.drawn_part_log_sum += other.drawn_part_log_sum;
+        self.highlights.merge(&other.highlights);
+    }
+
+    /// The mean radiance; not a number if no part counts.
+    pub fn radiance(&self) -> f64 {
+        (self.log_sum / self.weight).exp()
     }
 
     /// The mean as a subject; `None` if no part counts. `target_level`: see [`MeteredSubject`].
     pub fn metered(&self, name: impl Into<Argument>, body: Option<NaifId>, target_level: f64) -> Option<MeteredSubject> {
-        let radiance = (self.log_sum / self.weight).exp();
+        let radiance = self.radiance();
         (self.weight > 0.0 && radiance > 0.0).then(|| MeteredSubject {
             name: name.into(),
             body,
@@ -76,6 +103,7 @@ impl LogMean {
             target_level,
             weight: self.weight,
             drawn_part: (self.drawn_part_log_sum / self.weight).exp(),
+            is_of_bodies: false,
         })
     }
 }

@@ -6,13 +6,14 @@
 //! (`visible_ground`). Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position, time, field of
 //! view and phase (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges (that of ground the less, the more
 //! of the frame it fills), the ground is summed between exact limits, and the light of the sky fades towards the top of the air. Only the glare and the corona
-//! that the image shows are metered: no glare of a Sun far outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other
-//! than city lights, and bright ground near the camera (from afar a sea is as bright as a desert), relief far below the camera, the shadow of rings on a
-//! distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
+//! that the image shows are metered: no glare of a Sun far outside the frame, and no corona that the glare hides or the user switched off. Left out: maps
+//! other than city lights, bright and dark sides, and bright ground near the camera (from afar a sea is as bright as a desert), relief seen from afar, the
+//! shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
 //! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
 pub(super) mod geometry;
 mod ground;
+mod highlights;
 mod log_mean;
 mod outer_corona;
 mod reading;
@@ -24,6 +25,7 @@ mod sky;
 mod sun_glare;
 mod twilight;
 mod visible_ground;
+mod weights;
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, reason};
@@ -47,6 +49,8 @@ use geometry::{
     weighted_in_frame_fraction,
 };
 use glam::{DVec2, DVec3, FloatExt};
+#[doc(hidden)]
+pub use ground::RELIEF_SLOPE_RMS;
 pub(crate) use ground::bright_ground_weight;
 use ground::{Albedo, Ground, GroundRadiance};
 use log_mean::LogMean;
@@ -97,6 +101,8 @@ pub(crate) struct MeteredSubject {
     pub weight: f64,
     /// The part of `radiance` that images show: 1 for all but the Earth ([`ground::Albedo::drawn_part`]). It has no effect on the exposure.
     pub drawn_part: f64,
+    /// Whether this is the subject of the target or of the other bodies, whose highlights count.
+    pub is_of_bodies: bool,
 }
 
 impl MeteredSubject {
@@ -119,7 +125,7 @@ pub(crate) struct Meter<'m, 'a> {
     pub reflectors: &'m [Reflector<'m>],
     /// The air around the camera, if it is dense enough for a daylight sky.
     pub air: Option<&'m air::SurroundingAir<'m>>,
-    /// Weight of city lights relative to other ground; 0 if an exposure chosen without them does not overexpose them.
+    /// Weight of city lights relative to other ground; 0 if an exposure chosen without them hardly shows them.
     pub city_light_weight: f64,
 }
 
@@ -220,7 +226,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             let pixel_sr = camera.pixel_tangent().powi(2);
             let peak_radiance = transmittance * p.shown_irradiance.max_element() * self.part_past_rings(p) * PI / pixel_sr * point_peak();
             let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_area_px();
-            mean.add(point_weight * sprite_share, peak_radiance, foreground_radiance);
+            mean.add_point(point_weight * sprite_share, peak_radiance, foreground_radiance);
             if point_weight >= 1.0 {
                 return (mean, 0.0);
             }
@@ -240,7 +246,8 @@ impl<'a> MeteredFrame<'_, 'a> {
             bright_ground: self.meter.context.resources.bright_grounds.get(&p.body.id).map(AsRef::as_ref),
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: albedo_at(p.phase_angle_rad),
-            relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
+            albedo_map: ground::map_of_sides(p.body, &self.meter.context.request.effects),
+            relief_weight: ground::relief_weight(p, &self.meter.context.request.effects, far_weight),
             sun: to_body_frame(p.body_to_sun_km),
             sun_irradiance: self.sun_irradiance_on(p),
             secondary_lights: self.planet_shine_on(p).iter().map(of_planet_shine).collect(),
@@ -315,7 +322,9 @@ impl<'a> MeteredFrame<'_, 'a> {
                 if area_fraction > 0.0 {
                     let no_ring_shadow = 1.0;
                     // The body counts as a sphere, on which `normal` is also the point.
-                    add(weight * area_fraction, ground.radiance(normal, normal, viewer, shadow, no_ring_shadow));
+                    ground.for_each_slope([normal, normal, viewer], shadow, no_ring_shadow, |part, radiance| {
+                        add(weight * area_fraction * part, radiance);
+                    });
                 }
             }
         }

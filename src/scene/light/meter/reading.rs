@@ -4,15 +4,17 @@
 //! keeps what city lights do not change: the light in front of the bodies ([`FrameLight`]), the bodies without such lights, and all other subjects. Always: a
 //! reading to which city lights were added is the same as if everything had been metered with them.
 
+use super::highlights::Highlights;
 use super::log_mean::LogMean;
 use super::sky::{self, SunlightInAir};
 use super::sun_glare::FrameGlare;
-use super::{DARK_SKY_WEIGHT, Meter, MeteredFrame, MeteredSubject, TARGET_WEIGHT, area_px};
+use super::{DARK_SKY_WEIGHT, Meter, MeteredFrame, MeteredSubject, TARGET_WEIGHT, area_px, far_weight};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::atmosphere::sky_in_view::LightOfSky;
 use crate::scene::light::exposure::AUTO_EXPOSED_MEAN;
 use crate::scene::light::glare::VeilingGlare;
+use crate::scene::light::lights;
 use crate::scene::placed::PlacedBody;
 use glam::DVec3;
 
@@ -38,6 +40,8 @@ pub(crate) struct MeterReading {
     pub glare: FrameGlare,
     /// The least radiance that may be white ([`MeteredFrame::least_white_for_sky`]).
     pub least_white_for_sky: f64,
+    /// The highlights among all bodies but the Sun.
+    pub highlights: Highlights,
     light: FrameLight,
     /// The mean radiance of each body but the Sun, rings included, in the order of [`Meter::bodies`].
     means: Vec<LogMean>,
@@ -96,10 +100,12 @@ impl<'a> Meter<'_, 'a> {
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
             drawn_part: 1.0,
+            is_of_bodies: false,
         });
         let subjects = frame.subjects(&means, &others);
         let least_white_for_sky = frame.least_white_for_sky();
-        MeterReading { subjects, glare: frame.frame_glare(), least_white_for_sky, light: frame.light, means, others }
+        let highlights = highlights_of(&means);
+        MeterReading { subjects, glare: frame.frame_glare(), least_white_for_sky, highlights, light: frame.light, means, others }
     }
 
     /// The reading with city lights: `reading` is one of the same frame without them. The share of the frame that a body covers does not depend on them.
@@ -111,15 +117,33 @@ impl<'a> Meter<'_, 'a> {
                 (*mean, _) = frame.body_with_rings(p);
             }
         }
-        MeterReading { subjects: frame.subjects(&means, &others), glare, least_white_for_sky, light: frame.light, means, others }
+        let (subjects, highlights) = (frame.subjects(&means, &others), highlights_of(&means));
+        MeterReading { subjects, glare, least_white_for_sky, highlights, light: frame.light, means, others }
     }
+}
+
+/// The highlights of all bodies together. Unlike in the mean, the target counts by its area alone.
+fn highlights_of(means: &[LogMean]) -> Highlights {
+    let mut all = Highlights::default();
+    means.iter().for_each(|mean| all.merge(&mean.highlights));
+    all
+}
+
+/// Factor on the target level of a body with the mean radiance `mean`: dark ground around or below the camera is shown as at night, from the ground as from
+/// orbit. From afar a body is a subject before the sky, and shown as bright as any other, also in a shadow or in the light of a planet.
+fn night_factor(p: &PlacedBody<'_>, mean: &LogMean) -> f64 {
+    let nearness = 1.0 - far_weight(p);
+    if nearness <= 0.0 || mean.weight <= 0.0 {
+        return 1.0;
+    }
+    sky::dusk_factor(mean.radiance() / lights::sunlight(p.body_to_sun_km).irradiance.x).powf(nearness)
 }
 
 impl MeteredFrame<'_, '_> {
     /// The mean radiance of a body with its rings, and the body's share of the frame ([`Self::body`]).
     fn body_with_rings(&self, p: &PlacedBody<'_>) -> (LogMean, f64) {
         let (mut mean, share) = self.body(p);
-        mean.merge(&self.rings_of(p));
+        self.add_rings(p, &mut mean);
         (mean, share)
     }
 
@@ -129,30 +153,38 @@ impl MeteredFrame<'_, '_> {
         let (mut mean_of_target, mut mean_of_others) = (LogMean::default(), LogMean::default());
         // `dominant`: of the bodies other than the target, the one with the greatest weight, which gives their common subject its name.
         let (mut target_name, mut dominant, mut max_weight) = ("", None, 0.0);
+        // Of the others, the sum of the weights times the logarithms of the night factors.
+        let (mut night_factor_of_target, mut log_night_factors) = (1.0, 0.0);
         for (p, mean) in self.meter.bodies().zip(means) {
+            let night_factor = night_factor(p, mean);
             if Some(p.body.id) == target {
                 mean_of_target = mean.times(TARGET_WEIGHT);
                 target_name = &p.body.name;
+                night_factor_of_target = night_factor;
             } else {
                 mean_of_others.merge(mean);
+                log_night_factors += mean.weight * night_factor.ln();
                 if mean.weight > max_weight {
                     (max_weight, dominant) = (mean.weight, Some(p.body));
                 }
             }
         }
-        let of_target = mean_of_target.metered(target_name, target, AUTO_EXPOSED_MEAN);
-        let of_others = mean_of_others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN);
-        let mut subjects: Vec<MeteredSubject> = of_target.into_iter().chain(of_others).collect();
-        self.darken_in_dusk(&mut subjects);
+        let level_of_target = AUTO_EXPOSED_MEAN * night_factor_of_target;
+        let of_target = mean_of_target.metered(target_name, target, level_of_target);
+        let level_of_others = AUTO_EXPOSED_MEAN * (log_night_factors / mean_of_others.weight).exp();
+        let of_others = mean_of_others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), level_of_others);
+        let of_bodies = of_target.into_iter().chain(of_others);
+        let mut subjects: Vec<MeteredSubject> = of_bodies.map(|m| MeteredSubject { is_of_bodies: true, ..m }).collect();
         subjects.extend_from_slice(others);
         subjects
     }
 
-    /// Lowers the target levels of subjects around the camera: in dusk the ground is shown darker, as the sky is, less so near the top of the air.
+    /// Lowers the target levels of subjects in the air around the camera, such as refracted light at its limb, in dusk as that of the sky, less so near the top
+    /// of the air.
     fn darken_in_dusk(&self, subjects: &mut [MeteredSubject]) {
         let Some(air) = self.meter.air else { return };
-        let sky_weight = air.sky_weight();
+        let (sky_weight, irradiance) = (air.sky_weight(), self.sun_irradiance_around_camera());
         let around = subjects.iter_mut().filter(|m| m.body == Some(air.body.id));
-        around.for_each(|m| m.target_level *= sky::dusk_factor(m.radiance).powf(sky_weight));
+        around.for_each(|m| m.target_level *= sky::dusk_factor(m.radiance / irradiance).powf(sky_weight));
     }
 }

@@ -1,7 +1,9 @@
 //! Meters the light of rings: the light that they scatter towards the camera, and ring-shine on the night side of the globe.
 //!
-//! In: a placed body with rings. Out: the weighted logarithmic mean of the rings' radiance, sampled by a grid of rays over them; the table of ring-shine, with
-//! the ground's radiance per unit of it; and, for any body, the sunlight that other bodies' rings leave.
+//! In: a placed body with rings. Out: the weighted logarithmic mean of the rings' radiance, sampled by a grid of rays over them; the part of it that counts
+//! beside the globe; the table of ring-shine, with the ground's radiance per unit of it; and, for any body, the sunlight that other bodies' rings leave.
+//! Dense and faint rings have a grid each. On one grid over all rings of Saturn, which reach to eight radii, few rays were left for the main rings, the fewer
+//! the more of the E ring was in the frame: the exposure depended on the distance.
 
 use super::geometry::{frame_position_weight, ray_and_limb};
 use super::{LogMean, MeteredFrame};
@@ -18,8 +20,14 @@ use crate::scene::rings::{phase, ring_shine, view};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// Number of rays along each side of the rings' rectangle.
+/// Number of rays along each side of the rectangle of dense or of faint rings.
 const RING_RAYS: u32 = 28;
+/// Rings with less than this part of the greatest normal optical depth of a body's rings are faint: the rings D, G and E of Saturn, but no narrow ring.
+const FAINT_PART_OF_DEPTH: f64 = 1e-3;
+/// Ratios of the rings' mean radiance to that of what they surround, in stops, between which rings count beside it: see [`counted_part_of_rings`].
+const COUNTED_RINGS_STOPS: (f64, f64) = (0.0, 2.0);
+/// Share of the globe in the weight of globe and rings from which on the globe determines the exposure.
+const LEADING_GLOBE_SHARE: f64 = 0.1;
 /// Width over which the edge of the globe's shadow on the rings is softened, globe radii: wider than the penumbra, so that the meter's reading changes
 /// gradually.
 const SHADOW_EDGE_RADII: f64 = 0.02;
@@ -27,7 +35,33 @@ const SHADOW_EDGE_RADII: f64 = 0.02;
 /// part of the body's point.
 const FADE_IN_SIZES_PX: (f64, f64) = (4.0, 8.0);
 
+/// The part of the weight of rings that counts beside `inner`, the mean of the globe or of the globe and the dense rings. Rings that are not brighter do not
+/// count: gaps, thin rings and the area that rings fill would move the mean, so that the same globe would be exposed longer with its rings in the frame. They
+/// count if they are brighter, as around a night side, or if hardly anything of the globe is in the frame.
+fn counted_part_of_rings(inner: &LogMean, rings: &LogMean) -> f64 {
+    if inner.weight <= 0.0 || rings.weight <= 0.0 {
+        return 1.0;
+    }
+    let leading = smoothstep(inner.weight / (inner.weight + rings.weight) / LEADING_GLOBE_SHARE);
+    let brighter = smooth_rise(COUNTED_RINGS_STOPS, (rings.radiance() / inner.radiance()).log2());
+    1.0 - leading * (1.0 - brighter)
+}
+
 impl MeteredFrame<'_, '_> {
+    /// Merges the means of a body's dense and faint rings into that of its globe.
+    pub(super) fn add_rings(&self, p: &PlacedBody<'_>, mean: &mut LogMean) {
+        let greatest_depth = p.body.rings.iter().map(|r| r.tau_normal).fold(0.0, f64::max);
+        let is_faint = |r: &Ring| r.tau_normal < FAINT_PART_OF_DEPTH * greatest_depth;
+        // A gap, a ring without optical depth, cuts out a part of the rings before it.
+        let is_gap = |r: &Ring| r.tau_normal <= 0.0;
+        for rings in [self.rings_among(p, |r| is_gap(r) || !is_faint(r)), self.rings_among(p, |r| is_gap(r) || is_faint(r))] {
+            let part = counted_part_of_rings(mean, &rings);
+            mean.merge(&rings.times(part));
+            // All of the rings may have highlights.
+            mean.highlights.merge(&rings.highlights.times(1.0 - part));
+        }
+    }
+
     /// Fraction of the sunlight on a body that the rings of other bodies leave, as images show it; its green channel.
     pub(super) fn part_past_rings(&self, p: &PlacedBody<'_>) -> f64 {
         sun_occluders::shown_sunlight_past_rings(self.meter.context, p).y
@@ -73,24 +107,21 @@ impl MeteredFrame<'_, '_> {
         }
     }
 
-    /// Meters a body's rings with rays over their rectangle.
-    pub(super) fn rings_of(&self, p: &PlacedBody<'_>) -> LogMean {
+    /// Meters some of a body's rings with rays over their rectangle.
+    fn rings_among(&self, p: &PlacedBody<'_>, is_counted: impl Fn(&Ring) -> bool + Copy) -> LogMean {
         let (camera, mut mean) = (self.meter.camera, LogMean::default());
-        let has_no_rings = p.body.rings.iter().all(|r| r.tau_normal <= 0.0);
+        let rings = p.body.rings.iter().filter(move |r| is_counted(r));
+        let outer_km = rings.clone().filter(|r| r.tau_normal > 0.0).map(|r| r.outer_km).fold(0.0, f64::max);
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::Rings);
-        if has_no_rings || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
+        if outer_km <= 0.0 || user_choice == Some(false) || matches!(p.body.photometry, Photometry::Emissive { .. }) {
             return mean;
         }
         // Unit of the lengths below: the equatorial radius.
         let unit_km = p.body.radii_km.x;
-        let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
-        let Some((inner, outer)) = intervals.first().zip(intervals.last()).map(|(first, last)| (first.inner, last.outer)) else {
-            return mean;
-        };
         let sun = (p.body_from_icrf * p.body_to_sun_km).normalize();
         let view = self.ring_view(p);
         // `None`: no part of the rings is in the frame.
-        let Some(rect) = view.rect(outer * unit_km) else { return mean };
+        let Some(rect) = view.rect(outer_km) else { return mean };
         // In clip units: the frame is 2 by 2.
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         // The flux of a body that is drawn as a point includes its rings.
@@ -98,6 +129,9 @@ impl MeteredFrame<'_, '_> {
         if size_weight <= 0.0 {
             return mean;
         }
+        let intervals = self.meter.context.caches.ring_tables.intervals(rings, unit_km);
+        let Some(inner) = intervals.first().map(|first| first.inner) else { return mean };
+        let outer = outer_km / unit_km;
         let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_distance_km;
         let irradiance = self.sun_irradiance_on(p);
         // Angle between diagonally adjacent rays, as a tangent.

@@ -16,13 +16,15 @@ use crate::scene::atmosphere::air::SurroundingAir;
 use crate::scene::atmosphere::sky_in_view::LightOfSky;
 use crate::scene::camera::Placement;
 use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE};
+use crate::scene::light::lights;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use glam::DVec3;
 
 /// Luminance of the sky around sunset, cd/m2. Below it, images of sky and ground are made darker by so many stops per factor of ten in luminance, up to a
-/// maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
+/// maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night. The moonlit
+/// Earth seen from orbit is then drawn at 0.03 to 0.04 of white, as on photographs from the International Space Station, and its cities are crisp.
 const SUNSET_SKY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
@@ -51,11 +53,13 @@ impl SunlightInAir {
     pub(super) const FULL: Self = Self { frame: 1.0, entire_sky: 1.0 };
 }
 
-/// Factor by which the target level of surroundings is reduced, by their `radiance`: a photograph of dusk that is as bright as one of noon looks like day. The
-/// factor is 1 above [`SUNSET_SKY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in luminance, by at most [`MAX_DUSK_STOPS`].
-pub(super) fn dusk_factor(radiance: f64) -> f64 {
+/// Factor by which the target level of surroundings, sky or ground, is reduced: a photograph of dusk or night that is as bright as one of noon looks like day.
+/// `radiance_per_sun`: their radiance, divided by the Sun's irradiance on the body relative to that at 1 au: far from the Sun a day is as dark as a dusk of
+/// the Earth, but is shown as a day. The factor is 1 above [`SUNSET_SKY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in
+/// luminance, by at most [`MAX_DUSK_STOPS`].
+pub(super) fn dusk_factor(radiance_per_sun: f64) -> f64 {
     // The limit of 1e-30 cd/m2 avoids a division by 0.
-    let decades = (SUNSET_SKY_CD_M2 / (radiance * CD_M2_PER_RADIANCE).max(1e-30)).log10().max(0.0);
+    let decades = (SUNSET_SKY_CD_M2 / (radiance_per_sun * CD_M2_PER_RADIANCE).max(1e-30)).log10().max(0.0);
     (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
 
@@ -64,6 +68,16 @@ impl<'a> MeteredFrame<'_, 'a> {
     fn body_with_air(&self) -> Option<&PlacedBody<'a>> {
         let air = self.meter.air?;
         self.meter.placed.iter().find(|p| p.body.id == air.body.id)
+    }
+
+    /// Irradiance of the Sun on the body whose air surrounds the camera, relative to that at 1 au; 1 without such air.
+    pub(super) fn sun_irradiance_around_camera(&self) -> f64 {
+        self.body_with_air().map_or(1.0, |p| lights::sunlight(p.body_to_sun_km).irradiance.x)
+    }
+
+    /// [`dusk_factor`] of the sky around the camera, less near the top of the air.
+    fn dusk_factor_of_sky(&self, air: &SurroundingAir<'_>) -> f64 {
+        dusk_factor(self.light.sky_exposure_radiance / self.sun_irradiance_around_camera()).powf(air.sky_weight())
     }
 
     /// The radiance for which images of the ground under the sky around the camera are exposed.
@@ -172,7 +186,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let no_foreground = 0.0;
         mean.add((self.sky_fraction() - share_of_bodies_in_sky).max(0.0), self.light.sky_exposure_radiance, no_foreground);
         // Darker in dusk; near the top of the air, where `sky_weight` is almost 0, not.
-        let exposed_level = AUTO_EXPOSED_MEAN * dusk_factor(self.light.sky_exposure_radiance).powf(air.sky_weight());
+        let exposed_level = AUTO_EXPOSED_MEAN * self.dusk_factor_of_sky(air);
         let by_weight = mean.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), exposed_level)?;
         let exposed = MeteredSubject { radiance: by_weight.radiance.max(least_radiance), ..by_weight };
         Some(with_drawn_radiance(exposed, self.sky_radiance_without_aureole(air) + self.aureole_radiance(air)))
@@ -205,8 +219,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         // Of the sky in the frame, that nearest to the Sun is the brightest part of the aureole.
         let angle_deg = angle_from_frame_rad(self.meter.camera, sunlight.towards).to_degrees().max(AUREOLE_DEG);
         let aureole = sunlight.irradiance * self.light.sunlight_in_air.frame * air.radiance_above_light(sunlight.towards, angle_deg);
-        let dusk = dusk_factor(self.light.sky_exposure_radiance).powf(air.sky_weight());
-        part_of_frame / dusk * (self.sky_radiance_without_aureole(air) / MAX_SKY_LEVEL).max(aureole / MAX_AUREOLE_LEVEL)
+        part_of_frame / self.dusk_factor_of_sky(air)
+            * (self.sky_radiance_without_aureole(air) / MAX_SKY_LEVEL).max(aureole / MAX_AUREOLE_LEVEL)
     }
 }
 
@@ -219,6 +233,16 @@ fn with_drawn_radiance(exposed: MeteredSubject, radiance: f64) -> MeteredSubject
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The level falls with the luminance of sky and ground without a step, from day to night by three stops; half of it at 1 cd/m2.
+    #[test]
+    fn the_level_falls_steadily_from_day_to_night() {
+        let at = |cd_m2: f64| dusk_factor(cd_m2 / CD_M2_PER_RADIANCE);
+        assert_eq!((at(3e4), at(301.0), at(1e-3), at(0.0)), (1.0, 1.0, 0.125, 0.125));
+        assert!((0.3..0.4).contains(&at(1.0)), "{}", at(1.0));
+        let steps: Vec<f64> = (0..700).map(|k| 1e3 * 10.0_f64.powf(-0.01 * f64::from(k))).map(at).collect();
+        assert!(steps.windows(2).all(|w| w[1] <= w[0] && (w[0] / w[1]).log2() < 0.0061), "{steps:?}");
+    }
 
     /// The white stays that for which the image is exposed, also of a sky that has no light: NaN would spoil the exposure of the entire frame.
     #[test]

@@ -7,6 +7,7 @@
 
 use super::geometry::{frame_position_weight, least_weight_of_ground, ray_and_limb};
 use super::ground::Ground;
+use super::highlights::{Highlights, Part};
 use super::{LogMean, MeteredFrame};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
@@ -215,7 +216,7 @@ impl MeteredFrame<'_, '_> {
         let nearer = self.nearer_bodies(p, visible.spacing);
         let ring_shadow = self.ring_shadow_on(p);
         let twilight_air = self.twilight_air_of(p);
-        let (mut covered_share, mut of_ground) = (0.0, LogMean::default());
+        let (mut covered_share, mut of_ground, mut highlights) = (0.0, LogMean::default(), Highlights::default());
         // Sums without the weights of positions, of the weights and of their squares.
         let (mut even_weight, mut even_weight_sq) = (0.0, 0.0);
         for sample in &visible.samples {
@@ -227,15 +228,21 @@ impl MeteredFrame<'_, '_> {
             let normal = (sample.point / p.placement.radii_km).normalize();
             let to_viewer = -(p.placement.body_from_icrf * sample.direction).normalize();
             let ring_transmittance = ring_shadow.as_ref().map_or(1.0, |rings| rings.transmittance(sample.point, visible.spacing));
-            let of_surface = ground.radiance(sample.point, normal, to_viewer, shadow, ring_transmittance);
             let of_air = twilight_air.as_ref().map_or(0.0, |air| air.radiance(normal.dot(ground.sun), normal.dot(to_viewer)));
-            let radiance = of_surface.plus(of_air * ground.sun_irradiance).times(transmittance);
             let foreground_radiance = self.foreground_radiance(sample.direction, p.body.id);
-            of_ground.add_ground(share * frame_position_weight(sample.clip.abs().max_element().min(1.0)), radiance, foreground_radiance);
-            let full_weight = LogMean::weight_of_full_frame(radiance.metered, foreground_radiance);
-            even_weight += share * full_weight;
-            even_weight_sq += share * full_weight * full_weight;
+            let position_weight = frame_position_weight(sample.clip.abs().max_element().min(1.0));
+            ground.for_each_slope([sample.point, normal, to_viewer], shadow, ring_transmittance, |part, of_surface| {
+                let share = share * part;
+                let radiance = of_surface.plus(of_air * ground.sun_irradiance).times(transmittance);
+                of_ground.add_to_mean(share * position_weight, radiance, foreground_radiance);
+                // Wherever it lies in the frame, bright ground is burnt out as soon.
+                highlights.add(Part::of(share, radiance, foreground_radiance));
+                let full_weight = LogMean::weight_of_full_frame(radiance.metered, foreground_radiance);
+                even_weight += share * full_weight;
+                even_weight_sq += share * full_weight * full_weight;
+            });
         }
+        mean.highlights.merge(&highlights);
         if of_ground.weight > 0.0 {
             // The share of the ground that has most of the weight: of a night side with a crescent that of the crescent, of evenly lit ground that of all.
             let bright_share = even_weight * even_weight / even_weight_sq;
