@@ -271,7 +271,8 @@ mod tests {
             let v = icrf_from_b1875() * direction(end.map(f64::to_degrees));
             [v.y.atan2(v.x), v.z.asin()]
         };
-        let straight_in_j2000 = sky.borders.iter().filter(|b| deviation_deg(&BorderSegment { ends: b.ends.map(in_j2000), sides: b.sides }) < 0.005).count();
+        let straight_in_j2000 =
+            sky.borders.iter().filter(|b| deviation_deg(&BorderSegment { ends: b.ends.map(in_j2000), sides: b.sides }) < 0.005).count();
         assert!(2 * straight_in_j2000 < sky.borders.len(), "{straight_in_j2000}");
     }
 }

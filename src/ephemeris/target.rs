@@ -1,12 +1,12 @@
 //! What an observer looks at: a body or barycentre of the catalog, a minor planet or comet on its orbit about the Sun, or a star's direction.
 //!
 //! In: a target and an instant. Out: its state, and its position when the light left it. The orbit of a small body is osculating: without perturbations, so
-//! that its error is unknown and grows with the time from the epoch of its elements.
+//! that its error is unknown and grows with the time from the epoch of its elements. Of a comet with elements for several apparitions, the nearest count.
 
 use super::conic::heliocentric_state;
 use super::{Ephemeris, EphemerisError, Source, SourcedState, State};
 use crate::catalog::NaifId;
-use crate::catalog::small_bodies::{HeliocentricOrbit, NamedTarget};
+use crate::catalog::small_bodies::{NamedTarget, SmallBody};
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
@@ -16,8 +16,8 @@ use glam::DVec3;
 pub enum Target<'a> {
     /// A body or barycentre.
     Body(NaifId),
-    /// The orbit of a minor planet or comet.
-    SmallBody(&'a HeliocentricOrbit),
+    /// A minor planet or comet.
+    SmallBody(&'a SmallBody),
     /// The direction of a star: a unit vector, ICRF. A star has an altitude, but no position.
     Direction(DVec3),
 }
@@ -32,7 +32,7 @@ impl<'a> From<&'a NamedTarget> for Target<'a> {
     fn from(named: &'a NamedTarget) -> Self {
         match named {
             NamedTarget::Body(id) => Self::Body(*id),
-            NamedTarget::SmallBody(body) => Self::SmallBody(&body.orbit),
+            NamedTarget::SmallBody(body) => Self::SmallBody(body),
         }
     }
 }
@@ -55,13 +55,14 @@ impl Ephemeris {
         t: Instant,
         source: Option<Source>,
     ) -> Result<SourcedState, EphemerisError> {
-        let orbit = match target {
+        let small_body = match target {
             Target::Body(body) => return self.state(body, center, t, source),
-            Target::SmallBody(orbit) => orbit,
+            Target::SmallBody(small_body) => small_body,
             Target::Direction(_) => return Err(EphemerisError::other("a star's direction is no position")),
         };
         let sun = self.state(NaifId::SUN, center, t, source)?;
-        let heliocentric = heliocentric_state(orbit, t.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
+        let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
+        let heliocentric = heliocentric_state(small_body.orbit_at(days), days);
         let from_sun = State { pos_km: heliocentric.position * KM_PER_AU, vel_km_s: heliocentric.velocity * (KM_PER_AU / SECONDS_PER_DAY) };
         Ok(SourcedState { state: from_sun.plus(sun.state), source: Source::Mean, error_km: f64::INFINITY })
     }

@@ -19,7 +19,7 @@ use crate::scene::resources::Caches;
 use crate::scene::seen_from::body_seen_from;
 use crate::scene::sky::comets;
 use crate::time::Instant;
-use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
+use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use std::f64::consts::PI;
 
 /// Least height of the viewer whose magnitudes are computed, so that rounding does not put it inside the Earth: a metre.
@@ -156,7 +156,8 @@ impl<'a> SkyOfEarth<'a> {
             },
             NamedTarget::SmallBody(body) => {
                 let [distance_au, sun_distance_au] = [place.distance_km, to_sun.length()].map(|km| km / KM_PER_AU);
-                let magnitude = small_body_magnitude(body.brightness, distance_au, sun_distance_au, phase_angle_rad);
+                let brightness = body.brightness_at(emitted.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
+                let magnitude = small_body_magnitude(brightness, distance_au, sun_distance_au, phase_angle_rad);
                 (magnitude, None, None, true, !body.is_comet())
             }
         };

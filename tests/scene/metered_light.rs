@@ -217,9 +217,7 @@ fn the_aureole_of_the_sun_on_mars_is_blue_and_not_white() {
     let sun = scene.body(NaifId::SUN).expect("the Sun").placement.centre_km.normalize();
     // Levels per channel, at an angle from the Sun and higher than it.
     let level = |degrees: std::ops::Range<f64>| {
-        let is_counted = |(_, ray): &(&[f64; 3], DVec3)| {
-            degrees.contains(&orrery::ephemeris::angle_rad(*ray, sun).to_degrees()) && ray.dot(up) > sun.dot(up)
-        };
+        let is_counted = |(_, ray): &(&[f64; 3], DVec3)| degrees.contains(&angle_rad(*ray, sun).to_degrees()) && ray.dot(up) > sun.dot(up);
         let pixels: Vec<[f64; 3]> = hdr.iter().zip(rays(&scene)).filter(is_counted).map(|(pixel, _)| *pixel).collect();
         assert!(pixels.len() > 10, "{degrees:?}: {} pixels", pixels.len());
         [0, 1, 2].map(|c| pixels.iter().map(|p| p[c]).sum::<f64>() / pixels.len() as f64 * scene.exposure.factor())

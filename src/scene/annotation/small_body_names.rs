@@ -11,7 +11,7 @@ use crate::scene::body_report::BodyReport;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::sky::comets::total_magnitude;
 use crate::scene::sky::small_body_sight::SmallBodySight;
-use crate::units::KM_PER_AU;
+use crate::units::{KM_PER_AU, SECONDS_PER_DAY};
 use glam::{DVec2, DVec3};
 
 /// Linear RGB of the name of a comet or minor planet.
@@ -37,7 +37,8 @@ pub(crate) fn small_body_names<'b>(
     let mut named: Vec<(f64, String, DVec2)> = Vec::new();
     for body in bodies {
         let Some((px, seen)) = shown_px(image, sight, reports, body).zip(sight.see(body)) else { continue };
-        let magnitude = total_magnitude(body.brightness, seen.apparent_km.length() / KM_PER_AU, seen.sun_distance_au);
+        let brightness = body.brightness_at(sight.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
+        let magnitude = total_magnitude(brightness, seen.apparent_km.length() / KM_PER_AU, seen.sun_distance_au);
         named.push((magnitude.unwrap_or(f64::INFINITY), body.full_name(), px));
     }
     named.sort_by(|(magnitude, ..), (other, ..)| magnitude.total_cmp(other));

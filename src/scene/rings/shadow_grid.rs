@@ -353,8 +353,11 @@ mod tests {
         at(0, 0).lerp(at(1, 0), weight.x).lerp(at(0, 1).lerp(at(1, 1), weight.x), weight.y)
     }
 
-    /// Planet, distance and radius of some of its moons in km, distance of the Sun in au, and the radii in km between which its dense rings are.
-    const MOONS: [(i32, &str, f64, f64, f64, [f64; 2]); 6] = [
+    /// Planet, name, distance and radius in km, distance of the Sun in au, inner and outer radius of its dense rings in km.
+    type MoonBehindRings = (i32, &'static str, f64, f64, f64, [f64; 2]);
+
+    /// Moons of all sizes, near and far from their planet.
+    const MOONS: [MoonBehindRings; 6] = [
         (699, "Mimas", 185_539.0, 198.0, 9.5, [74_500.0, 140_300.0]),
         (699, "Rhea", 527_068.0, 764.0, 9.5, [74_500.0, 140_300.0]),
         (699, "Titan", 1_221_865.0, 3275.0, 9.5, [74_500.0, 140_300.0]),

@@ -39,11 +39,12 @@ pub struct SeenSmallBody {
 impl SmallBodySight<'_> {
     /// The body as it is seen; `None` if the ephemeris does not cover the time, or the camera is at the body.
     pub fn see(&self, body: &SmallBody) -> Option<SeenSmallBody> {
-        let target = Target::SmallBody(&body.orbit);
+        let target = Target::SmallBody(body);
         let (position_km, emitted) = self.ephemeris.target_light_time_position(target, self.position_km, self.time).ok()?;
         let to_body = position_km - self.position_km;
         let distance_km = to_body.length();
-        let from_sun_au = heliocentric_state(&body.orbit, emitted.tdb_seconds_past_j2000() / SECONDS_PER_DAY).position;
+        let days = emitted.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
+        let from_sun_au = heliocentric_state(body.orbit_at(days), days).position;
         (distance_km > 0.0 && distance_km.is_finite()).then(|| SeenSmallBody {
             apparent_km: aberrated(to_body / distance_km, self.velocity_km_s) * distance_km,
             sun_distance_au: from_sun_au.length(),

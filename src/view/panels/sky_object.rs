@@ -13,7 +13,7 @@ use crate::scene::labels::{
 };
 use crate::scene::{Scene, small_body_magnitude};
 use crate::session::Session;
-use crate::units::KM_PER_AU;
+use crate::units::{KM_PER_AU, SECONDS_PER_DAY};
 use crate::view::language::{decimal, text};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Stroke, Vec2};
 use glam::DVec2;
@@ -51,7 +51,8 @@ pub(super) fn title(object: SkyObject, session: &Session, scene: &Scene) -> Opti
 /// Name and magnitude of a comet or minor planet in one line.
 pub(super) fn small_body_title(body: &SmallBody, sight: &SmallBodySight<'_>) -> String {
     let magnitude = sight.see(body).and_then(|seen| {
-        small_body_magnitude(body.brightness, seen.apparent_km.length() / KM_PER_AU, seen.sun_distance_au, seen.phase_angle_rad)
+        let brightness = body.brightness_at(sight.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
+        small_body_magnitude(brightness, seen.apparent_km.length() / KM_PER_AU, seen.sun_distance_au, seen.phase_angle_rad)
     });
     let name = body.full_name();
     magnitude.map_or(name.clone(), |magnitude| text!("star-title", star = name, magnitude = decimal(magnitude, 1)))

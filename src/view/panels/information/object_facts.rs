@@ -111,9 +111,9 @@ fn report(session: &Session, ObjectInputs { object, at }: ObjectInputs, time: In
     let observed = SkyOfEarth::new(catalog, ephemeris, Some(at.observer())).observe(&named, time).map_err(|e| error_text(&e));
     let observed = observed.map(|observed| {
         let emitted_days = time.plus_seconds(-observed.place.light_time_s).tdb_seconds_past_j2000() / SECONDS_PER_DAY;
-        (observed, heliocentric_state(&body.orbit, emitted_days).position.length())
+        (observed, heliocentric_state(body.orbit_at(emitted_days), emitted_days).position.length())
     });
-    let (altitude_azimuth_deg, rise_set) = in_sky(Target::SmallBody(&body.orbit));
+    let (altitude_azimuth_deg, rise_set) = in_sky(Target::SmallBody(body));
     let direction = observed.as_ref().ok().map(|(observed, _)| observed.place.gcrs.direction());
     let constellation = direction.and_then(|direction| Constellations::embedded().containing(direction));
     Some(ObjectReport { constellation, observed: Some(observed), altitude_azimuth_deg, rise_set })
