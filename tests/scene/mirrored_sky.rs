@@ -6,7 +6,7 @@ use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Position, ViewRequest};
+use orrery::scene::request::{Position, Up, ViewRequest};
 use orrery::time::Instant;
 
 const PIXELS: u32 = 48;
@@ -25,6 +25,7 @@ impl SeaView {
     fn of(time: &str, sun_altitude_deg: f64, effects: &str) -> Self {
         let view = ViewRequest {
             position: Position::Ground { body: NaifId::EARTH, latitude_deg: 0.0, longitude_deg: -25.0, height_km: 0.0017 },
+            up: Up::Zenith,
             fov_deg: Some(2.0 * HALF_FIELD_DEG),
             effects: EffectOverrides::parse(effects).expect("effects"),
             width: PIXELS,
