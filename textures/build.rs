@@ -7,7 +7,7 @@ fn main() -> io::Result<()> {
     let mut names = Vec::new();
     for entry in fs::read_dir(".")? {
         let name = entry?.file_name().to_string_lossy().into_owned();
-        if name.ends_with(".jpg") {
+        if [".jpg", ".png"].iter().any(|end| name.ends_with(end)) {
             names.push(name);
         }
     }

@@ -4,7 +4,7 @@
 //! and on standard output each colour map's gain for the catalog. The only randomness is a fixed hash, so the same sources give the same
 //! files.
 
-use image::{Rgb, RgbImage, imageops::FilterType};
+use image::{GrayImage, Luma, Rgb, RgbImage, imageops::FilterType};
 use orrery::catalog::Catalog;
 use orrery::image::{TexelFormat, Texture};
 use orrery::units::{linear_to_srgb, luminance, srgb_to_linear};
@@ -27,14 +27,12 @@ const COPIED: &[(&str, &str)] = &[
 /// Bodies whose map, 512 texels wide, is copied unchanged.
 const SMALL_MAPS: &[&str] = &[
     "ariel",
-    "ceres",
     "charon",
     "deimos",
     "dione",
     "enceladus",
     "epimetheus",
     "europa",
-    "ganymede",
     "hyperion",
     "mimas",
     "miranda",
@@ -45,9 +43,20 @@ const SMALL_MAPS: &[&str] = &[
     "vesta",
 ];
 
+/// (source under textures/, our name, saturation): maps in enhanced colours, of which only this part of the differences in hue is kept.
+const MUTED: &[(&str, &str, f64)] = &[
+    // Grey and faintly reddish, hues within some percent (Dawn); the source has blue and green ground.
+    ("moons/ceres_512.jpg", "ceres.jpg", 0.2),
+    // Grey-brown ground, whiter rays and poles (Galileo, natural colour); the source has olive plains and pink poles.
+    ("moons/ganymede_512.jpg", "ganymede.jpg", 0.5),
+];
+
 /// Size of the flattened and the painted maps, texels.
 const WIDTH: u32 = 1024;
 const HEIGHT: u32 = 512;
+
+/// The brightest cities of the source have a fifth of white, in linear light.
+const CITY_LIGHTS_SCALE: f64 = 5.0;
 
 type Colour = [f64; 3];
 
@@ -209,9 +218,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     ] {
         save(&flatten(&open(from)?, contrast), &out.join(to))?;
     }
-    let (lights, colour) = city_lights(&open("earth_citylights_2048.jpg")?);
-    save(&lights, &out.join("earth_night.jpg"))?;
-    println!("earth_night.jpg gain = [{}]", colour.map(|c| format!("{c:.4}")).join(", "));
+    for (from, to, saturation) in MUTED {
+        save(&muted(&open(from)?, *saturation), &out.join(to))?;
+    }
+    // Not as JPEG: at the exposures of nights its noise beside lights shows.
+    city_lights(&open("earth_night_4096.jpg")?).save(out.join("earth_night.png"))?;
     let catalog = Catalog::embedded();
     for recolouring in &RECOLOURED {
         let body = catalog
@@ -257,19 +268,27 @@ fn save(map: &RgbImage, path: &Path) -> Result<(), Box<dyn Error>> {
     Ok(std::fs::write(path, bytes)?)
 }
 
-/// City lights as the sensor saw them, in one channel: their luminance in grey, and the mean colour of the source's lights per luminance, for the gain in the
-/// catalog. The source's own hues are those of its JPEG compression: along coasts they are purple, green and blue.
-fn city_lights(map: &RgbImage) -> (RgbImage, Colour) {
-    let linear = |p: &Rgb<u8>| p.0.map(to_linear);
-    let mut sum = [0.0; 3];
-    for (_, y, p) in map.enumerate_pixels() {
-        let area = ((f64::from(y) + 0.5) / f64::from(map.height()) * PI).sin();
-        let light = linear(p);
-        sum = std::array::from_fn(|c| sum[c] + area * light[c]);
+/// The map with the same luminance in linear light, and the ratios between the channels of each texel to the power `saturation`.
+fn muted(map: &RgbImage, saturation: f64) -> RgbImage {
+    let mut map = map.clone();
+    for p in map.pixels_mut() {
+        // The addend keeps the ratios of nearly black texels finite.
+        let colour: Colour = p.0.map(|byte| to_linear(byte) + 1e-4);
+        let hue: Colour = colour.map(|v| (v / luminance(colour)).powf(saturation));
+        *p = Rgb(hue.map(|v| to_byte(v * luminance(colour) / luminance(hue) - 1e-4)));
     }
-    let colour = sum.map(|c| c / luminance(sum));
-    let grey = |p: &Rgb<u8>| Rgb([(linear_to_srgb(luminance(linear(p))) * 255.0).round() as u8; 3]);
-    (RgbImage::from_fn(map.width(), map.height(), |x, y| grey(map.get_pixel(x, y))), colour)
+    map
+}
+
+/// City lights in one channel, as the sensor saw them, times [`CITY_LIGHTS_SCALE`] in linear light. The source shows them in orange and white on blue land: a
+/// texel is light if its red is not far below its blue; land, ice and sea become black.
+fn city_lights(map: &RgbImage) -> GrayImage {
+    GrayImage::from_fn(map.width(), map.height(), |x, y| {
+        let [red, _, blue] = map.get_pixel(x, y).0;
+        let (red_level, blue_level) = (f64::from(red), f64::from(blue).max(1.0));
+        let light_fraction = smoothstep(0.45, 0.75, red_level / blue_level) * smoothstep(20.0, 44.0, red_level);
+        Luma([to_byte(CITY_LIGHTS_SCALE * light_fraction * to_linear(red))])
+    })
 }
 
 /// The gazetteer's features of one body and one type. `type_code`: AA for craters, LG for large ringed features.

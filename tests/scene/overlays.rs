@@ -309,7 +309,7 @@ fn a_missing_or_tiny_overlay_is_left_out_and_reported() {
 #[test]
 fn the_message_about_an_unreadable_map_says_what_is_drawn_instead() {
     let user_overlays = UserOverlays::new(&overlay_toml("Moon", "a", "a.png", REGION), &[]);
-    for file in ["earth_day.jpg", "earth_clouds.jpg", "earth_night.jpg", "earth_normal.jpg"] {
+    for file in ["earth_day.jpg", "earth_clouds.jpg", "earth_night.png", "earth_normal.jpg"] {
         std::fs::write(user_overlays.folder.path().join(file), "not an image").expect("written");
     }
     user_overlays.draw(NaifId::EARTH, "+clouds,+night", PixelView::Final);
