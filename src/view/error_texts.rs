@@ -149,7 +149,7 @@ mod tests {
         let misspelt = "lambert.albdo.sun1".parse::<ShaderKey>().expect_err("no such word");
         let errors: [(Box<dyn Error>, &str); 9] = [
             (Box::new(misspelt), "Das ist kein Shader-Schlüssel: shader key `lambert.albdo.sun1`: `albdo` "),
-            (boxed(SessionError::Ephemeris(outside())), "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis "),
+            (boxed(SessionError::Ephemeris(outside())), "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. (greg.) bis "),
             (boxed(SessionError::Scene(SceneError::Inside("Moon".into()))), "Die Kamera ist im Inneren von Mond: "),
             (boxed(SessionError::File { path: "a.toml".into(), why: denied() }), "a.toml kann nicht gelesen werden: keine Berechtigung"),
             (Box::new(WriteError { path: "a.png".into(), why: denied() }), "a.png kann nicht geschrieben werden: keine Berechtigung"),
@@ -160,7 +160,7 @@ mod tests {
             // An error of the view that a link describes has the same text as without the link.
             (
                 Box::new(ViewTextError::Session(SessionError::Ephemeris(outside()))),
-                "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis ",
+                "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. (greg.) bis ",
             ),
             (Box::new(ViewTextError::Fields(vec!["aim: no such field".into()])), "Diese Ansicht ist nicht möglich: aim: no such field"),
             (Box::new(std::io::Error::other("odd")), "Ein Fehler ist aufgetreten: odd"),

@@ -180,6 +180,7 @@ fn a_stereo_pair_that_is_too_narrow_is_a_wrong_argument() {
             "2024-12-07T20:00:00Z",
             "-o",
             super::path_text(&image),
+            "--overwrite",
             "--stereo",
             layout,
             "--size",

@@ -101,7 +101,7 @@ fn city_lights_fade_only_below_three_kilometres() {
     for height_km in [3.05, 10.0, 400.0] {
         assert_eq!(white_of_night_map(height_km), from_space, "from {height_km} km");
     }
-    assert_eq!(white_of_night_map(0.1), Vec3::ZERO);
+    assert_eq!(white_of_night_map(0.099), Vec3::ZERO);
     let steps: Vec<f32> = (0..110).map(|k| white_of_night_map(0.06 * 1.04_f64.powi(k)).x / from_space.x).collect();
     assert!(steps.windows(2).all(|w| (0.0..0.025).contains(&(w[1] - w[0]))), "{steps:?}");
 }

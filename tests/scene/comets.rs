@@ -245,7 +245,8 @@ fn an_image_shows_the_tails_away_from_the_sun() {
         }
     }
     println!("light away from the Sun {antisolar_light:.3e}, towards it {sunward_light:.3e}");
-    assert!(antisolar_light > 20.0 * sunward_light, "{antisolar_light} {sunward_light}");
+    // The rest of the coma is on both sides.
+    assert!(antisolar_light > 10.0 * sunward_light, "{antisolar_light} {sunward_light}");
     let without_layer = ViewRequest { layers: Layers::NONE, ..request };
     let without_comets =
         session.draw(&without_layer, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");

@@ -211,10 +211,9 @@ fn minor_planets_and_comets_are_observed_by_their_orbits() {
     assert!(hyakutake.range_rate_km_s.abs() < 5.0 && hyakutake.illuminated_fraction.is_none(), "{hyakutake:?}");
     assert!(["Boo", "UMa", "Dra"].contains(&hyakutake.constellation), "{}", hyakutake.constellation);
 
-    // Perihelion on 1 April 1997, 0.914 au from the Sun and 1.351 au from the Earth, in the evening sky. The magnitude is that by M1 = 4 and K1 = 10 of the
-    // table: 4 + 5 log 1.351 + 10 log 0.914. The comet was five magnitudes brighter.
+    // Perihelion on 1 April 1997, 0.914 au from the Sun and 1.351 au from the Earth, in the evening sky. Observers saw it at -0.8.
     let hale_bopp = observe(&catalog, &ephemeris, "Hale-Bopp", at("1997-04-01T00:00:00Z"));
     let elongation = hale_bopp.elongation.expect("not the Sun");
-    assert!((hale_bopp.magnitude.expect("lit") - 4.26).abs() < 0.01, "{hale_bopp:?}");
+    assert!((hale_bopp.magnitude.expect("lit") + 0.8).abs() < 0.7, "{hale_bopp:?}");
     assert!((elongation.angle_deg - 42.6).abs() < 0.2 && elongation.is_east && hale_bopp.constellation == "And", "{hale_bopp:?}");
 }

@@ -225,6 +225,10 @@ impl Catalog {
 impl Catalog {
     /// The minor planets and comets that are called so; usually at most one.
     fn small_bodies_called(&self, name: &str) -> Vec<SmallBody> {
+        // Negative numbers are the NAIF codes of spacecraft; a minus sign is otherwise compared as a space.
+        if name.trim().parse::<i64>().is_ok_and(|code| code < 0) {
+            return Vec::new();
+        }
         let wanted = match unambiguous_number(name) {
             Some(number) if !name.contains('(') => number.to_string(),
             _ => comparable(name),

@@ -36,9 +36,9 @@ const LOST_SUBJECT_RATIO: f64 = 0.1;
 /// Highest level, as a fraction of white, of the metered highlights of bodies. They are those of ground without the contrast of its map; with it a twentieth of
 /// the drawn disc, or less, is shown at 0.9 of white or more (tests/scene/highlights.rs). A full disc, whose ground is evenly bright, stays at its level.
 const MAX_HIGHLIGHT_LEVEL: f64 = 0.8;
-/// Excess of the highlights over this level, stops, up to which they are protected; at the second value they are given up: a sunlit planet beside a moon in
-/// its shadow, or the last sunlit part of a moon in an eclipse.
-const PROTECTED_STOPS: (f64, f64) = (2.0, 5.0);
+/// The most by which highlights darken an image, stops. Much brighter ones are given up: a sunlit planet beside a moon in its shadow, or the last sunlit part of
+/// a moon in an eclipse.
+const MAX_PROTECTIVE_STOPS: f64 = 1.5;
 /// Radiances of the brightest city lights, in stops relative to what is white without them, between which the weight of city lights rises from 0 to 1. Below the
 /// first they are hardly drawn.
 const COUNTED_CITY_LIGHTS_STOPS: (f64, f64) = (-6.0, -4.0);
@@ -194,7 +194,8 @@ fn from_reading(reading: &MeterReading) -> Exposure {
 fn protective_stops(reading: &MeterReading, white: f64, share_of_bodies: f64) -> f64 {
     let Some(radiance) = reading.highlights.radiance(white * AUTO_EXPOSED_MEAN) else { return 0.0 };
     let excess_stops = (radiance / (white * MAX_HIGHLIGHT_LEVEL)).log2().max(0.0);
-    share_of_bodies * excess_stops * (1.0 - smooth_rise(PROTECTED_STOPS, excess_stops))
+    // Rises with the excess, so that an image never becomes brighter as a highlight grows.
+    share_of_bodies * excess_stops / 1.0_f64.hypot(excess_stops / MAX_PROTECTIVE_STOPS)
 }
 
 /// The radiances that the parts of a frame require as white.

@@ -281,7 +281,7 @@ mod tests {
     fn the_number_of_combinations_is_the_product_of_the_dimensions() {
         // Surface; five maps; detail; custom surface; overlays; lights; occluders and eclipse model; limb heights and thin limb; ring shadow; ring-shine; body
         // shadow; air model, mie and absorption; air pass; shape; three flags; view.
-        assert_eq!(count_combinations(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 4 * 3 * 2 * 3 * 24 * 5 * 3 * 8 * 10);
+        assert_eq!(count_combinations(), 8 * 32 * 4 * 5 * 3 * 4 * 25 * 4 * 4 * 2 * 3 * 24 * 5 * 3 * 8 * 10);
     }
 
     #[test]

@@ -334,7 +334,7 @@ fn numbers_and_dates_are_written_as_in_the_language() {
             "1,25",
             "+0,5",
             "8. April 2024, 18:17:16 UTC",
-            "28. Mai 585 v. Chr.",
+            "28. Mai 585 v. Chr. (greg.)",
             "8. März 2024",
             "8. März",
             "8. April 2024, 18:17 UTC",

@@ -2,7 +2,7 @@
 //!
 //! In: the parts of all metered bodies, each with its area and radiance. Out: the radiance of the highlights, by which automatic exposure is limited. Always:
 //! continuous in areas and radiances: the mean over a band of quantiles, not one quantile, which would jump where a bright part outgrows it. Not among the
-//! parts: the Sun, its corona, the sky, and bodies drawn as points.
+//! parts: the Sun, its corona, the sky, rims of air, and bodies drawn as points.
 
 use super::ground::GroundRadiance;
 use super::weights::{RADIANCE_WEIGHT_EXPONENT, contrast_weight};

@@ -36,8 +36,8 @@ impl LogMean {
         }
     }
 
-    /// The same for a part that is no highlight, however bright: a body drawn as a point.
-    pub fn add_point(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
+    /// The same for a part that is no highlight, however bright: a body drawn as a point, or a rim of air, which is mostly lower than a pixel.
+    pub fn add_outside_highlights(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
         self.add_to_mean(share, GroundRadiance { metered: radiance, drawn: radiance }, foreground_radiance);
     }
 
@@ -66,7 +66,7 @@ impl LogMean {
     /// Weight of a part of a subject that fills the frame; 0 if the part does not count. `foreground_radiance`: see [`Self::add`].
     pub fn weight_of_full_frame(radiance: f64, foreground_radiance: f64) -> f64 {
         let (mut mean, entire_frame) = (Self::default(), 1.0);
-        mean.add_point(entire_frame, radiance, foreground_radiance);
+        mean.add_outside_highlights(entire_frame, radiance, foreground_radiance);
         mean.weight
     }
 

@@ -226,7 +226,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             let pixel_sr = camera.pixel_tangent().powi(2);
             let peak_radiance = transmittance * p.shown_irradiance.max_element() * self.part_past_rings(p) * PI / pixel_sr * point_peak();
             let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_area_px();
-            mean.add_point(point_weight * sprite_share, peak_radiance, foreground_radiance);
+            mean.add_outside_highlights(point_weight * sprite_share, peak_radiance, foreground_radiance);
             if point_weight >= 1.0 {
                 return (mean, 0.0);
             }
@@ -275,7 +275,11 @@ impl<'a> MeteredFrame<'_, 'a> {
                 // `sum_rim` weights each part of the rim by its place in the frame.
                 let rim_share = area / self.meter.frame_area_px() * far_weight * visible_weight;
                 self.sum_rim(p, ground.albedo.of_lights, shadow, diameter_px, |area_fraction, radiance| {
-                    mean.add(rim_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance);
+                    mean.add_outside_highlights(
+                        rim_share * area_fraction / dilution,
+                        radiance * dilution * transmittance,
+                        foreground_radiance,
+                    );
                 });
             }
             ground_share

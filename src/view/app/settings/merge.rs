@@ -161,10 +161,10 @@ mod tests {
     fn unknown_fields_are_kept_when_a_file_is_set_aside() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
-        std::fs::write(&path, r#"{"unit": "furlongs", "hints": {"drag": true, "tilt": true}, "telescope": 1}"#).expect("a file");
+        std::fs::write(&path, r#"{"unit": "furlongs", "hints": {"drag": true, "tilt": true}, "finder": 1}"#).expect("a file");
         assert!(Settings::load(&path).1.is_some());
         let saved = content(&path);
-        assert_eq!((&saved["hints"]["tilt"], &saved["hints"]["drag"], &saved["telescope"]), (&json!(true), &json!(true), &json!(1)));
+        assert_eq!((&saved["hints"]["tilt"], &saved["hints"]["drag"], &saved["finder"]), (&json!(true), &json!(true), &json!(1)));
         assert_eq!(saved["unit"], json!("kilometres"));
     }
 

@@ -136,7 +136,7 @@ mod tests {
         let path = folder.path().join("settings.json");
         let ours = Settings { ui_scale: 1.1, bookmarks: vec![bookmark("a"), bookmark("b")], ..Settings::default() };
         let mut newer = serde_json::to_value(ours.saved()).expect("JSON");
-        newer["telescope"] = json!({"aperture_mm": 150});
+        newer["finder"] = json!({"aperture_mm": 150});
         let mut unknown = newer["bookmarks"][0].clone();
         unknown["view"]["polarisation"] = json!(0.5);
         let entries = newer["bookmarks"].as_array_mut().expect("a list");
@@ -151,7 +151,7 @@ mod tests {
         let no_base = None;
         Settings { labels_bodies: false, ..settings }.save(&path, no_base).expect("a file");
         let saved: Value = serde_json::from_str(&std::fs::read_to_string(&path).expect("text")).expect("JSON");
-        assert_eq!((&saved["telescope"], &saved["names"]), (&newer["telescope"], &json!(false)));
+        assert_eq!((&saved["finder"], &saved["names"]), (&newer["finder"], &json!(false)));
         assert_eq!((saved["bookmarks"].as_array().map(Vec::len), &saved["bookmarks"][2]), (Some(3), &unknown));
         assert_eq!(saved["recent"], json!([unknown]));
     }
