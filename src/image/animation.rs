@@ -12,6 +12,8 @@ use std::sync::Arc;
 
 /// Largest side of a GIF: the format stores it in 16 bits.
 const MAX_GIF_SIDE_PX: u32 = u16::MAX as u32;
+/// Largest rate of a GIF: its delays are hundredths of a second, and browsers show a delay of a single hundredth as ten.
+const MAX_GIF_FRAMES_PER_S: u32 = 50;
 /// Largest rate of an animated PNG: the format stores it in 16 bits, as the denominator of a frame's delay in seconds.
 const MAX_APNG_FRAMES_PER_S: u32 = u16::MAX as u32;
 /// Speed setting of the search for a frame's 256 colours: 1 is best, 30 is fastest.
@@ -103,8 +105,8 @@ impl<W: Write> AnimationWriter<W> {
                 let side_u16 = |px: u32| {
                     u16::try_from(px).map_err(|_| ImageError::Write(format!("a GIF has at most {MAX_GIF_SIDE_PX} pixels a side")))
                 };
-                if !(1..=100).contains(&frames_per_s) {
-                    return Err(ImageError::Write(format!("{frames_per_s} frames a second: a GIF has 1 to 100")));
+                if !(1..=MAX_GIF_FRAMES_PER_S).contains(&frames_per_s) {
+                    return Err(ImageError::Write(format!("{frames_per_s} frames a second: a GIF has 1 to {MAX_GIF_FRAMES_PER_S}")));
                 }
                 let mut encoder = gif::Encoder::new(out, side_u16(width)?, side_u16(height)?, &[]).map_err(write_error)?;
                 encoder.set_repeat(gif::Repeat::Infinite).map_err(write_error)?;
@@ -205,7 +207,7 @@ mod tests {
 
     #[test]
     fn a_gif_keeps_time_and_colours_that_fit_its_palette() {
-        for frames_per_s in [1, 24, 30, 60, 100] {
+        for frames_per_s in [1, 24, 30, 50] {
             let bytes = written(AnimationFormat::Gif, frames_per_s);
             let mut options = gif::DecodeOptions::new();
             options.set_color_output(gif::ColorOutput::RGBA);
@@ -263,7 +265,7 @@ mod tests {
             AnimationWriter::new(Vec::new(), format, size, 1, frames_per_s).map(drop).map_err(|e| e.to_string())
         };
         assert!(new(AnimationFormat::Gif, (70_000, 1), 25).is_err_and(|e| e.contains("65535")));
-        assert!(new(AnimationFormat::Gif, (7, 1), 120).is_err_and(|e| e.contains("1 to 100")));
+        assert!(new(AnimationFormat::Gif, (7, 1), 51).is_err_and(|e| e.contains("1 to 50")));
         assert!(new(AnimationFormat::Apng, (7, 1), 70_000).is_err_and(|e| e.contains("65535")));
         assert!([AnimationFormat::Gif, AnimationFormat::Apng].iter().all(|format| new(*format, (7, 1), 0).is_err()));
         let mut writer = AnimationWriter::new(Vec::new(), AnimationFormat::Gif, (4, 3), 1, 25).expect("a writer");

@@ -84,7 +84,7 @@ fn an_animation_replaces_one_of_its_own_request_only() {
 fn unsupported_settings_are_reported_before_anything_is_drawn() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.gif");
-    for (extra_options, message_part) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 100")] {
+    for (extra_options, message_part) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 50")] {
         let out = draw(&path, extra_options);
         let message = stderr_text(&out);
         assert!(out.status.code() == Some(2) && message.contains(message_part) && !path.exists(), "{message}");

@@ -290,7 +290,6 @@ mod tests {
         }
     }
 
-    /// The weight of ground along the edge of the frame grows from that of the edge, always in small steps.
     /// The angle from the frame against the smallest angle to directions on a fine grid of the frame, all over the sky, also behind the camera. Negative control:
     /// the nearest place in the image is not the nearest direction.
     #[test]
