@@ -166,8 +166,7 @@ fn viewpoints_km() -> [DVec3; 4] {
 #[test]
 fn a_fine_mesh_of_the_ellipsoid_looks_like_the_ellipsoid() {
     // Bounds of the mean difference over an image of which the body fills a third, in levels of 255. Measured with triangles of 2 degrees: 0.18
-    // for normals, 0.03 for albedo, 0.016 for light. Most of it arises at the limb, of which the mesh has four samples per pixel and the ellipsoid exact
-    // coverage.
+    // for normals, 0.03 for albedo, 0.016 for light. Most of it arises at the limb: the mesh has four samples per pixel, the ellipsoid exact coverage.
     let bound_levels = |view: PixelView| match view {
         PixelView::Normal => 0.4,
         PixelView::Final => 0.035,

@@ -54,17 +54,17 @@ const BRIGHT_GROUND_HEIGHT_RADII: f64 = 0.1;
 /// published albedo, because white clouds on a dark sea need a darker image than their mean: with the drawn light as the mean, the clouds would be white areas.
 /// At large phase angles air and glint, which are drawn in full, give most of the light; on the thinnest crescents the meter gives ground and air too much.
 const DRAWN_PART_WITH_CLOUDS: [(f64, f64); 13] = [
-    (0.0, 0.489),
+    (0.0, 0.475),
     (30.0, 0.463),
     (60.0, 0.434),
     (90.0, 0.453),
     (105.0, 0.526),
     (120.0, 0.713),
     (135.0, 0.938),
-    (150.0, 1.12),
-    (155.0, 1.07),
-    (160.0, 0.86),
-    (165.0, 0.5),
+    (150.0, 1.32),
+    (155.0, 1.25),
+    (160.0, 0.98),
+    (165.0, 0.55),
     (170.0, 0.18),
     (175.0, 0.063),
 ];

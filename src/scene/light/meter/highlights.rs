@@ -2,7 +2,7 @@
 //!
 //! In: the parts of all metered bodies, each with its area and radiance. Out: the radiance of the highlights, by which automatic exposure is limited. Always:
 //! continuous in areas and radiances: the mean over a band of quantiles, not one quantile, which would jump where a bright part outgrows it. Not among the
-//! parts: the Sun, its corona, the sky, rims of air, and bodies drawn as points.
+//! parts: the Sun, its corona and the sky. Rims of air and bodies drawn as points are parts, but no highlights.
 
 use super::ground::GroundRadiance;
 use super::weights::{RADIANCE_WEIGHT_EXPONENT, contrast_weight};
@@ -16,13 +16,21 @@ pub(super) struct Part {
     pub metered: f64,
     /// As images show it.
     pub drawn: f64,
+    /// Whether it may be a highlight. Other parts, such as points and rims of air, take their share of the area, so that the highlights of a disc that becomes
+    /// a point fade.
+    pub may_be_highlight: bool,
 }
 
 impl Part {
     /// `share`: of the frame, times other weights. `foreground_radiance`: of the light in front of the part.
     pub(super) fn of(share: f64, radiance: GroundRadiance, foreground_radiance: f64) -> Self {
         let area = share * contrast_weight(radiance.metered, foreground_radiance);
-        Self { area, metered: radiance.metered, drawn: radiance.drawn }
+        Self { area, metered: radiance.metered, drawn: radiance.drawn, may_be_highlight: true }
+    }
+
+    /// The same part as one that is no highlight, however bright.
+    pub(super) fn without_highlight(self) -> Self {
+        Self { may_be_highlight: false, ..self }
     }
 }
 
@@ -53,7 +61,8 @@ impl Highlights {
     /// darker parts count less, as for that mean, so that the night side does not belong to the area of which the highlights are a tenth.
     pub(crate) fn radiance(&self, exposed_radiance: f64) -> Option<f64> {
         let weight = |part: &Part| part.area * (part.metered / exposed_radiance).min(1.0).powf(RADIANCE_WEIGHT_EXPONENT);
-        let mut by_brightness: Vec<(f64, f64)> = self.0.iter().map(|part| (part.drawn, weight(part))).collect();
+        let counted = |part: &Part| if part.may_be_highlight { part.drawn } else { part.drawn.min(exposed_radiance) };
+        let mut by_brightness: Vec<(f64, f64)> = self.0.iter().map(|part| (counted(part), weight(part))).collect();
         by_brightness.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         let total: f64 = by_brightness.iter().map(|(_, weight)| weight).sum();
         let [from, to] = HIGHLIGHT_BAND.map(|part| part * total);
@@ -72,7 +81,9 @@ mod tests {
 
     fn highlights(parts: &[(f64, f64)]) -> Highlights {
         let mut all = Highlights::default();
-        parts.iter().for_each(|(area, radiance)| all.add(Part { area: *area, metered: *radiance, drawn: *radiance }));
+        parts
+            .iter()
+            .for_each(|(area, radiance)| all.add(Part { area: *area, metered: *radiance, drawn: *radiance, may_be_highlight: true }));
         all
     }
 

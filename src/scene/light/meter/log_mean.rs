@@ -38,7 +38,10 @@ impl LogMean {
 
     /// The same for a part that is no highlight, however bright: a body drawn as a point, or a rim of air, which is mostly lower than a pixel.
     pub fn add_outside_highlights(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
-        self.add_to_mean(share, GroundRadiance { metered: radiance, drawn: radiance }, foreground_radiance);
+        let radiance = GroundRadiance { metered: radiance, drawn: radiance };
+        if self.add_to_mean(share, radiance, foreground_radiance) {
+            self.highlights.add(Part::of(share, radiance, foreground_radiance).without_highlight());
+        }
     }
 
     /// Adds a part of ground to the mean alone, not to the highlights. Returns whether it counts.
