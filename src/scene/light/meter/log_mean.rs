@@ -38,7 +38,11 @@ impl LogMean {
 
     /// The same for a part that is no highlight, however bright: a body drawn as a point, or a rim of air, which is mostly lower than a pixel.
     pub fn add_outside_highlights(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
-        let radiance = GroundRadiance { metered: radiance, drawn: radiance };
+        self.add_ground_outside_highlights(share, GroundRadiance { metered: radiance, drawn: radiance }, foreground_radiance);
+    }
+
+    /// The same for the ground of a small disc.
+    pub fn add_ground_outside_highlights(&mut self, share: f64, radiance: GroundRadiance, foreground_radiance: f64) {
         if self.add_to_mean(share, radiance, foreground_radiance) {
             self.highlights.add(Part::of(share, radiance, foreground_radiance).without_highlight());
         }

@@ -39,7 +39,7 @@ use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN};
 use crate::scene::light::lights::{self, IncidentLight, Reflector};
 use crate::scene::light::photometry;
 use crate::scene::light::{city_lights, corona};
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::{drawn_disc_fraction, point_peak};
 use crate::scene::request::effects::Effect;
@@ -79,6 +79,8 @@ const DARK_SKY_WEIGHT: f64 = 1e-6;
 const FAR_RADII: [f64; 2] = [3.0, 8.0];
 /// Weights below this count as 0.
 const NEGLIGIBLE_WEIGHT: f64 = 1e-9;
+/// Diameters of a body's disc, pixels, between which its bright parts become highlights: pixels of a smaller disc average over them.
+const HIGHLIGHT_DIAMETERS_PX: (f64, f64) = (4.0, 16.0);
 /// Number of rays along each side of the frame.
 const FRAME_RAYS: u32 = 16;
 /// Radii of the innermost and outermost edge of the annuli around the Sun on which the corona is sampled, solar radii. For a camera near the Sun, rays of the
@@ -263,13 +265,12 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let dilution = area / (area + (1.0 - self.disc_fraction(p, diameter_px)) / point_peak());
                 let visible_weight = self.visible_fraction(p) * (1.0 - point_weight);
                 let disc_share = share * disc_weight * visible_weight;
+                let highlight_part = smooth_rise(HIGHLIGHT_DIAMETERS_PX, diameter_px);
                 if disc_weight > 0.0 {
                     self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
-                        mean.add_ground(
-                            disc_share * area_fraction / dilution,
-                            radiance.times(dilution * transmittance),
-                            foreground_radiance,
-                        )
+                        let (share, radiance) = (disc_share * area_fraction / dilution, radiance.times(dilution * transmittance));
+                        mean.add_ground(share * highlight_part, radiance, foreground_radiance);
+                        mean.add_ground_outside_highlights(share * (1.0 - highlight_part), radiance, foreground_radiance);
                     });
                 }
                 // `sum_rim` weights each part of the rim by its place in the frame.
