@@ -1,6 +1,6 @@
 //! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
-//! In: `t`, the number of dimensions whose combinations are to be covered, or a seed. Out: keys. All dimensions together have 3.2 * 10^12 combinations of
+//! In: `t`, the number of dimensions whose combinations are to be covered, or a seed. Out: keys. All dimensions together have 4.2 * 10^12 combinations of
 //! values ([`count_combinations`]), too many to list. Features are canonical if [`canonical()`], which removes what has no effect on the image, leaves them
 //! unchanged; keys have only such features. A combination of values of a few dimensions is *possible* if some canonical features have these values; such
 //! features are a *completion* of the combination. To find one, the values are set in each of the [`base_features`]: all canonical features that differ from
