@@ -1,10 +1,11 @@
 //! The digest record: digests of modules and fragments, which show when and why emitted modules change.
 //!
 //! In: module ids. Out: a text with one line per fragment and per module, sorted by name, and the changes between two such records, each with its reason: a
-//! changed fragment, the emitter (`shader::emit`), or naga. Every module is emitted, parsed, validated and lowered to a tape (`shader::module`); simple
-//! shaders, probes and the covering sets are also translated. The record contains only digests, because the modules of all keys together would fill gigabytes.
-//! Not here: the file that holds the record.
+//! changed fragment, the emitter (`shader::emit`), or naga. Every module is emitted; every text among them is parsed, validated and lowered to a tape
+//! (`shader::module`); simple shaders, probes and the covering sets are also translated. The record contains only digests, because the modules of all keys
+//! together would fill gigabytes. Not here: the file that holds the record.
 
+use super::emit::{Emitted, emit_module_with};
 use super::fragments::{FRAGMENTS, Fragments};
 use super::generator::{hex, naga_version};
 use super::id::{SIMPLE_MODULES, probe_samples};
@@ -13,7 +14,7 @@ use super::translate::{Language, translate};
 use super::{Lowering, ModuleId, ShaderModule};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::fmt::Write;
 
 /// The first 64 bits of SHA-256 over the length and text of each part, as 16 hexadecimal digits.
@@ -196,7 +197,8 @@ pub struct BuiltRecord {
 }
 
 impl BuiltRecord {
-    /// Builds the modules on all cores, and translates those whose translations are recorded; `done` is called after each module. The error lists all failures.
+    /// Builds the modules on all cores, each text once, and translates those whose translations are recorded; `done` is called after each module. The error
+    /// lists all failures.
     pub fn of(modules: &[RecordedModule], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Self, Vec<String>> {
         Self::of_fragments(&Fragments::default(), modules, lowering, done)
     }
@@ -208,18 +210,32 @@ impl BuiltRecord {
         lowering: &Lowering,
         done: impl Fn() + Sync,
     ) -> Result<Self, Vec<String>> {
-        let build = |RecordedModule { id, is_translated }: &RecordedModule| {
-            let result = ShaderModule::build_with(fragments, id, lowering).map_err(|e| e.to_string()).and_then(|m| {
+        // Half of the modules have the text of another one, which is emitted, but parsed, validated and lowered only once.
+        let emit = |RecordedModule { id, .. }: &RecordedModule| {
+            let Emitted { wgsl, source_map } = emit_module_with(fragments, id).map_err(|e| e.to_string())?;
+            Ok::<_, String>((digest_of(&[&wgsl]), source_map.fragments))
+        };
+        let emitted: Vec<_> = modules.par_iter().map(emit).collect();
+        let mut texts = HashSet::new();
+        let is_first_of_text: Vec<bool> = emitted.iter().map(|e| e.as_ref().is_ok_and(|(wgsl, _)| texts.insert(wgsl.clone()))).collect();
+        let build = |((RecordedModule { id, is_translated }, emitted), is_first): ((&RecordedModule, _), bool)| {
+            let (wgsl, fragments_of) = emitted?;
+            let mut translations = None;
+            if is_first || *is_translated {
+                let module = ShaderModule::build_with(fragments, id, lowering).map_err(|e| e.to_string())?;
                 let languages = Language::ALL.into_iter().filter(|l| *is_translated && l.is_recorded());
-                let texts = languages.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
+                let texts = languages.map(|l| translate(&module, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-                let translations = is_translated.then(|| digest_of(&texts));
-                Ok((m.id.to_string(), Digests { wgsl: digest_of(&[&m.wgsl]), translations }, m.source_map.fragments))
-            });
+                translations = is_translated.then(|| digest_of(&texts));
+            }
+            Ok::<_, String>((id.to_string(), Digests { wgsl, translations }, fragments_of))
+        };
+        let built = modules.par_iter().zip(emitted).zip(is_first_of_text).map(|module| {
+            let result = build(module);
             done();
             result
-        };
-        let results: Vec<_> = modules.par_iter().map(build).collect();
+        });
+        let results: Vec<_> = built.collect();
         let mut built = Self { record: DigestRecord::new(), fragments_of: BTreeMap::new() };
         let mut failures = Vec::new();
         for result in results {

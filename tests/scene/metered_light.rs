@@ -148,8 +148,9 @@ fn the_earth_is_reported_as_it_is_drawn_at_every_phase() {
         (logs.iter().sum::<f64>() / 4.0).exp()
     };
     // The second number: the table at this phase angle, relative to full phase.
-    let ratios: Vec<(f64, f64)> =
-        [(0.0, 1.0), (45.0, 0.944), (97.5, 1.03), (127.5, 1.74), (150.0, 2.78)].map(|(deg, part)| (drawn_per_metered(deg), part)).to_vec();
+    let ratios: Vec<(f64, f64)> = [(0.0, 1.0), (45.0, 0.944), (97.5, 1.03), (127.5, 1.74), (150.0, 2.78), (157.5, 2.82), (170.0, 0.26)]
+        .map(|(deg, part)| (drawn_per_metered(deg), part))
+        .to_vec();
     println!("{ratios:.3?}");
     assert!(ratios.iter().all(|(ratio, _)| (ratio - 1.0).abs() < 0.08), "{ratios:?}");
     assert!(ratios.iter().any(|(ratio, part)| (ratio * part - 1.0).abs() > 0.5), "{ratios:?}");

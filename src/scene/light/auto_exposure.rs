@@ -36,8 +36,8 @@ const LOST_SUBJECT_RATIO: f64 = 0.1;
 /// Highest level, as a fraction of white, of the metered highlights of bodies. They are those of ground without the contrast of its map; with it a twentieth of
 /// the drawn disc, or less, is shown at 0.9 of white or more (tests/scene/highlights.rs). A full disc, whose ground is evenly bright, stays at its level.
 const MAX_HIGHLIGHT_LEVEL: f64 = 0.8;
-/// The most by which highlights darken an image, stops. Much brighter ones are given up: a sunlit planet beside a moon in its shadow, or the last sunlit part of
-/// a moon in an eclipse.
+/// The most by which highlights darken an image, stops. Much brighter ones are burnt out all the same: a sunlit planet beside a moon in its shadow, or the last
+/// sunlit part of a moon in an eclipse.
 const MAX_PROTECTIVE_STOPS: f64 = 1.5;
 /// Radiances of the brightest city lights, in stops relative to what is white without them, between which the weight of city lights rises from 0 to 1. Below the
 /// first they are hardly drawn.

@@ -19,6 +19,10 @@ pub enum SkyFrame {
     Equatorial,
     /// Mean ecliptic and equinox of J2000.
     Ecliptic,
+    /// The axes of NASA's panorama "Deep Star Maps" (SVS 3895), which cannot be chosen: the galactic pole and node of 1958, which are of B1950 (Blaauw et al.
+    /// 1960, MNRAS 121, 123), taken for coordinates of J2000. They are turned against the galactic axes by 50 years of precession, 0.7
+    /// degrees.
+    DeepStarMaps,
 }
 
 /// A frame's name is not known. Contains the nearest known name as a suggestion, or a list of all, but not the unknown name itself: clap quotes it.
@@ -38,6 +42,7 @@ pub fn ecliptic_pole() -> DVec3 {
 }
 
 impl SkyFrame {
+    /// The frames that can be chosen.
     pub(crate) const ALL: [Self; 3] = [Self::Galactic, Self::Equatorial, Self::Ecliptic];
 
     pub(crate) fn name(self) -> &'static str {
@@ -45,6 +50,7 @@ impl SkyFrame {
             Self::Galactic => "galactic",
             Self::Equatorial => "equatorial",
             Self::Ecliptic => "ecliptic",
+            Self::DeepStarMaps => "deep-star-maps",
         }
     }
 
@@ -62,13 +68,8 @@ impl SkyFrame {
         match self {
             // Right ascension and declination of the pole, and galactic longitude of the ascending node, degrees: ESA 1997, The Hipparcos and Tycho
             // Catalogues, vol. 1, eq. 1.5.11.
-            Self::Galactic => {
-                let pole = unit_vector(192.859_48, 27.128_25);
-                let node = DVec3::Z.cross(pole).normalize();
-                let (sin, cos) = 32.931_92_f64.to_radians().sin_cos();
-                let centre = node * cos - pole.cross(node) * sin;
-                DMat3::from_cols(centre, pole.cross(centre), pole)
-            }
+            Self::Galactic => icrf_from_galactic(unit_vector(192.859_48, 27.128_25), 32.931_92),
+            Self::DeepStarMaps => icrf_from_galactic(unit_vector(192.25, 27.4), 33.0),
             Self::Equatorial => DMat3::IDENTITY,
             Self::Ecliptic => {
                 let pole = ecliptic_pole();
@@ -76,6 +77,14 @@ impl SkyFrame {
             }
         }
     }
+}
+
+/// The rotation of a galactic frame, from its pole and the longitude of the ascending node of its equator on the celestial equator.
+fn icrf_from_galactic(pole: DVec3, node_longitude_deg: f64) -> DMat3 {
+    let node = DVec3::Z.cross(pole).normalize();
+    let (sin, cos) = node_longitude_deg.to_radians().sin_cos();
+    let centre = node * cos - pole.cross(node) * sin;
+    DMat3::from_cols(centre, pole.cross(centre), pole)
 }
 
 #[cfg(test)]
@@ -109,6 +118,11 @@ mod tests {
         // constants.
         let published = off_arcsec(SkyFrame::Galactic, (0.0, 0.0), (266.405_10, -28.936_18));
         assert!((0.2..0.5).contains(&published), "{published}");
+        // General precession turns the sky by 5028.796 arcsec in a century (IAU 2006).
+        let panorama_from_galactic = SkyFrame::DeepStarMaps.icrf_from_frame().transpose() * SkyFrame::Galactic.icrf_from_frame();
+        let trace = panorama_from_galactic.x_axis.x + panorama_from_galactic.y_axis.y + panorama_from_galactic.z_axis.z;
+        let turned_arcsec = ((trace - 1.0) / 2.0).acos().to_degrees() * 3600.0;
+        assert!((turned_arcsec / (0.5 * 5028.796) - 1.0).abs() < 2e-3, "{turned_arcsec}");
         assert!(SkyFrame::by_name("galactc").is_err_and(|e| e.to_string().contains("galactic")));
     }
 }

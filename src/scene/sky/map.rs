@@ -55,7 +55,7 @@ impl SkyMap {
         let unit_radiance = CLOUD_S10 / CLOUD_LINEAR_VALUE * *S10;
         Self {
             file: MILKY_WAY_FILE.into(),
-            frame: SkyFrame::Galactic,
+            frame: SkyFrame::DeepStarMaps,
             width: 2048,
             unit_radiance,
             brightest_value: CLOUD_LINEAR_VALUE,

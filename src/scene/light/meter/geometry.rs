@@ -322,6 +322,7 @@ mod tests {
         assert!(behind > 80 && largest_error_of_clamped > 0.1, "{behind}, {largest_error_of_clamped}");
     }
 
+    /// The weight of ground along the edge of the frame grows from that of the edge, always in small steps.
     #[test]
     fn ground_along_the_edge_gains_weight_with_its_share() {
         let decades = |share: f64| least_weight_of_ground(share).log10();

@@ -18,6 +18,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::drawn_disc_fraction;
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use glam::{DVec3, FloatExt};
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// Heights of the camera, relative to that of the clouds, between which the logarithm of the albedo changes smoothly from that of the ground and air alone to
@@ -62,11 +63,11 @@ const DRAWN_PART_WITH_CLOUDS: [(f64, f64); 13] = [
     (120.0, 0.713),
     (135.0, 0.938),
     (150.0, 1.32),
-    (155.0, 1.25),
-    (160.0, 0.98),
-    (165.0, 0.55),
-    (170.0, 0.18),
-    (175.0, 0.063),
+    (155.0, 1.4),
+    (160.0, 1.28),
+    (165.0, 0.62),
+    (170.0, 0.125),
+    (175.0, 0.02),
 ];
 
 /// [`DRAWN_PART_WITH_CLOUDS`] at a phase angle.
@@ -145,6 +146,8 @@ pub(crate) struct Albedo {
     pub bright_ground_weight: f64,
     /// The part of `of_lights` that images show: [`DRAWN_PART_WITH_CLOUDS`], or 1.
     pub drawn_part: f64,
+    /// The same at a phase angle of 90 degrees.
+    pub drawn_part_at_terminator: f64,
 }
 
 impl Albedo {
@@ -163,6 +166,7 @@ impl Albedo {
             ground_fraction: 1.0,
             bright_ground_weight: bright_ground_weight(p, effects),
             drawn_part: 1.0,
+            drawn_part_at_terminator: 1.0,
         };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
         let height_km = air::camera_height_km(body, &p.placement);
@@ -175,15 +179,29 @@ impl Albedo {
         let (cloudiness, disc_fraction) =
             (cloudiness(p, effects), drawn_disc_fraction(effects.override_of_body(body, Effect::Points), p, diameter_px));
         let weight = (1.0 - cloudiness) * disc_fraction;
+        let drawn_part = |phase_angle_rad: f64| drawn_part_with_clouds(phase_angle_rad).powf(cloudiness * disc_fraction);
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);
         Self {
             of_lights: blend(whole.of_lights, clear_of_lights),
             of_sky: blend(whole.of_sky, clear_of_sky),
             // Without any light of the ground the fraction does not matter.
             ground_fraction: ground / clear_of_lights.max(f64::MIN_POSITIVE),
-            drawn_part: drawn_part_with_clouds(phase_angle_rad).powf(cloudiness * disc_fraction),
+            drawn_part: drawn_part(phase_angle_rad),
+            drawn_part_at_terminator: drawn_part(FRAC_PI_2),
             ..whole
         }
+    }
+
+    /// Irradiance times albedo.
+    pub(crate) fn lit_by(&self, irradiance: f64) -> GroundRadiance {
+        let metered = self.of_lights * irradiance;
+        GroundRadiance { metered, drawn: metered * self.drawn_part }
+    }
+
+    /// The radiance of air over the ground in twilight. Images show all of it; it is metered as the ground is by day beside it, so that the level does not rise
+    /// at sunset.
+    pub(crate) fn twilight(&self, radiance: f64) -> GroundRadiance {
+        GroundRadiance { metered: radiance / self.drawn_part_at_terminator, drawn: radiance }
     }
 
     /// Factors on `of_lights` and on `of_sky` at ground that is metered as `relative` times as bright as ground of mean reflectance.
@@ -204,8 +222,13 @@ impl GroundRadiance {
         Self { metered: self.metered * factor, drawn: self.drawn * factor }
     }
 
-    pub(crate) fn plus(self, radiance: f64) -> Self {
-        Self { metered: self.metered + radiance, drawn: self.drawn + radiance }
+    /// Light that counts as it is drawn.
+    pub(crate) fn as_drawn(radiance: f64) -> Self {
+        Self { metered: radiance, drawn: radiance }
+    }
+
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Self { metered: self.metered + other.metered, drawn: self.drawn + other.drawn }
     }
 }
 
@@ -227,8 +250,8 @@ pub(crate) struct Ground<'g> {
     /// Unit vector towards the Sun, body axes.
     pub sun: DVec3,
     pub sun_irradiance: f64,
-    /// Planet-shine: unit vector towards each body that gives it, body axes, and irradiance times the [`Albedo::of_lights`] for its phase angle.
-    pub secondary_lights: Vec<(DVec3, f64)>,
+    /// Planet-shine: unit vector towards each body that gives it, body axes; [`Albedo::lit_by`] its irradiance, for its phase angle.
+    pub secondary_lights: Vec<(DVec3, GroundRadiance)>,
     /// Radiance that the light meter takes for the sky above the ground, if the camera is in the body's air; else 0.
     pub sky_exposure_radiance: f64,
     /// The table of ring-shine relative to the Sun's irradiance, and the ground's radiance where this ratio is 1; `None` where ring-shine does not count:
@@ -266,12 +289,12 @@ impl Ground<'_> {
         ring_transmittance: f64,
     ) -> GroundRadiance {
         let body = self.body;
-        // `light`: irradiance times albedo; `cos_on_relief`: the cosine of incidence on relief, from that on smooth ground.
-        let reflected = |towards: DVec3, light: f64, cos_on_relief: &dyn Fn(f64) -> f64| {
+        // `cos_on_relief`: the cosine of incidence on relief, from that on smooth ground.
+        let reflectance = |towards: DVec3, cos_on_relief: &dyn Fn(f64) -> f64| {
             let cos_smooth = normal.dot(towards).max(0.0);
             let cos_incidence = cos_smooth + self.relief_weight * (cos_on_relief(normal.dot(towards)) - cos_smooth);
             // A positive cosine of emission, because `reflectance` is 0 at the limb.
-            light * photometry::reflectance(&body.photometry, cos_incidence, normal.dot(viewer).max(1e-3), towards.dot(viewer))
+            photometry::reflectance(&body.photometry, cos_incidence, normal.dot(viewer).max(1e-3), towards.dot(viewer))
         };
         let sunlight_fraction = match shadow {
             // Elsewhere the ground reflects no sunlight, so the fraction does not matter.
@@ -281,19 +304,18 @@ impl Ground<'_> {
             }
             _ => 1.0,
         };
-        let secondary: f64 = self.secondary_lights.iter().map(|(towards, light)| reflected(*towards, *light, &mean_cosine_on_relief)).sum();
+        let sunlight = self.sun_irradiance * sunlight_fraction * ring_transmittance;
+        let of_sun = self.albedo.lit_by(sunlight).times(reflectance(self.sun, &|cos| cosine_on_slope(cos, slope)));
+        let of_secondary = |(towards, light): &(DVec3, GroundRadiance)| light.times(reflectance(*towards, &mean_cosine_on_relief));
+        let by_lights = self.secondary_lights.iter().map(of_secondary).fold(of_sun, GroundRadiance::plus);
         let night_weight = night_lights::lit_fraction(normal.dot(self.sun)) * self.city_light_weight;
         let night_lights = self.night_lights.map_or(0.0, |l| if night_weight > 0.0 { night_weight * l.radiance_at(point) } else { 0.0 });
         let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
         let [lights_factor, sky_factor] =
             self.bright_ground.map_or([1.0; 2], |map| self.albedo.local_factors(map.relative_radiance(point)));
-        let sunlight = self.sun_irradiance * sunlight_fraction * ring_transmittance;
         let relative_albedo = self.albedo_map.map_or(1.0, |map| photometry::relative_albedo(map, point));
-        let by_lights = relative_albedo
-            * lights_factor
-            * (reflected(self.sun, self.albedo.of_lights * sunlight, &|cos| cosine_on_slope(cos, slope)) + secondary);
         let others = sky_factor * self.albedo.of_sky * self.sky_exposure_radiance + night_lights + ring_shine;
-        GroundRadiance { metered: by_lights, drawn: by_lights * self.albedo.drawn_part }.plus(others)
+        by_lights.times(relative_albedo * lights_factor).plus(GroundRadiance::as_drawn(others))
     }
 }
 

@@ -26,7 +26,7 @@ impl LogMean {
     /// Adds a part of a subject. `share`: the part's share of the frame, times other weights. `foreground_radiance`: radiance of the light added in front of
     /// the part, which lowers its contrast.
     pub fn add(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
-        self.add_ground(share, GroundRadiance { metered: radiance, drawn: radiance }, foreground_radiance);
+        self.add_ground(share, GroundRadiance::as_drawn(radiance), foreground_radiance);
     }
 
     /// The same for ground.
@@ -38,7 +38,7 @@ impl LogMean {
 
     /// The same for a part that is no highlight, however bright: a body drawn as a point, or a rim of air, which is mostly lower than a pixel.
     pub fn add_outside_highlights(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
-        self.add_ground_outside_highlights(share, GroundRadiance { metered: radiance, drawn: radiance }, foreground_radiance);
+        self.add_ground_outside_highlights(share, GroundRadiance::as_drawn(radiance), foreground_radiance);
     }
 
     /// The same for the ground of a small disc.
@@ -48,7 +48,7 @@ impl LogMean {
         }
     }
 
-    /// Adds a part of ground to the mean alone, not to the highlights. Returns whether it counts.
+    /// Adds a part to the mean alone. Returns whether it counts.
     pub fn add_to_mean(
         &mut self,
         share: f64,
@@ -73,7 +73,7 @@ impl LogMean {
     /// Weight of a part of a subject that fills the frame; 0 if the part does not count. `foreground_radiance`: see [`Self::add`].
     pub fn weight_of_full_frame(radiance: f64, foreground_radiance: f64) -> f64 {
         let (mut mean, entire_frame) = (Self::default(), 1.0);
-        mean.add_outside_highlights(entire_frame, radiance, foreground_radiance);
+        mean.add_to_mean(entire_frame, GroundRadiance::as_drawn(radiance), foreground_radiance);
         mean.weight
     }
 

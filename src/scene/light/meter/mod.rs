@@ -237,7 +237,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let to_body_frame = |v: DVec3| (p.body_from_icrf * v).normalize();
         let of_planet_shine = |l: &IncidentLight| {
             let phase_angle_rad = crate::ephemeris::angle_rad(l.direction, -p.placement.centre_km);
-            (to_body_frame(l.direction), l.irradiance.max_element() * albedo_at(phase_angle_rad).of_lights)
+            (to_body_frame(l.direction), albedo_at(phase_angle_rad).lit_by(l.irradiance.max_element()))
         };
         let city_light_weight = self.meter.city_light_weight * city_lights::factor(p);
         let night_lights = self.meter.context.resources.night_lights.get(&p.body.id).filter(|_| city_light_weight > 0.0);

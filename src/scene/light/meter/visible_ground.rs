@@ -233,7 +233,7 @@ impl MeteredFrame<'_, '_> {
             let position_weight = frame_position_weight(sample.clip.abs().max_element().min(1.0));
             ground.for_each_slope([sample.point, normal, to_viewer], shadow, ring_transmittance, |part, of_surface| {
                 let share = share * part;
-                let radiance = of_surface.plus(of_air * ground.sun_irradiance).times(transmittance);
+                let radiance = of_surface.plus(ground.albedo.twilight(of_air * ground.sun_irradiance)).times(transmittance);
                 of_ground.add_to_mean(share * position_weight, radiance, foreground_radiance);
                 // Wherever it lies in the frame, bright ground is burnt out as soon.
                 highlights.add(Part::of(share, radiance, foreground_radiance));
