@@ -147,7 +147,7 @@ fn each_apparition_has_elements_of_its_own() {
         let passage_days = comet.orbit_at(days).passage_days;
         assert!((passage_days - days).abs() < tolerance_days, "{name} {time}: {} days off", passage_days - days);
         assert!(!comet.is_between_apparitions(days));
-        // The first orbit's period leads to another day, except that of Tempel-Tuttle.
+        // The first orbit's period leads to another day, except those of Tempel-Tuttle and Encke.
         assert!(comet.orbit.since_passage(days).abs() > 2.0 || name == "Tempel-Tuttle" || name == "Encke", "{name} {time}");
     }
     let catalog = Catalog::embedded();

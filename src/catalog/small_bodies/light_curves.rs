@@ -1,7 +1,7 @@
 //! Light curves of well-known comets, in place of the magnitudes of the orbital catalog.
 //!
 //! In: the embedded comets and the embedded table of light curves. Out: the comets with its brightness laws. The orbital catalog's M1 and K1 stand for what
-//! astrometric images show, up to seven magnitudes less than observers see.
+//! astrometric images show, up to seven magnitudes fainter than observers saw.
 
 use super::{BrightnessLaw, SmallBody};
 
