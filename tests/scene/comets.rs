@@ -197,7 +197,7 @@ fn tails_point_away_from_the_sun_and_lag() {
             );
             let drift_au = |beta: f64| grain_position_au(&orbit, day, 10.0, beta).distance(comet_state.position);
             assert!(
-                drift_au(0.1) < drift_au(0.4) && drift_au(0.4) < drift_au(0.9),
+                drift_au(0.1) < drift_au(0.4) && drift_au(0.4) < drift_au(0.9) && drift_au(0.9) < drift_au(2.0),
                 "{name} {days_past_perihelion}: a grain drifts less with more radiation pressure"
             );
             // Grains without radiation pressure stay with the comet; others do not.
@@ -245,8 +245,8 @@ fn an_image_shows_the_tails_away_from_the_sun() {
         }
     }
     println!("light away from the Sun {antisolar_light:.3e}, towards it {sunward_light:.3e}");
-    // The rest of the coma is on both sides.
-    assert!(antisolar_light > 10.0 * sunward_light, "{antisolar_light} {sunward_light}");
+    // Old dust, of up to 120 days, spreads to the Sun's side too, at 16 pixels and more from the head: an 18th of the light.
+    assert!(antisolar_light > 15.0 * sunward_light, "{antisolar_light} {sunward_light}");
     let without_layer = ViewRequest { layers: Layers::NONE, ..request };
     let without_comets =
         session.draw(&without_layer, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
