@@ -10,6 +10,7 @@ use orrery::scene::camera::Camera;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
 use orrery::scene::sky::comet_tails::ion_direction;
 use orrery::scene::sky::comets::total_magnitude;
+use orrery::scene::sky::frames::unit_vector;
 use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SECONDS_PER_DAY, luminance};
@@ -164,8 +165,7 @@ fn a_near_coma_is_a_disc() {
 /// The air dims and reddens a comet and a minor planet near the horizon as it does a star in the same direction: Capella from 40 N, 10 E.
 #[test]
 fn the_air_dims_comets_and_minor_planets_as_it_dims_stars() {
-    let (right_ascension, declination) = (79.172_f64.to_radians(), 45.998_f64.to_radians());
-    let capella = DVec3::new(declination.cos() * right_ascension.cos(), declination.cos() * right_ascension.sin(), declination.sin());
+    let capella = unit_vector(79.172, 45.998);
     let times = ["1997-03-31T19:30:00Z", "1997-04-01T01:00:00Z"];
     let (_, days) = time_of(times[0]);
     let far_away = HeliocentricOrbit {
