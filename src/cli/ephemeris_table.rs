@@ -88,7 +88,9 @@ impl ObserverColumn {
                     ("elongation_side", observed.elongation.map_or(Cell::Empty, |e| side(e.is_east))),
                 ]
             }
-            Self::Constellation => vec![("constellation", Cell::Text(observed.constellation.into()))],
+            Self::Constellation => {
+                vec![("constellation", Cell::Text(observed.constellation.map_or("", |c| c.abbreviation.as_str()).into()))]
+            }
             Self::Distance => {
                 vec![("distance_km", Cell::Number(place.distance_km, 3)), ("distance_au", Cell::Number(place.distance_km / KM_PER_AU, 9))]
             }

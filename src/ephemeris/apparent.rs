@@ -39,12 +39,6 @@ impl RaDec {
         Self { ra_deg: lon_deg, dec_deg: lat_deg }
     }
 
-    /// The direction as a unit vector in the frame of the coordinates.
-    pub fn direction(&self) -> DVec3 {
-        let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (self.ra_deg.to_radians().sin_cos(), self.dec_deg.to_radians().sin_cos());
-        DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)
-    }
-
     /// Right ascension in hours, minutes and seconds of time: `5h 34m 31.9s`.
     pub fn ra_text(&self) -> String {
         let tenths = tenths_of_seconds(self.ra_deg.rem_euclid(360.0) / 15.0) % (24 * TENTHS_PER_HOUR_OR_DEGREE);

@@ -211,4 +211,30 @@ mod tests {
             );
         }
     }
+
+    /// Radiation pressure counteracts gravity: a small grain feels a part of it, none, or is repelled (its GM is negative). The reference is the equation of
+    /// motion, integrated in 1000 steps (Nyström, fourth order).
+    #[test]
+    fn grains_follow_the_equation_of_motion_at_any_radiation_pressure() {
+        let (gravity, span, count) = (GAUSS_CONSTANT * GAUSS_CONSTANT, 77.0, 1000);
+        let step = span / f64::from(count);
+        for (q, e) in [(0.6, 0.967), (1.0, 1.0), (2.0, 3.4), (2.5, 0.05)] {
+            let start = heliocentric_state(&orbit(q, e), 123.0);
+            for gm in [1.0, 0.1, 0.0, -1.5].map(|share| share * gravity) {
+                let acceleration = |position: DVec3| position * (-gm / position.length().powi(3));
+                let (mut position, mut velocity) = (start.position, start.velocity);
+                for _ in 0..count {
+                    let first = acceleration(position);
+                    let middle = acceleration(position + 0.5 * step * velocity + 0.125 * step * step * first);
+                    let last = acceleration(position + step * velocity + 0.5 * step * step * middle);
+                    position += step * velocity + step * step / 6.0 * (first + 2.0 * middle);
+                    velocity += step / 6.0 * (first + 4.0 * middle + last);
+                }
+                let found = start.propagated(gm, span);
+                assert!(found.position.distance(position) < 1e-12 && found.velocity.distance(velocity) < 1e-14, "{q} {e} {gm}: {found:?}");
+                let other = start.propagated(gm + 1e-3 * gravity, span);
+                assert!(other.position.distance(position) > 1e-6, "{q} {e} {gm}: a thousandth of gravity makes no difference");
+            }
+        }
+    }
 }

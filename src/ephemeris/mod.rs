@@ -42,7 +42,7 @@ mod user_kernel;
 use crate::catalog::{Catalog, Motion, NaifId, Rotation};
 use crate::message::{Argument, Message, message};
 use crate::time::Instant;
-use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use glam::{DMat3, DVec3};
 use parking_lot::Mutex;
 use satellites::{drift, galilean, tass};
@@ -266,42 +266,6 @@ impl Ephemeris {
                 Ok(orientation::PoleAndMeridian { pole_ra_deg: *pole_ra_deg, pole_dec_deg: *pole_dec_deg, w_deg }.body_from_icrf())
             }
         }
-    }
-
-    /// The position of `body` whose light reaches `observer_pos_km` (barycentric ICRF) at `t`: the barycentric position at the time of emission, and that
-    /// time. An error whose time is earlier than `t` says that the light left at that time.
-    pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
-        let mut emitted = self.emission_time_of_system(body, observer_pos_km, t).unwrap_or(t);
-        // Each round multiplies the error by v/c, which is under 1e-3 for any body here, so that six rounds always suffice. The last correction, of less than a
-        // second, is made along the velocity, which leaves 6 metres at most (Metis, whose path curves most; tests/ephemeris/positions.rs).
-        for round in 0.. {
-            let found = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, BEST_SOURCE);
-            if found.is_err() && round == 0 && emitted != t {
-                emitted = t;
-                continue;
-            }
-            let found = if emitted == t { found } else { found.map_err(EphemerisError::when_light_left) };
-            let state = found?.state;
-            let light_s = (state.pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
-            let next = t.plus_seconds(-light_s);
-            let correction_s = next.tdb_seconds_past_j2000() - emitted.tdb_seconds_past_j2000();
-            emitted = next;
-            if correction_s.abs() < 1.0 || round == 5 {
-                return Ok((state.pos_km + state.vel_km_s * correction_s, emitted));
-            }
-        }
-        unreachable!("the loop returns in its sixth round")
-    }
-
-    /// When light that reaches the observer at `t` left the barycentre of a planet's or moon's system, whose position takes less work than a moon's.
-    fn emission_time_of_system(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Option<Instant> {
-        // The NAIF code of a planet or moon is 100 times that of its system's barycentre, plus a number below 100.
-        let system = (101..1000).contains(&body.0).then_some(NaifId(body.0 / 100))?;
-        let State { pos_km, vel_km_s } = self.state(system, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE).ok()?.state;
-        let light_s_from = |pos_km: DVec3| (pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
-        let light_s = light_s_from(pos_km - vel_km_s * light_s_from(pos_km));
-        // At more than 300 s of light time the observer is certainly in another system.
-        (light_s > 300.0).then(|| t.plus_seconds(-light_s))
     }
 
     /// The links from `target` towards the solar system barycentre, as far as the theories go.

@@ -16,6 +16,7 @@ use crate::scene::camera::Placement;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::composite::{Arrangement, CompositeFrames};
 use crate::scene::request::{CameraFile, Composition, Projection, ViewRequest};
+use crate::scene::sky::frames::unit_vector;
 use crate::scene::sky::stars::StarPlacer;
 use crate::scene::viewpoint::viewer;
 use crate::wording::{echo_within, suggestion_or_list};
@@ -85,9 +86,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
             (StarPlacer::of(prober.catalog(), &viewer, &request).place(star).direction, infinite_km, no_body)
         }
         (None, None, Some(ra_deg), Some(dec_deg)) if ra_deg.is_finite() && (-90.0..=90.0).contains(&dec_deg) => {
-            let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (ra_deg.to_radians().sin_cos(), dec_deg.to_radians().sin_cos());
-            let geometric = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
-            (aberrated(geometric, viewer.sky_aberration_velocity_km_s), infinite_km, no_body)
+            (aberrated(unit_vector(ra_deg, dec_deg), viewer.sky_aberration_velocity_km_s), infinite_km, no_body)
         }
         (None, None, Some(_), Some(_)) => return Err("fields `ra_deg` and `dec_deg`: degrees; declination from -90 to 90".into()),
         _ => return Err("give one of `body`, `star`, or `ra_deg` with `dec_deg`".into()),

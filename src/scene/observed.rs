@@ -4,7 +4,7 @@
 //! are those of images and reports ([`super::seen_from`]): with phase laws, rings, light curves and eclipses. Minor planets follow the H, G system, comets M1
 //! and K1. Left out: refraction and extinction by the Earth's air.
 
-use crate::catalog::constellations::Constellations;
+use crate::catalog::constellations::{Constellation, Constellations};
 use crate::catalog::small_bodies::{BrightnessLaw, NamedTarget};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{ApparentPlace, apparent_place_from};
@@ -18,6 +18,7 @@ use crate::scene::request::view_request::Position;
 use crate::scene::resources::Caches;
 use crate::scene::seen_from::body_seen_from;
 use crate::scene::sky::comets;
+use crate::scene::sky::frames::unit_vector;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
 use std::f64::consts::PI;
@@ -39,6 +40,8 @@ pub struct Elongation {
 pub struct Observed {
     /// Its apparent place, distance and light time.
     pub place: ApparentPlace,
+    /// Distance from the Sun when the light left that the observer sees; 0 for the Sun.
+    pub sun_distance_km: f64,
     /// Rate of change of the distance, positive for a target that recedes; with light time.
     pub range_rate_km_s: f64,
     /// Angle at the target between the observer and the Sun. `None` for the Sun and for barycentres.
@@ -53,8 +56,8 @@ pub struct Observed {
     pub angular_diameter_deg: Option<f64>,
     /// Mean visual magnitude of a square arcsecond of the globe's lit part, without rings.
     pub surface_brightness_mag_arcsec2: Option<f64>,
-    /// Abbreviation by the IAU of the constellation that the target is in.
-    pub constellation: &'static str,
+    /// The constellation that the target is in.
+    pub constellation: Option<&'static Constellation>,
 }
 
 /// The sky of the Earth: of a place on it, or as seen from its centre.
@@ -144,6 +147,7 @@ impl<'a> SkyOfEarth<'a> {
 
         let is_sun = *target == NamedTarget::Body(NaifId::SUN);
         let to_sun = ephemeris.light_time_position(NaifId::SUN, body_km, emitted)?.0 - body_km;
+        let sun_distance_km = if is_sun { 0.0 } else { to_sun.length() };
         let phase_angle_rad = angle_rad(-to_body, to_sun);
         let lit_fraction = if is_sun { 1.0 } else { 0.5 * (1.0 + phase_angle_rad.cos()) };
         let (magnitude, angular_diameter_deg, surface_brightness_mag_arcsec2, has_phase, has_disc) = match target {
@@ -155,25 +159,26 @@ impl<'a> SkyOfEarth<'a> {
                 None => (None, None, None, false, false),
             },
             NamedTarget::SmallBody(body) => {
-                let [distance_au, sun_distance_au] = [place.distance_km, to_sun.length()].map(|km| km / KM_PER_AU);
+                let [distance_au, sun_distance_au] = [place.distance_km, sun_distance_km].map(|km| km / KM_PER_AU);
                 let brightness = body.brightness_at(emitted.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
                 let magnitude = small_body_magnitude(brightness, distance_au, sun_distance_au, phase_angle_rad);
                 (magnitude, None, None, true, !body.is_comet())
             }
         };
-        let constellation = Constellations::embedded().containing(place.gcrs.direction());
+        let [direction_gcrs, sun_direction_gcrs] = [place.gcrs, sun.gcrs].map(|place| unit_vector(place.ra_deg, place.dec_deg));
         Ok(Observed {
+            sun_distance_km,
             range_rate_km_s,
             phase_angle_deg: has_phase.then(|| phase_angle_rad.to_degrees()),
             illuminated_fraction: has_disc.then_some(lit_fraction),
             elongation: (!is_sun).then(|| Elongation {
-                angle_deg: angle_rad(place.gcrs.direction(), sun.gcrs.direction()).to_degrees(),
+                angle_deg: angle_rad(direction_gcrs, sun_direction_gcrs).to_degrees(),
                 is_east: (place.true_of_date.ra_deg - sun.true_of_date.ra_deg).to_radians().sin() > 0.0,
             }),
             magnitude,
             angular_diameter_deg,
             surface_brightness_mag_arcsec2,
-            constellation: constellation.map_or("", |c| c.abbreviation.as_str()),
+            constellation: Constellations::embedded().containing(direction_gcrs),
             place,
         })
     }

@@ -4,6 +4,7 @@ use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
 use orrery::ephemeris::apparent::{RaDec, apparent_place, sub_points};
+use orrery::scene::sky::frames::unit_vector;
 use orrery::time::Instant;
 use orrery::units::RAD_PER_ARCSEC;
 use serde_json::Value;
@@ -19,8 +20,7 @@ fn ephemeris() -> Ephemeris {
 }
 
 fn direction(place: RaDec) -> DVec3 {
-    let ((sin_ra, cos_ra), (sin_dec, cos_dec)) = (place.ra_deg.to_radians().sin_cos(), place.dec_deg.to_radians().sin_cos());
-    DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec)
+    unit_vector(place.ra_deg, place.dec_deg)
 }
 
 /// Angle between two directions.

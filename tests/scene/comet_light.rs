@@ -1,5 +1,7 @@
 //! The light of comets in images: the same at any number of samples, shared by head and tails, dimmed by the air.
 
+use super::comets::{comet, from_earth_au};
+use super::stars::towards;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
@@ -7,12 +9,13 @@ use orrery::catalog::small_bodies::{BrightnessLaw, HeliocentricOrbit, SmallBodie
 use orrery::ephemeris::conic::heliocentric_state;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::camera::Camera;
-use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
+use orrery::scene::request::{ExposureRequest, Layers, Position, ViewRequest};
 use orrery::scene::sky::comet_tails::ion_direction;
 use orrery::scene::sky::comets::total_magnitude;
+use orrery::scene::sky::frames::unit_vector;
 use orrery::session::Session;
 use orrery::time::Instant;
-use orrery::units::{KM_PER_AU, SECONDS_PER_DAY, luminance};
+use orrery::units::{SECONDS_PER_DAY, luminance};
 
 const SIDE: u32 = 160;
 const COMETS: Layers = Layers { comets: true, ..Layers::NONE };
@@ -26,34 +29,14 @@ fn time_of(text: &str) -> (Instant, f64) {
     (time, time.tdb_seconds_past_j2000() / SECONDS_PER_DAY)
 }
 
-fn comet(name: &str) -> SmallBody {
-    SmallBodies::embedded().comets.iter().find(|c| c.name.contains(name)).expect(name).clone()
-}
-
-/// Heliocentric position of the Earth, au.
-fn earth_au(time: Instant) -> DVec3 {
-    session().ephemeris().state(NaifId::EARTH, NaifId::SUN, time, None).expect("a state").state.pos_km / KM_PER_AU
-}
-
 /// A view in a direction (ICRF) from the Earth's centre at a night exposure.
 fn view(direction: DVec3, time: Instant, fov_deg: f64, layers: Layers) -> ViewRequest {
-    ViewRequest {
-        target: None,
-        position: Position::Centre(NaifId::EARTH),
-        look: Look::Along { direction, axes: Axes::Icrf },
-        up: Up::Celestial,
-        fov_deg: Some(fov_deg),
-        width: SIDE,
-        height: SIDE,
-        exposure: ExposureRequest::Stops(22.0),
-        layers,
-        ..ViewRequest::of(NaifId::EARTH, time)
-    }
+    ViewRequest { width: SIDE, height: SIDE, exposure: ExposureRequest::Stops(22.0), layers, ..towards(direction, fov_deg, time) }
 }
 
 fn view_of_comet(name: &str, time_text: &str, fov_deg: f64) -> ViewRequest {
     let (time, days) = time_of(time_text);
-    let direction = heliocentric_state(comet(name).orbit_at(days), days).position - earth_au(time);
+    let direction = from_earth_au(session().ephemeris(), &comet(name), days);
     view(direction.normalize(), time, fov_deg, COMETS)
 }
 
@@ -105,10 +88,10 @@ fn light_does_not_depend_on_the_number_of_samples() {
 /// In the image, head and tails together have the light of the total magnitude; the frame leaves out the ends of the tails.
 #[test]
 fn head_and_tails_share_the_light_of_the_magnitude() {
-    let (time, days) = time_of("1997-03-31T20:00:00Z");
+    let (_, days) = time_of("1997-03-31T20:00:00Z");
     let hale_bopp = comet("Hale-Bopp");
     let position_au = heliocentric_state(hale_bopp.orbit_at(days), days).position;
-    let distance_au = (position_au - earth_au(time)).length();
+    let distance_au = from_earth_au(session().ephemeris(), &hale_bopp, days).length();
     let magnitude = total_magnitude(hale_bopp.brightness_at(days), distance_au, position_au.length()).expect("a comet");
     let request = view_of_comet("Hale-Bopp", "1997-03-31T20:00:00Z", 40.0);
     let (image, camera) = drawn(session(), &request, 1);
@@ -129,9 +112,11 @@ fn head_and_tails_share_the_light_of_the_magnitude() {
 fn the_dust_tail_is_brighter_than_the_ion_tail() {
     let request = view_of_comet("Hale-Bopp", "1997-03-31T20:00:00Z", 14.0);
     let (image, camera) = drawn(session(), &request, 4);
-    let (time, days) = time_of("1997-03-31T20:00:00Z");
-    let state = heliocentric_state(comet("Hale-Bopp").orbit_at(days), days);
-    let ion_clip = camera.clip(state.position + 0.1 * ion_direction(&state) - earth_au(time)).expect("ahead");
+    let (_, days) = time_of("1997-03-31T20:00:00Z");
+    let hale_bopp = comet("Hale-Bopp");
+    let state = heliocentric_state(hale_bopp.orbit_at(days), days);
+    let to_ions_au = from_earth_au(session().ephemeris(), &hale_bopp, days) + 0.1 * ion_direction(&state);
+    let ion_clip = camera.clip(to_ions_au).expect("ahead");
     let ions = ion_clip.normalize();
     let radius_px = 5_f64.to_radians().tan() / camera.pixel_tangent();
     let brightest = |is_ion_tail: bool| {
@@ -164,8 +149,7 @@ fn a_near_coma_is_a_disc() {
 /// The air dims and reddens a comet and a minor planet near the horizon as it does a star in the same direction: Capella from 40 N, 10 E.
 #[test]
 fn the_air_dims_comets_and_minor_planets_as_it_dims_stars() {
-    let (right_ascension, declination) = (79.172_f64.to_radians(), 45.998_f64.to_radians());
-    let capella = DVec3::new(declination.cos() * right_ascension.cos(), declination.cos() * right_ascension.sin(), declination.sin());
+    let capella = unit_vector(79.172, 45.998);
     let times = ["1997-03-31T19:30:00Z", "1997-04-01T01:00:00Z"];
     let (_, days) = time_of(times[0]);
     let far_away = HeliocentricOrbit {

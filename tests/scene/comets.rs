@@ -2,21 +2,23 @@
 //!
 //! The expected passages are from IAU Circulars and JPL's Small-Body Database. The catalog's orbits are osculating elements near each passage.
 
+use super::stars::towards;
+use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
+use orrery::catalog::NaifId;
 use orrery::catalog::small_bodies::{BrightnessLaw, SmallBodies, SmallBody};
-use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
 use orrery::ephemeris::conic::heliocentric_state;
 use orrery::render::plan::SamplingQuality;
-use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
+use orrery::scene::request::{ExposureRequest, Layers, ViewRequest};
 use orrery::scene::sky::comet_tails::{SOLAR_WIND_KM_S, grain_position_au, ion_direction};
 use orrery::scene::sky::comets::total_magnitude;
 use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SECONDS_PER_DAY};
 
 /// The comet whose name contains `name`.
-fn comet(name: &str) -> SmallBody {
+pub(super) fn comet(name: &str) -> SmallBody {
     SmallBodies::embedded().comets.iter().find(|c| c.name.contains(name)).expect(name).clone()
 }
 
@@ -26,7 +28,7 @@ fn days_past_j2000(time: &str) -> f64 {
 }
 
 /// Vector from the Earth to the comet, au.
-fn from_earth_au(ephemeris: &Ephemeris, comet: &SmallBody, days: f64) -> DVec3 {
+pub(super) fn from_earth_au(ephemeris: &Ephemeris, comet: &SmallBody, days: f64) -> DVec3 {
     let time = Instant::from_tdb_seconds_past_j2000(days * SECONDS_PER_DAY);
     let sun_au = ephemeris.state(NaifId::SUN, NaifId::EARTH, time, None).expect("a state").state.pos_km / KM_PER_AU;
     sun_au + heliocentric_state(comet.orbit_at(days), days).position
@@ -35,8 +37,7 @@ fn from_earth_au(ephemeris: &Ephemeris, comet: &SmallBody, days: f64) -> DVec3 {
 /// Checks the day and solar distance of perihelion, and the day and distance of the closest approach to the Earth.
 #[test]
 fn passages_agree_with_the_almanacs() {
-    let catalog = Catalog::embedded();
-    let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
+    let ephemeris = SESSION.ephemeris();
     for (name, time, perihelion_au) in [
         ("Halley", "1986-02-09T11:00:00Z", 0.587),
         ("Hyakutake", "1996-05-01T10:00:00Z", 0.230),
@@ -61,7 +62,7 @@ fn passages_agree_with_the_almanacs() {
         ("F3 (NEOWISE)", "2020-07-23T01:00:00Z", 0.692),
     ] {
         let comet = comet(name);
-        let distance_au = |day: f64| from_earth_au(&ephemeris, &comet, day).length();
+        let distance_au = |day: f64| from_earth_au(ephemeris, &comet, day).length();
         let closest_day = (-400..=400)
             .map(|k| days_past_j2000(time) + 0.05 * f64::from(k))
             .min_by(|a, b| distance_au(*a).total_cmp(&distance_au(*b)))
@@ -72,7 +73,7 @@ fn passages_agree_with_the_almanacs() {
         assert!(distance_au(closest_day + 10.0) > distance_au(closest_day) + 0.002);
     }
     // On 10 April 1986 Halley was in Lupus at its southernmost declination, -47.5 degrees.
-    let halley_au = from_earth_au(&ephemeris, &comet("Halley"), days_past_j2000("1986-04-10T12:00:00Z"));
+    let halley_au = from_earth_au(ephemeris, &comet("Halley"), days_past_j2000("1986-04-10T12:00:00Z"));
     let declination_deg = (halley_au.z / halley_au.length()).asin().to_degrees();
     assert!((declination_deg + 47.5).abs() < 0.3, "{declination_deg}");
 }
@@ -91,8 +92,7 @@ fn brightness_follows_the_law_of_total_magnitude() {
 /// 0.7 magnitudes. Most curves were chosen to meet one of these values, so this tests the table, the laws before and after perihelion, and the distances.
 #[test]
 fn great_comets_are_as_bright_as_observers_saw_them() {
-    let catalog = Catalog::embedded();
-    let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
+    let ephemeris = SESSION.ephemeris();
     for (name, time, observed) in [
         ("Halley", "1986-04-11T00:00:00Z", 2.1),
         ("Bennett", "1970-03-29T12:00:00Z", 0.0),
@@ -114,7 +114,7 @@ fn great_comets_are_as_bright_as_observers_saw_them() {
     ] {
         let (comet, days) = (comet(name), days_past_j2000(time));
         let sun_distance_au = heliocentric_state(comet.orbit_at(days), days).position.length();
-        let distance_au = from_earth_au(&ephemeris, &comet, days).length();
+        let distance_au = from_earth_au(ephemeris, &comet, days).length();
         let magnitude = total_magnitude(comet.brightness_at(days), distance_au, sun_distance_au).expect("a comet");
         println!("{name} {time}: {magnitude:.2}, observed {observed}");
         assert!((magnitude - observed).abs() < 0.7, "{name} {time}: {magnitude:.2}, observed {observed}");
@@ -147,14 +147,13 @@ fn each_apparition_has_elements_of_its_own() {
         let passage_days = comet.orbit_at(days).passage_days;
         assert!((passage_days - days).abs() < tolerance_days, "{name} {time}: {} days off", passage_days - days);
         assert!(!comet.is_between_apparitions(days));
-        // The first orbit's period leads to another day, except that of Tempel-Tuttle.
+        // The first orbit's period leads to another day, except those of Tempel-Tuttle and Encke.
         assert!(comet.orbit.since_passage(days).abs() > 2.0 || name == "Tempel-Tuttle" || name == "Encke", "{name} {time}");
     }
-    let catalog = Catalog::embedded();
-    let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
+    let ephemeris = SESSION.ephemeris();
     let halley = comet("Halley");
     // On 20 May 1910 Halley was 0.151 au from the Earth.
-    let distance_au = from_earth_au(&ephemeris, &halley, days_past_j2000("1910-05-20T12:00:00Z")).length();
+    let distance_au = from_earth_au(ephemeris, &halley, days_past_j2000("1910-05-20T12:00:00Z")).length();
     assert!((distance_au - 0.151).abs() < 0.003, "{distance_au}");
     assert!(halley.is_between_apparitions(days_past_j2000("1759-03-13T00:00:00Z")));
     assert!(!comet("Hale-Bopp").is_between_apparitions(days_past_j2000("2020-01-01T00:00:00Z")));
@@ -197,7 +196,7 @@ fn tails_point_away_from_the_sun_and_lag() {
             );
             let drift_au = |beta: f64| grain_position_au(&orbit, day, 10.0, beta).distance(comet_state.position);
             assert!(
-                drift_au(0.1) < drift_au(0.4) && drift_au(0.4) < drift_au(0.9),
+                drift_au(0.1) < drift_au(0.4) && drift_au(0.4) < drift_au(0.9) && drift_au(0.9) < drift_au(2.0),
                 "{name} {days_past_perihelion}: a grain drifts less with more radiation pressure"
             );
             // Grains without radiation pressure stay with the comet; others do not.
@@ -212,21 +211,16 @@ fn tails_point_away_from_the_sun_and_lag() {
 /// Halley from the Earth on 16 March 1986: its tails are on the side away from the Sun.
 #[test]
 fn an_image_shows_the_tails_away_from_the_sun() {
-    let session = &*crate::support::session::SESSION;
+    let session = &*SESSION;
     let time = Instant::parse("1986-03-16T00:00:00Z").expect("a time");
     let halley = comet("Halley");
     let direction = from_earth_au(session.ephemeris(), &halley, time.tdb_seconds_past_j2000() / SECONDS_PER_DAY).normalize();
     let request = ViewRequest {
-        target: None,
-        position: Position::Centre(NaifId::EARTH),
-        look: Look::Along { direction, axes: Axes::Icrf },
-        up: Up::Celestial,
-        fov_deg: Some(12.0),
         width: 160,
         height: 160,
         exposure: ExposureRequest::Stops(25.5),
         layers: Layers { comets: true, ..Layers::NONE },
-        ..ViewRequest::of(NaifId::EARTH, time)
+        ..towards(direction, 12.0, time)
     };
     let drawn = session.draw(&request, SamplingQuality { samples: 4, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");
     let decision = drawn.scene.sky_decisions.iter().find(|d| d.effect == "comets").expect("a reason");
@@ -245,8 +239,8 @@ fn an_image_shows_the_tails_away_from_the_sun() {
         }
     }
     println!("light away from the Sun {antisolar_light:.3e}, towards it {sunward_light:.3e}");
-    // The rest of the coma is on both sides.
-    assert!(antisolar_light > 10.0 * sunward_light, "{antisolar_light} {sunward_light}");
+    // Old dust, of up to 120 days, spreads to the Sun's side too, at 16 pixels and more from the head: an 18th of the light.
+    assert!(antisolar_light > 15.0 * sunward_light, "{antisolar_light} {sunward_light}");
     let without_layer = ViewRequest { layers: Layers::NONE, ..request };
     let without_comets =
         session.draw(&without_layer, SamplingQuality { samples: 1, anisotropy: 1 }, FrameImages::DisplayAndHdr).expect("drawn");

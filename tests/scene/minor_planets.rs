@@ -18,7 +18,7 @@ use orrery::render::software::math::Real;
 use orrery::scene::draw::DrawUniforms;
 use orrery::scene::photometry::{irradiance_of_magnitude, slope_parameter_law};
 use orrery::scene::request::effects::EffectOverrides;
-use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Position, ViewRequest};
 use orrery::scene::sky::minor_planets::MARKER_LEVEL;
 use orrery::scene::viewpoint::viewer;
 use orrery::scene::{
@@ -182,18 +182,13 @@ fn seen_from_earth(ephemeris: &Ephemeris, body: &SmallBody, time: Instant) -> (D
 
 fn towards(direction: DVec3, fov_deg: f64, time: Instant) -> ViewRequest {
     ViewRequest {
-        target: None,
-        position: Position::Centre(NaifId::EARTH),
-        look: Look::Along { direction, axes: Axes::Icrf },
-        up: Up::Celestial,
-        fov_deg: Some(fov_deg),
         width: 64,
         height: 64,
         exposure: ExposureRequest::Stops(24.0),
         layers: Layers { minor_planets: true, ..Layers::NONE },
         // At this exposure the corona lights the sky up to 25 degrees from the Sun.
         effects: EffectOverrides::parse("-corona").expect("an effect"),
-        ..ViewRequest::of(NaifId::EARTH, time)
+        ..super::stars::towards(direction, fov_deg, time)
     }
 }
 

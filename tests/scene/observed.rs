@@ -1,14 +1,13 @@
 //! The quantities of an ephemeris: against almanacs, against geometry from states of the ephemeris, and against the reports of scenes.
 
-use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::folds::larger;
 use orrery::catalog::small_bodies::{BrightnessLaw, NamedTarget};
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::apparent::apparent_place;
 use orrery::ephemeris::topocentric::Observer;
 use orrery::ephemeris::{Ephemeris, angle_rad};
-use orrery::scene::draw::DrawUniforms;
 use orrery::scene::request::Position;
+use orrery::scene::sky::frames::unit_vector;
 use orrery::scene::{Observed, SkyOfEarth, bodies_seen_from, small_body_magnitude};
 use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
@@ -21,6 +20,10 @@ fn inputs() -> (Catalog, Ephemeris) {
 
 fn at(time: &str) -> Instant {
     Instant::parse(time).expect("a time")
+}
+
+fn abbreviation(seen: &Observed) -> &'static str {
+    seen.constellation.map_or("", |c| c.abbreviation.as_str())
 }
 
 fn observe(catalog: &Catalog, ephemeris: &Ephemeris, name: &str, t: Instant) -> Observed {
@@ -62,7 +65,7 @@ fn bodies_have_the_values_of_almanacs() {
             }
             None => assert!(elongation.angle_deg > elongation_deg, "{name}: {elongation:?}"),
         }
-        assert_eq!(seen.constellation, constellation, "{name}");
+        assert_eq!(abbreviation(&seen), constellation, "{name}");
     }
 }
 
@@ -151,12 +154,13 @@ fn a_place_on_the_earth_has_its_own_view_of_the_moon() {
     let munich = Observer { body: NaifId::EARTH, lat_graphic_deg: 48.14, lon_east_deg: 11.58, height_km: 0.52 };
     let sky = SkyOfEarth::new(&catalog, &ephemeris, Some(munich));
     let moon = NamedTarget::Body(NaifId::MOON);
+    let direction = |seen: &Observed| unit_vector(seen.place.gcrs.ra_deg, seen.place.gcrs.dec_deg);
     let mut greatest_parallax_deg = 0.0_f64;
     for hour in (0..24).step_by(3) {
         let t = at("2026-09-20T00:00:00Z").plus_seconds(3600.0 * f64::from(hour));
         let (here, centre) = (sky.observe(&moon, t).expect("a place"), observe(&catalog, &ephemeris, "moon", t));
         let altitude_deg = sky.horizontal(&moon, t).expect("a place").expect("on the ground").altitude_deg;
-        let parallax = angle_rad(here.place.gcrs.direction(), centre.place.gcrs.direction()).to_degrees();
+        let parallax = angle_rad(direction(&here), direction(&centre)).to_degrees();
         greatest_parallax_deg = larger(greatest_parallax_deg, parallax);
         // Seen higher, the Moon is nearer and so larger: by the Earth's radius times the sine of the altitude.
         let nearer_km = centre.place.distance_km - here.place.distance_km;
@@ -170,24 +174,13 @@ fn a_place_on_the_earth_has_its_own_view_of_the_moon() {
     assert!((0.7..1.02).contains(&greatest_parallax_deg), "{greatest_parallax_deg}");
 }
 
-/// H = 3.33 and G = 0.12 at 2.7 au from the Sun and 1.8 au from the Earth: the values of tests/scene/magnitudes.rs, computed outside this program. The formula of
-/// the shader that draws minor planets gives the same; it starts at a phase angle of 2e-6 rad.
+/// H = 3.33 and G = 0.12 at 2.7 au from the Sun and 1.8 au from the Earth: the values of tests/scene/magnitudes.rs, computed outside this program.
 #[test]
 fn minor_planets_follow_the_h_g_law_and_comets_m1_and_k1() {
     let ceres = BrightnessLaw::Asteroid { h: 3.33, g: 0.12 };
     for (alpha_deg, published) in [(2.9, 7.074), (5.0, 7.200), (14.0, 7.593), (22.0, 7.867)] {
         let found = small_body_magnitude(ceres, 1.8, 2.7, f64::to_radians(alpha_deg)).expect("lit");
         assert!((found - published).abs() < 2e-3, "{alpha_deg}: {found}, not {published}");
-    }
-    let shader = Emitted::new("minor_planets", "vec4f(phase_law(p.x, p.y), 0.0, 0.0, 0.0)");
-    for g in [0.0, 0.12, 0.46] {
-        for alpha_deg in [0.5, 10.0, 60.0, 120.0] {
-            let alpha = f64::to_radians(alpha_deg);
-            let input: EvalInput = [(0.5 * alpha).tan(), g, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-            let shown = shader.evaluate_in::<f64>(&DrawUniforms::default(), None, &[input])[0][0];
-            let magnitude = small_body_magnitude(BrightnessLaw::Asteroid { h: 0.0, g }, 1.0, 1.0, alpha).expect("lit");
-            assert!((magnitude + 2.5 * shown.log10()).abs() < 1e-5, "G {g} at {alpha_deg}: {magnitude}, in the shader {shown}");
-        }
     }
     // M1 + 5 log d + K1 log r.
     let comet = BrightnessLaw::Comet { m1: 5.5, k1: 8.0 };
@@ -202,18 +195,19 @@ fn minor_planets_follow_the_h_g_law_and_comets_m1_and_k1() {
 fn minor_planets_and_comets_are_observed_by_their_orbits() {
     let (catalog, ephemeris) = inputs();
     let pallas = observe(&catalog, &ephemeris, "pallas", at("2025-08-07T00:00:00Z"));
-    assert!((pallas.magnitude.expect("lit") - 9.4).abs() < 0.3 && pallas.constellation == "Del", "{pallas:?}");
+    assert!((pallas.magnitude.expect("lit") - 9.4).abs() < 0.3 && abbreviation(&pallas) == "Del", "{pallas:?}");
     assert!(pallas.angular_diameter_deg.is_none() && pallas.illuminated_fraction.is_some_and(|lit| lit > 0.98), "{pallas:?}");
 
     let hyakutake = observe(&catalog, &ephemeris, "Hyakutake", at("1996-03-25T07:00:00Z"));
     assert!((hyakutake.place.distance_km / KM_PER_AU - 0.1018).abs() < 5e-4, "{hyakutake:?}");
     assert!((hyakutake.place.light_time_s - hyakutake.place.distance_km / SPEED_OF_LIGHT_KM_S).abs() < 1e-9);
     assert!(hyakutake.range_rate_km_s.abs() < 5.0 && hyakutake.illuminated_fraction.is_none(), "{hyakutake:?}");
-    assert!(["Boo", "UMa", "Dra"].contains(&hyakutake.constellation), "{}", hyakutake.constellation);
+    assert!(["Boo", "UMa", "Dra"].contains(&abbreviation(&hyakutake)), "{hyakutake:?}");
 
     // Perihelion on 1 April 1997, 0.914 au from the Sun and 1.351 au from the Earth, in the evening sky. Observers saw it at -0.8.
     let hale_bopp = observe(&catalog, &ephemeris, "Hale-Bopp", at("1997-04-01T00:00:00Z"));
+    assert!((hale_bopp.sun_distance_km / KM_PER_AU - 0.914).abs() < 1e-3, "{hale_bopp:?}");
     let elongation = hale_bopp.elongation.expect("not the Sun");
     assert!((hale_bopp.magnitude.expect("lit") + 0.8).abs() < 0.7, "{hale_bopp:?}");
-    assert!((elongation.angle_deg - 42.6).abs() < 0.2 && elongation.is_east && hale_bopp.constellation == "And", "{hale_bopp:?}");
+    assert!((elongation.angle_deg - 42.6).abs() < 0.2 && elongation.is_east && abbreviation(&hale_bopp) == "And", "{hale_bopp:?}");
 }

@@ -1,7 +1,7 @@
 //! Light curves of well-known comets, in place of the magnitudes of the orbital catalog.
 //!
 //! In: the embedded comets and the embedded table of light curves. Out: the comets with its brightness laws. The orbital catalog's M1 and K1 stand for what
-//! astrometric images show, up to seven magnitudes less than observers see.
+//! astrometric images show, up to seven magnitudes fainter than observers saw.
 
 use super::{BrightnessLaw, SmallBody};
 
@@ -17,7 +17,9 @@ pub(super) fn add_to(comets: &mut [SmallBody]) {
         let Some(comet) = comets.iter_mut().find(|comet| comet.name == name) else { broken("no such comet") };
         let number = |cell: &str| cell.parse::<f64>().unwrap_or_else(|_| broken("no number"));
         comet.brightness = BrightnessLaw::Comet { m1: number(m1), k1: number(k1) };
-        let has_law_after = !m1_after.is_empty();
-        comet.brightness_after_perihelion = has_law_after.then(|| BrightnessLaw::Comet { m1: number(m1_after), k1: number(k1_after) });
+        if !m1_after.is_empty() {
+            let law_after = BrightnessLaw::Comet { m1: number(m1_after), k1: number(k1_after) };
+            comet.known.get_or_insert_default().brightness_after_perihelion = Some(law_after);
+        }
     }
 }

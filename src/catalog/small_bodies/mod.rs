@@ -76,9 +76,16 @@ pub struct SmallBody {
     pub orbit: HeliocentricOrbit,
     /// Its brightness by distance and phase angle; of a comet whose light curve is known, that before perihelion.
     pub brightness: BrightnessLaw,
-    /// The brightness law after perihelion, if it is another; see [`Self::brightness_at`].
+    /// More about a well-known comet. Boxed, because a table may have over a million bodies without it.
+    pub known: Option<Box<KnownComet>>,
+}
+
+/// What is known of a comet beyond one orbit and one brightness law.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KnownComet {
+    /// The brightness law after perihelion, if it is another; see [`SmallBody::brightness_at`].
     pub brightness_after_perihelion: Option<BrightnessLaw>,
-    /// Orbits at other apparitions, each by osculating elements of its own; see [`Self::orbit_at`].
+    /// Orbits at other apparitions, each by osculating elements of its own; see [`SmallBody::orbit_at`].
     pub apparitions: Vec<HeliocentricOrbit>,
 }
 
@@ -89,18 +96,19 @@ impl SmallBody {
     /// A body with one orbit and one brightness law.
     pub fn of(designation: &str, name: &str, orbit: HeliocentricOrbit, brightness: BrightnessLaw) -> Self {
         let (designation, name) = (designation.to_owned(), name.to_owned());
-        Self { designation, name, orbit, brightness, brightness_after_perihelion: None, apparitions: Vec::new() }
+        Self { designation, name, orbit, brightness, known: None }
     }
 
     /// The orbit for a time, in days from J2000 (TDB): of those known the one with the nearest perihelion.
     pub fn orbit_at(&self, days: f64) -> &HeliocentricOrbit {
         let distance = |orbit: &HeliocentricOrbit| (days - orbit.passage_days).abs();
-        self.apparitions.iter().fold(&self.orbit, |best, orbit| if distance(orbit) < distance(best) { orbit } else { best })
+        let others = self.known.iter().flat_map(|known| &known.apparitions);
+        others.fold(&self.orbit, |best, orbit| if distance(orbit) < distance(best) { orbit } else { best })
     }
 
     /// The brightness law at a time, in days from J2000 (TDB).
     pub fn brightness_at(&self, days: f64) -> BrightnessLaw {
-        match (self.brightness, self.brightness_after_perihelion) {
+        match (self.brightness, self.known.as_ref().and_then(|known| known.brightness_after_perihelion)) {
             (BrightnessLaw::Comet { m1, k1 }, Some(BrightnessLaw::Comet { m1: m1_after, k1: k1_after })) => {
                 let change = (self.orbit_at(days).since_passage(days) / LAW_CHANGE_DAYS).clamp(0.0, 1.0);
                 BrightnessLaw::Comet { m1: m1 + change * (m1_after - m1), k1: k1 + change * (k1_after - k1) }
@@ -164,7 +172,7 @@ static EMBEDDED: LazyLock<Arc<SmallBodies>> = LazyLock::new(|| {
     // Rows without a magnitude: further orbits of comets.
     for apparition in read("comet_apparitions.csv", orrery_catalogs::COMET_APPARITIONS).minor_planets {
         match all.comets.iter_mut().find(|comet| comet.name == apparition.name) {
-            Some(comet) => comet.apparitions.push(apparition.orbit),
+            Some(comet) => comet.known.get_or_insert_default().apparitions.push(apparition.orbit),
             None => panic!("comet_apparitions.csv: no comet {}", apparition.name),
         }
     }
@@ -249,8 +257,11 @@ mod tests {
             assert!(is_right_angle && (orbit.to_perihelion.length() - 1.0).abs() < 1e-12, "{}", body.full_name());
         }
         // Light curves and apparitions were found by name.
-        assert!(all.comets.iter().filter(|c| c.brightness_after_perihelion.is_some()).count() > 5);
-        assert!(all.comets.iter().map(|c| c.apparitions.len()).sum::<usize>() > 90);
+        let known = || all.comets.iter().filter_map(|c| c.known.as_ref());
+        assert!(known().filter(|k| k.brightness_after_perihelion.is_some()).count() > 5);
+        assert!(known().map(|k| k.apparitions.len()).sum::<usize>() > 90);
+        // `MAX_BODIES` of a file's bodies stay small.
+        assert!(all.minor_planets.iter().all(|b| b.known.is_none()) && size_of::<SmallBody>() <= 152, "{}", size_of::<SmallBody>());
         // Ceres: a (1 - e) = 2.7666 au x (1 - 0.0786) of its osculating elements; perihelion on 7 December 2022 (JPL Horizons), about day 8375 from J2000.
         let ceres = all.minor_planets.iter().find(|b| b.name == "Ceres").expect("Ceres").orbit;
         assert!((ceres.perihelion_au - 2.5491).abs() < 1e-3 && (ceres.passage_days - 8375.0).abs() < 3.0, "{ceres:?}");

@@ -1,8 +1,8 @@
 //! Finds minor planets and comets by what people and other programs call them.
 //!
 //! In: a name, a number, or a designation, packed or not (the Minor Planet Center's "Packed Provisional and Permanent Designations"). Out: the body of the
-//! catalog or of its tables, or an error that suggests another name. Case does not matter, except in packed designations; nor do hyphens, underscores and
-//! spaces. Not here: barycentres and NAIF codes of the catalog's bodies (`Catalog::find_body_or_barycenter`).
+//! catalog or of its tables, or an error that suggests another name. Case does not matter, except in packed designations; nor whether a space, hyphen or
+//! underscore separates words. Not here: barycentres and NAIF codes of the catalog's bodies (`Catalog::find_body_or_barycenter`).
 
 use super::SmallBody;
 use crate::catalog::{Catalog, NaifId, UnknownName, normalized_name};
@@ -141,6 +141,11 @@ fn are_words_of<'n>(mut found: impl Iterator<Item = &'n str>, wanted: &str) -> b
     }
 }
 
+/// The parts of a name before its first bracket and within it; the second is empty without a bracket.
+fn bracket_parts(name: &str) -> (&str, &str) {
+    name.split_once('(').map_or((name.trim(), ""), |(before, rest)| (before.trim(), rest.trim_end().trim_end_matches(')').trim()))
+}
+
 /// Whether a body is called so. `wanted`: from [`comparable`]. It allocates nothing, because a table may have over a million bodies.
 fn is_called(body: &SmallBody, wanted: &str) -> bool {
     let is = |name: &str| match unpacked(name) {
@@ -156,10 +161,7 @@ fn is_called(body: &SmallBody, wanted: &str) -> bool {
         return true;
     }
     // The parts of `1P/Halley`, `C/1995 O1 (Hale-Bopp)` and `433 Eros (A898 PA)`.
-    let (before_bracket, in_brackets) = match name.split_once('(') {
-        Some((before, rest)) => (before.trim(), rest.trim_end_matches(')')),
-        None => (name, ""),
-    };
+    let (before_bracket, in_brackets) = bracket_parts(name);
     let (before_slash, after_slash) = before_bracket.split_once('/').unwrap_or((before_bracket, ""));
     let number_and_name = before_bracket.split_once(' ').filter(|(number, _)| number.bytes().all(|b| b.is_ascii_digit()));
     let (number, bare_name) = number_and_name.unwrap_or_default();
@@ -171,17 +173,13 @@ fn is_called(body: &SmallBody, wanted: &str) -> bool {
 impl SmallBody {
     /// The name without number and designation: `Pallas`, `Halley` of `1P/Halley`, `Hale-Bopp` of `C/1995 O1 (Hale-Bopp)`; empty without one.
     pub fn short_name(&self) -> &str {
-        let (before_bracket, in_brackets) = match self.name.split_once('(') {
-            // A provisional designation is in brackets, too, as in `433 Eros (A898 PA)`.
-            Some((before, rest)) if before.contains('/') => (before.trim(), rest.trim_end_matches(')')),
-            Some((before, _)) => (before.trim(), ""),
-            None => (self.name.as_str(), ""),
-        };
+        let (before_bracket, in_brackets) = bracket_parts(&self.name);
         match before_bracket.split_once('/') {
-            _ if !in_brackets.is_empty() => in_brackets,
+            Some(_) if !in_brackets.is_empty() => in_brackets,
             Some((number, name)) if number.len() > 1 => name,
             // A designation of a comet alone, such as `C/1995 O1`.
             Some(_) => "",
+            // A provisional designation is in brackets, too, as in `433 Eros (A898 PA)`.
             None => before_bracket.trim_start_matches(|c: char| c.is_ascii_digit()).trim(),
         }
     }
@@ -276,9 +274,9 @@ impl Catalog {
     fn unknown_target(&self, shown: &str, name: &str) -> UnknownName {
         let small = self.small_bodies();
         let of_small = small.minor_planets.iter().chain(&small.comets).flat_map(|b| {
-            let after_slash = b.name.split_once('/').map_or("", |(_, name)| name);
-            let in_brackets = b.name.split_once('(').map_or("", |(_, name)| name.trim_end_matches(')'));
-            [b.name.as_str(), after_slash, in_brackets]
+            let short_name = b.short_name();
+            // The name of most minor planets is short as it is; it is not compared twice.
+            [b.name.as_str(), if short_name == b.name { "" } else { short_name }]
         });
         let of_catalog = self.bodies().iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(String::as_str);
         // A suggestion differs by at most three edits, or continues the name: other lengths need not be compared. `nearest` ignores what is too long.
@@ -395,6 +393,24 @@ mod tests {
         assert!(found("her").len() <= 4 && found("ha").is_empty() && found("").is_empty() && found("zz 9").is_empty());
         // Europa is a moon and a minor planet, Ceres a body of the catalog.
         assert_eq!((found("europa"), found("ceres")), (vec!["52 Europa".to_owned()], Vec::new()));
+    }
+
+    /// Names as JPL writes them in full: with the number, or with a designation in brackets.
+    #[test]
+    fn the_short_part_of_a_full_name_is_suggested() {
+        let template = SmallBodies::embedded().minor_planets[0].clone();
+        for (full, short, misspelt) in [
+            ("99999 Erewhon (A898 PA)", "Erewhon", "erewhom"),
+            ("C/1999 Z9 ( Nowhere )", "Nowhere", "nowhare"),
+            ("999P/Utopia", "Utopia", "utopja"),
+        ] {
+            let body = SmallBody { designation: String::new(), name: full.into(), ..template.clone() };
+            assert_eq!(body.short_name(), short, "{full}");
+            let catalog = Catalog::embedded().with_small_bodies(Some(SmallBodies { minor_planets: vec![body], comets: Vec::new() }));
+            assert_eq!(full_name(&catalog, short), full);
+            let error = catalog.target_named(misspelt).expect_err(misspelt).to_string();
+            assert!(error.contains(&format!("`{short}`")), "{error}");
+        }
     }
 
     /// A table of MPCORB has packed designations where the readable one is missing.

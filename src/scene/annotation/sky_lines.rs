@@ -64,7 +64,7 @@ const DERIVATIVE_BOUND: f64 = 1.001;
 fn cap_radius_deg(camera: &Camera, velocity_km_s: DVec3) -> f64 {
     let aberration_deg = (velocity_km_s.length() / SPEED_OF_LIGHT_KM_S).to_degrees();
     // A hundredth of a degree allows for rounding and for the second order of the aberration.
-    camera.tan_half_fov.length().atan().to_degrees() + aberration_deg + 0.01
+    camera.corner_rad().to_degrees() + aberration_deg + 0.01
 }
 
 /// Collects the lines of the sky.

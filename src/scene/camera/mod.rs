@@ -307,6 +307,11 @@ impl Camera {
         self.tan_half_fov.y / self.half_size_px().y
     }
 
+    /// Angle from the middle of the frame to its corner.
+    pub fn corner_rad(&self) -> f64 {
+        self.tan_half_fov.length().atan()
+    }
+
     /// The view ray through a clip position as an ICRF vector of view depth 1.
     pub fn ray(&self, clip: DVec2) -> DVec3 {
         self.forward + self.right * (clip.x * self.tan_half_fov.x) + self.up * (clip.y * self.tan_half_fov.y)

@@ -180,9 +180,8 @@ impl CometView<'_> {
 
     /// Whether a patch of this angular radius may be in the frame.
     fn may_show(&self, direction: DVec3, radius_tangent: f64) -> bool {
-        let corner_rad = self.camera.tan_half_fov.length().atan();
         let margin_rad = self.camera.pixel_tangent();
-        direction.dot(self.camera.forward).clamp(-1.0, 1.0).acos() < corner_rad + (1.5 * radius_tangent).atan() + margin_rad
+        direction.dot(self.camera.forward).clamp(-1.0, 1.0).acos() < self.camera.corner_rad() + (1.5 * radius_tangent).atan() + margin_rad
     }
 
     /// A patch, if it may be in the frame. `axes`: perpendicular unit vectors across the line of sight.

@@ -80,15 +80,10 @@ impl StarPlacer {
     }
 }
 
-/// Angle from the middle of the frame to its corner.
-fn corner_rad(camera: &Camera) -> f64 {
-    camera.tan_half_fov.length().atan()
-}
-
 /// The faintest magnitude that is visible anywhere in the frame: the limit in the corners, where a pixel has the smallest solid angle. Infinite for linear
 /// light.
 fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
-    let pixel_sr = camera.pixel_tangent().powi(2) * corner_rad(camera).cos().powi(3);
+    let pixel_sr = camera.pixel_tangent().powi(2) * camera.corner_rad().cos().powi(3);
     let min_peak = threshold.cutoff_radiance(VISIBLE_LIGHT);
     // The flux of a point is its irradiance * PI / `pixel_sr`, and its central pixel has `point_peak()` of the flux.
     if min_peak > 0.0 { magnitude(min_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
@@ -154,7 +149,7 @@ pub(crate) fn stars(
     let culling = CullingFrame {
         camera,
         limit,
-        max_off_axis_rad: corner_rad(camera) + viewer.sky_aberration_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S,
+        max_off_axis_rad: camera.corner_rad() + viewer.sky_aberration_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S,
     };
     let mut sprites = Vec::new();
     for cell in all_stars.cells().iter().filter(|cell| culling.may_show_star_of(cell, placer.shift(cell))) {

@@ -77,10 +77,9 @@ pub(crate) fn angle_from_frame_rad(camera: &Camera, direction: DVec3) -> f64 {
 pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f64) -> bool {
     let radii_km = placement.radii_km;
     let radius_rad = (radii_km.max_element() / placement.centre_km.length()).min(1.0).asin();
-    let corner_rad = camera.tan_half_fov.length().atan();
     // The unit-sphere frame shrinks angles by at most the ratio of the semi-axes; the factor of two is a margin for large angles.
     let margin_rad = spacing * radii_km.max_element() / radii_km.min_element();
-    angle_rad(placement.centre_km, camera.forward) - radius_rad - corner_rad > 2.0 * margin_rad
+    angle_rad(placement.centre_km, camera.forward) - radius_rad - camera.corner_rad() > 2.0 * margin_rad
 }
 
 /// Area within a body's outline in pixels, not clipped to the frame. An open outline counts as the entire frame, a body beside the frame or behind the camera

@@ -7,7 +7,6 @@ use super::{LengthUnit, duration_text, rise_and_set, scaled_angle_text};
 use crate::catalog::NaifId;
 use crate::catalog::constellations::{Constellation, Constellations};
 use crate::catalog::small_bodies::{NamedTarget, SmallBody};
-use crate::ephemeris::conic::heliocentric_state;
 use crate::ephemeris::star_place::star_from_viewer;
 use crate::ephemeris::target::Target;
 use crate::ephemeris::topocentric::{Observer, ObserverSky, RiseSetTimes};
@@ -15,7 +14,7 @@ use crate::scene::labels::SkyObject;
 use crate::scene::{Observed, SkyOfEarth};
 use crate::session::Session;
 use crate::time::Instant;
-use crate::units::{KM_PER_AU, SECONDS_PER_DAY};
+use crate::units::SECONDS_PER_DAY;
 use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::place_text::latitude_longitude_text;
 use crate::view::app::settings::Home;
@@ -76,8 +75,8 @@ pub(crate) struct ObjectInputs {
 /// The object in the sky of the place.
 pub(crate) struct ObjectReport {
     constellation: Option<&'static Constellation>,
-    /// Of a comet or minor planet, with its distance from the Sun in au; `None` for a star.
-    observed: Option<Result<(Observed, f64), String>>,
+    /// Of a comet or minor planet; `None` for a star.
+    observed: Option<Result<Observed, String>>,
     /// Altitude and azimuth, degrees.
     altitude_azimuth_deg: Result<[f64; 2], String>,
     rise_set: Result<RiseSetTimes, String>,
@@ -109,13 +108,8 @@ fn report(session: &Session, ObjectInputs { object, at }: ObjectInputs, time: In
     };
     let named = NamedTarget::SmallBody(Box::new(body.clone()));
     let observed = SkyOfEarth::new(catalog, ephemeris, Some(at.observer())).observe(&named, time).map_err(|e| error_text(&e));
-    let observed = observed.map(|observed| {
-        let emitted_days = time.plus_seconds(-observed.place.light_time_s).tdb_seconds_past_j2000() / SECONDS_PER_DAY;
-        (observed, heliocentric_state(body.orbit_at(emitted_days), emitted_days).position.length())
-    });
     let (altitude_azimuth_deg, rise_set) = in_sky(Target::SmallBody(body));
-    let direction = observed.as_ref().ok().map(|(observed, _)| observed.place.gcrs.direction());
-    let constellation = direction.and_then(|direction| Constellations::embedded().containing(direction));
+    let constellation = observed.as_ref().ok().and_then(|observed| observed.constellation);
     Some(ObjectReport { constellation, observed: Some(observed), altitude_azimuth_deg, rise_set })
 }
 
@@ -150,8 +144,8 @@ pub(super) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
 /// The rows about a comet or minor planet as seen from the observer's place.
 fn small_body_rows(ui: &mut Ui, body: &SmallBody, report: Option<&ObjectReport>, unit: LengthUnit) {
     fact::row(ui, text!("fact-kind"), if body.is_comet() { text!("search-comet") } else { text!("search-minor-planet") });
-    let (observed, sun_distance_au) = match report.and_then(|report| report.observed.as_ref()) {
-        Some(Ok((observed, sun_distance_au))) => (observed, sun_distance_au),
+    let observed = match report.and_then(|report| report.observed.as_ref()) {
+        Some(Ok(observed)) => observed,
         Some(Err(why)) => return fact::row(ui, text!("fact-distance"), why.clone()),
         None => return,
     };
@@ -160,7 +154,7 @@ fn small_body_rows(ui: &mut Ui, body: &SmallBody, report: Option<&ObjectReport>,
     let no_radius_km = 1.0;
     fact::row(ui, text!("fact-distance"), unit.format_length(observed.place.distance_km, no_radius_km));
     fact::row(ui, text!("fact-light-time"), duration_text(observed.place.light_time_s));
-    fact::row(ui, text!("fact-sun-distance"), unit.format_length(sun_distance_au * KM_PER_AU, no_radius_km));
+    fact::row(ui, text!("fact-sun-distance"), unit.format_length(observed.sun_distance_km, no_radius_km));
     fact::row(ui, text!("fact-magnitude"), observed.magnitude.map_or(text!("fact-none").into(), |m| signed(m, 1)));
     if let Some(phase_angle_deg) = observed.phase_angle_deg {
         fact::row(ui, text!("fact-phase-angle"), scaled_angle_text(phase_angle_deg));
