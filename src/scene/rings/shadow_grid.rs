@@ -94,9 +94,9 @@ struct Cell {
 
 /// A strip of the Sun's disc, parallel to the rings' plane. Lengths are in radii of the disc.
 struct Strip {
-    /// Heights above the disc's centre: of the two edges and of the middle.
-    edges: [f64; 2],
+    /// Heights above the disc's centre: of the middle and of the upper edge. The lower edge is the upper one of the strip below.
     middle: f64,
+    upper: f64,
     /// Half the strip's length, and half the width of its cells.
     reach: f64,
     half_width: f64,
@@ -130,8 +130,10 @@ struct ShadedSun {
     x: DVec3,
     y: DVec3,
     strips: Vec<Strip>,
-    /// Innermost and outermost radius.
+    /// Innermost and outermost radius; the number of bins per length between them, and half the width of a bin.
     radii: [f64; 2],
+    bins_per_length: f64,
+    half_bin: f64,
     /// Semi-axes of the owner's globe; `None` if it is far from the light.
     globe: Option<DVec3>,
 }
@@ -185,14 +187,15 @@ impl ShadedSun {
             let light = cells.iter().map(|c| c.light).sum();
             let slanted = to_sun + y * (middle * beam.sun_radius);
             let cosine = (slanted.z.abs() / slanted.length()).max(MIN_COSINE);
-            let edges = [lower, lower + thickness];
-            Strip { edges, middle, reach, half_width, cells, light, blocked_within: blocked_within(intervals, cosine, radii) }
+            let blocked_within = blocked_within(intervals, cosine, radii);
+            Strip { middle, upper: lower + thickness, reach, half_width, cells, light, blocked_within }
         };
         let strips = (0..strip_count).into_par_iter().map(strip).collect();
         let along = beam.body.dot(sunward);
         let beside_globe = (beam.body - sunward * along).length() - half_side - beam.sun_radius * along.abs() / to_sun.length();
         let globe = (along < 0.0 && beside_globe < globe.max_element()).then_some(globe);
-        Some(Self { beam, half_side, x, y, strips, radii, globe })
+        let bins_per_length = BINS as f64 / (radii[1] - radii[0]);
+        Some(Self { beam, half_side, x, y, strips, radii, bins_per_length, half_bin: 0.5 / bins_per_length, globe })
     }
 
     /// Number of places along a side of the grid, by the radius of the penumbra of the nearest part of the rings.
@@ -209,9 +212,15 @@ impl ShadedSun {
         DVec2::new(column, row) * (2.0 * self.half_side) - self.half_side
     }
 
-    /// The fraction at every place of the grid, row by row.
+    /// The fraction at every place of the grid, row by row. Places in the corners, which no lit point of the body is next to, have 1.
     fn fractions(&self, side: usize) -> Vec<DVec3> {
-        (0..side * side).into_par_iter().map(|k| self.fraction(self.place(k, side))).collect()
+        // Shaders read the four corners of a square with the spacing as its side.
+        let farthest = self.half_side + 1.5 * (2.0 * self.half_side / (side - 1) as f64);
+        let fraction = |k: usize| {
+            let place = self.place(k, side);
+            if place.length() > farthest { DVec3::ONE } else { self.fraction(place) }
+        };
+        (0..side * side).into_par_iter().map(fraction).collect()
     }
 
     /// The fraction of sunlight that passes the rings to a place, per channel: of the light that passes the globe or, where the globe blocks all of it, of all.
@@ -220,8 +229,12 @@ impl ShadedSun {
         let to_sun = self.beam.sun - point;
         let (mut light, mut blocked) = (DVec3::ZERO, DVec3::ZERO);
         let (mut light_past_globe, mut blocked_past_globe) = (DVec3::ZERO, DVec3::ZERO);
+        let edge = |height: f64| self.crossing(point, to_sun + self.y * (height * self.beam.sun_radius));
+        let mut lower = edge(-1.0);
         for strip in &self.strips {
-            let crossings = strip.edges.map(|v| self.crossing(point, to_sun + self.y * (v * self.beam.sun_radius)));
+            let upper = edge(strip.upper);
+            let crossings = [lower, upper];
+            lower = upper;
             let meets_rings = self.meets_rings(strip, crossings);
             if self.globe.is_none() && !meets_rings {
                 light += strip.light;
@@ -273,7 +286,8 @@ impl ShadedSun {
 
     /// Mean fraction of the light that rings block, over the rays of a strip around `u`.
     fn blocked(&self, strip: &Strip, crossings: [Option<Crossing>; 2], u: f64) -> f64 {
-        let [a, b] = crossings.map(|c| c.map(|c| c.at(u)));
+        // Not `crossings.map`, which the compiler does not inline here: it took a third of the time.
+        let (a, b) = (crossings[0].map(|c| c.at(u)), crossings[1].map(|c| c.at(u)));
         let (Some(a), Some(b)) = (a, b) else {
             // Rays parallel to the plane meet it nowhere, those close to them far outside the rings.
             let far = 100.0 * self.radii[1];
@@ -281,30 +295,29 @@ impl ShadedSun {
         };
         // Half the change of radius over the width of a cell.
         let step = crossings[0].map_or(DVec2::ZERO, |c| c.step);
-        let change_across = a.dot(step) * strip.half_width / a.length().max(1e-9);
+        let (from, to) = (a.length(), b.length());
+        let change_across = a.dot(step) * strip.half_width / from.max(1e-9);
         let mean = |from: f64, to: f64| self.mean_blocked(strip, from, to, change_across);
         // Where the places are nearest to the axis of the rings, as a part of the way from `a` to `b`. There the radius ends to decrease.
         let way = b - a;
         let part = -a.dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
         if part > 0.0 && part < 1.0 {
             let nearest = (a + way * part).length();
-            return part * mean(a.length(), nearest) + (1.0 - part) * mean(nearest, b.length());
+            return part * mean(from, nearest) + (1.0 - part) * mean(nearest, to);
         }
-        mean(a.length(), b.length())
+        mean(from, to)
     }
 
     /// Mean of the blocked fraction between two radii. `change_across`: half the length of another range, over which the mean is taken, too.
     fn mean_blocked(&self, strip: &Strip, from: f64, to: f64, change_across: f64) -> f64 {
-        let bin = (self.radii[1] - self.radii[0]) / BINS as f64;
-        let half_range = DVec2::new(0.5 * (to - from), change_across).length().max(0.5 * bin);
+        let half_range = DVec2::new(0.5 * (to - from), change_across).length().max(self.half_bin);
         let middle = 0.5 * (from + to);
         (self.within(strip, middle + half_range) - self.within(strip, middle - half_range)) / (2.0 * half_range)
     }
 
     /// Integral of the blocked fraction over radius up to `radius`.
     fn within(&self, strip: &Strip, radius: f64) -> f64 {
-        let [inner, outer] = self.radii;
-        let bin = ((radius - inner) / (outer - inner) * BINS as f64).clamp(0.0, BINS as f64);
+        let bin = ((radius - self.radii[0]) * self.bins_per_length).clamp(0.0, BINS as f64);
         let index = (bin as usize).min(BINS - 1);
         let [from, to] = [strip.blocked_within[index], strip.blocked_within[index + 1]];
         from + (to - from) * (bin - index as f64)
