@@ -129,7 +129,7 @@ static ALL_RAYS: LazyLock<Vec<Ray>> = LazyLock::new(|| {
 });
 
 /// The sunlight of one body. Axes of the rings' owner, from its centre, in its equatorial radii.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Beam {
     pub body: DVec3,
     pub body_radius: f64,

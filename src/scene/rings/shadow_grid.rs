@@ -1,10 +1,9 @@
 //! The shadow of another body's rings on a body, place by place: the dark line of Saturn's rings on Rhea, the edges of Cassini's Division on Iapetus.
 //!
-//! In: the rings before the Sun of a lit body. Out: [`ShadowOnBody`], a square grid of the fraction of sunlight that passes the rings, per channel, and the
-//! axes by which a shader finds a place in it (shaders/lib/ring/shadow_on_moon.wesl). A ray to the Sun meets the rings in the same place, whatever point of the
-//! ray is lit, and a body is small compared with the way to the rings: so the fraction depends on the place across the direction to the Sun alone. It is the
-//! mean over the limb-darkened disc of the Sun. As in `rings_before_sun`, the light that the owner's globe blocks does not count. f64 throughout; places are
-//! relative to the body's centre, so f32 suffices for the grid's axes. Always: exactly 1 where no ray of the Sun's disc passes a ring.
+//! In: the sunlight of a lit body, and the rings before the Sun. Out: a square grid of the fraction of sunlight that passes the rings, per channel, and the
+//! axes of its places. A ray to the Sun meets the rings in the same place, whatever point of the ray is lit, and a body is small compared with the way to the
+//! rings: so the fraction depends on the place across the direction to the Sun alone. It is the mean over the limb-darkened disc of the Sun. As in `rings_before_sun`, the light that the owner's globe blocks does not count. f64 throughout. Always:
+//! exactly 1 where no ray of the Sun's disc passes a ring. Not here: the grid in a draw, and the cache of grids (`shadow_on_body`).
 //!
 //! The Sun's disc is divided into strips parallel to the rings' plane, because a low Sun's rays of one strip have one slant, and into cells. The rays of a cell
 //! meet the plane in a range of radii, over which the mean of what the rings block is the difference of two integrals.
@@ -12,14 +11,11 @@
 //! Errors (docs/accuracy.md): 0.03 of the light, rms 0.002, mostly by the spacing of places. Not modelled: the thickness of the rings; the body's own depth,
 //! which changes the width of the penumbra by the body's radius divided by the distance to the rings: 0.4 % for Mimas, less for the larger moons.
 
-use crate::scene::camera::{narrow, narrow_scalar};
-use crate::scene::draw::tables::RingShadowGrid;
 use crate::scene::rings::phase::MIN_COSINE;
 use crate::scene::rings::ring_table::RingInterval;
-use crate::scene::rings::rings_before_sun::{Beam, RingsBeforeSun, is_blocked};
-use glam::{DMat3, DVec2, DVec3, Vec4};
+use crate::scene::rings::rings_before_sun::{Beam, is_blocked};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use std::sync::Arc;
 
 /// Limits of the number of places along a side of the grid.
 const SIDES: (f64, f64) = (16.0, 96.0);
@@ -31,58 +27,6 @@ const CELLS_OF_HIGH_SUN: (usize, usize) = (16, 6);
 const LOW_SUN_RADII: f64 = 40.0;
 /// Bins of radius, at whose ends the integral of the blocked fraction is stored.
 const BINS: usize = 4096;
-
-/// The body on which the shadow falls.
-pub(crate) struct LitGlobe {
-    pub body_from_icrf: DMat3,
-    /// Equatorial radius, the unit of the shader's lengths.
-    pub unit_km: f64,
-    /// Radius of the disc that the Sun sees.
-    pub disc_radius_km: f64,
-    /// Largest distance of a lit point from the centre, with air and clouds.
-    pub extent_km: f64,
-}
-
-/// The shadow, for a draw's uniforms.
-pub(crate) struct ShadowOnBody {
-    pub grid: Arc<RingShadowGrid>,
-    /// As in `RingUniforms::shadow_grid_axes`.
-    pub axes: [Vec4; 2],
-    /// Smallest and largest fraction of green sunlight on the disc.
-    pub range: [f64; 2],
-}
-
-impl ShadowOnBody {
-    /// The shadow of rings on a body; `None` if they take no visible part of the light. `intervals`: the rings. `limb_darkening`: the Sun's.
-    pub(crate) fn of(
-        rings: &RingsBeforeSun<'_>,
-        intervals: &[RingInterval],
-        limb_darkening: (DVec3, DVec3),
-        lit: &LitGlobe,
-    ) -> Option<Self> {
-        let owner_unit_km = rings.owner.radii_km.x;
-        let half_side = lit.extent_km / owner_unit_km;
-        let shadow = ShadedSun::of(rings.beam, intervals, rings.owner.radii_km / owner_unit_km, limb_darkening, half_side)?;
-        let side = shadow.side();
-        let fractions = shadow.fractions(side);
-        let disc_radius = lit.disc_radius_km / owner_unit_km;
-        let on_disc = fractions.iter().enumerate().filter(|(k, _)| shadow.place(*k, side).length() <= disc_radius);
-        let range = on_disc.fold([1.0_f64, 0.0_f64], |[from, to], (_, fraction)| [from.min(fraction.y), to.max(fraction.y)]);
-        // From the owner's axes and radii to those of the body, and from lengths to places.
-        let body_from_owner = lit.body_from_icrf * rings.owner_from_icrf.transpose();
-        let places_per_length = (side - 1) as f64 / (2.0 * half_side) * (lit.unit_km / owner_unit_km);
-        let middle = narrow_scalar(0.5 * (side - 1) as f64);
-        let axes = [shadow.x, shadow.y].map(|axis| narrow(body_from_owner * axis * places_per_length).extend(middle));
-        let texels = fractions.iter().flat_map(|fraction| narrow(*fraction).extend(0.0).to_array()).collect();
-        Some(Self { grid: Arc::new(RingShadowGrid { side: side as u32, texels }), axes, range })
-    }
-
-    /// Whether the fraction varies over the disc by more than this part of it. If not, one factor serves the whole body.
-    pub(crate) fn varies_by_more_than(&self, min_change: f64) -> bool {
-        let [from, to] = self.range;
-        to - from > min_change * to
-    }
-}
 
 /// A cell of the Sun's disc.
 struct Cell {
@@ -122,13 +66,13 @@ impl Crossing {
 }
 
 /// The rings between one body and the Sun. Axes and lengths as in [`Beam`].
-struct ShadedSun {
+pub(super) struct ShadedSun {
     beam: Beam,
     /// Half the grid's side.
     half_side: f64,
     /// Unit vectors across the direction to the Sun: parallel to the rings' plane, and perpendicular to that.
-    x: DVec3,
-    y: DVec3,
+    pub x: DVec3,
+    pub y: DVec3,
     strips: Vec<Strip>,
     /// Innermost and outermost radius; the number of bins per length between them, and half the width of a bin.
     radii: [f64; 2],
@@ -161,8 +105,17 @@ fn blocked_within(intervals: &[RingInterval], cosine: f64, [inner, outer]: [f64;
     integrals
 }
 
+/// Number of places along a side of the grid, by the radius of the penumbra of the nearest part of the rings.
+pub(super) fn places_along_side(beam: &Beam, outer_radius: f64, half_side: f64) -> usize {
+    let (distance, to_sun) = (beam.body.length(), beam.sun - beam.body);
+    let penumbra = beam.sun_radius / to_sun.length() * (distance - outer_radius).max(0.1 * distance);
+    let (fewest, most) = SIDES;
+    (2.0 * half_side / penumbra * PLACES_PER_PENUMBRA).ceil().clamp(fewest, most) as usize
+}
+
 impl ShadedSun {
-    fn of(beam: Beam, intervals: &[RingInterval], globe: DVec3, (u1, u2): (DVec3, DVec3), half_side: f64) -> Option<Self> {
+    /// `globe`: semi-axes of the rings' owner. `None` if no ring takes a visible part of the light.
+    pub fn of(beam: Beam, intervals: &[RingInterval], globe: DVec3, (u1, u2): (DVec3, DVec3), half_side: f64) -> Option<Self> {
         let radii = [intervals.iter().find(|i| i.tau > 0.0)?.inner, beam.outer_radius(intervals)?];
         let to_sun = beam.sun - beam.body;
         let sunward = to_sun.try_normalize()?;
@@ -198,22 +151,19 @@ impl ShadedSun {
         Some(Self { beam, half_side, x, y, strips, radii, bins_per_length, half_bin: 0.5 / bins_per_length, globe })
     }
 
-    /// Number of places along a side of the grid, by the radius of the penumbra of the nearest part of the rings.
-    fn side(&self) -> usize {
-        let (distance, to_sun) = (self.beam.body.length(), self.beam.sun - self.beam.body);
-        let penumbra = self.beam.sun_radius / to_sun.length() * (distance - self.radii[1]).max(0.1 * distance);
-        let (fewest, most) = SIDES;
-        (2.0 * self.half_side / penumbra * PLACES_PER_PENUMBRA).ceil().clamp(fewest, most) as usize
+    /// Number of places along a side of the grid.
+    pub fn side(&self) -> usize {
+        places_along_side(&self.beam, self.radii[1], self.half_side)
     }
 
     /// A place of the grid, from its centre, along `x` and `y`.
-    fn place(&self, index: usize, side: usize) -> DVec2 {
+    pub fn place(&self, index: usize, side: usize) -> DVec2 {
         let [column, row] = [index % side, index / side].map(|k| k as f64 / (side - 1) as f64);
         DVec2::new(column, row) * (2.0 * self.half_side) - self.half_side
     }
 
     /// The fraction at every place of the grid, row by row. Places in the corners, which no lit point of the body is next to, have 1.
-    fn fractions(&self, side: usize) -> Vec<DVec3> {
+    pub fn fractions(&self, side: usize) -> Vec<DVec3> {
         // Shaders read the four corners of a square with the spacing as its side.
         let farthest = self.half_side + 1.5 * (2.0 * self.half_side / (side - 1) as f64);
         let fraction = |k: usize| {
