@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 /// Limits of the number of places along a side of the grid.
 const SIDES: (f64, f64) = (16.0, 96.0);
-/// Places per radius of the penumbra, within these limits.
+/// Places per radius of the penumbra of an opaque ring, within these limits.
 const PLACES_PER_PENUMBRA: f64 = 5.0;
 /// Strips of the Sun's disc and cells of a strip, for a Sun nearer to the rings' plane than [`LOW_SUN_RADII`] of its radii, and for a higher one.
 const CELLS_OF_LOW_SUN: (usize, usize) = (48, 4);
@@ -105,12 +105,17 @@ fn blocked_within(intervals: &[RingInterval], cosine: f64, [inner, outer]: [f64;
     integrals
 }
 
-/// Number of places along a side of the grid, by the radius of the penumbra of the nearest part of the rings.
-pub(super) fn places_along_side(beam: &Beam, outer_radius: f64, half_side: f64) -> usize {
+/// Number of places along a side of the grid, by the radius of the penumbra of each ring's outer edge. For the same error the penumbra of a ring that blocks
+/// little light needs fewer places: the error of linear interpolation increases with the step in light, and with the square of the spacing.
+pub(super) fn places_along_side(beam: &Beam, intervals: &[RingInterval], half_side: f64) -> usize {
     let (distance, to_sun) = (beam.body.length(), beam.sun - beam.body);
-    let penumbra = beam.sun_radius / to_sun.length() * (distance - outer_radius).max(0.1 * distance);
+    let cosine = beam.smallest_cosine();
+    let places = |interval: &RingInterval| {
+        let penumbra = beam.sun_radius / to_sun.length() * (distance - interval.outer).max(0.1 * distance);
+        2.0 * half_side / penumbra * PLACES_PER_PENUMBRA * (-(-interval.tau / cosine).exp_m1()).sqrt()
+    };
     let (fewest, most) = SIDES;
-    (2.0 * half_side / penumbra * PLACES_PER_PENUMBRA).ceil().clamp(fewest, most) as usize
+    intervals.iter().map(places).fold(fewest, f64::max).ceil().min(most) as usize
 }
 
 impl ShadedSun {
@@ -152,8 +157,8 @@ impl ShadedSun {
     }
 
     /// Number of places along a side of the grid.
-    pub fn side(&self) -> usize {
-        places_along_side(&self.beam, self.radii[1], self.half_side)
+    pub fn side(&self, intervals: &[RingInterval]) -> usize {
+        places_along_side(&self.beam, intervals, self.half_side)
     }
 
     /// A place of the grid, from its centre, along `x` and `y`.
@@ -360,7 +365,7 @@ mod tests {
                 let beam = beam(crossing, elevation_deg, (distance_km / unit_km, radius), sun);
                 let Some(factor) = beam.fraction_through(&intervals, globe, LIMB_DARKENING) else { continue };
                 let shadow = ShadedSun::of(beam, &intervals, globe, LIMB_DARKENING, radius).expect("rings in front of the Sun");
-                let side = shadow.side();
+                let side = shadow.side(&intervals);
                 let grid = shadow.fractions(side);
                 for _ in 0..12 {
                     let place = DVec2::from_angle(random.between(0.0, std::f64::consts::TAU)) * (radius * random.unit_interval().sqrt());

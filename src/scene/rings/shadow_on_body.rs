@@ -79,7 +79,7 @@ impl Shadow {
     fn of(intervals: &[RingInterval], lighting: Lighting) -> Option<Self> {
         let Lighting { beam, globe, limb_darkening, half_side, disc_radius } = lighting;
         let shaded = ShadedSun::of(beam, intervals, globe, limb_darkening, half_side)?;
-        let side = shaded.side();
+        let side = shaded.side(intervals);
         let fractions = shaded.fractions(side);
         let on_disc = fractions.iter().enumerate().filter(|(k, _)| shaded.place(*k, side).length() <= disc_radius);
         let range = on_disc.fold([1.0_f64, 0.0_f64], |[from, to], (_, fraction)| [from.min(fraction.y), to.max(fraction.y)]);
@@ -139,7 +139,7 @@ impl ShadowGridCache {
         let turn = turn(rings.beam.sun - rings.beam.body, globe);
         let beam = Beam { body: turn * rings.beam.body, sun: turn * rings.beam.sun, ..rings.beam };
         let outer_radius = beam.outer_radius(intervals)?;
-        let spacing = 2.0 * half_side / (places_along_side(&beam, outer_radius, half_side) - 1) as f64;
+        let spacing = 2.0 * half_side / (places_along_side(&beam, intervals, half_side) - 1) as f64;
         let beam = rounded_beam(beam, spacing, beam.body.length() + outer_radius)?;
         let lighting = Lighting { beam, globe, limb_darkening, half_side, disc_radius };
         let is_same = |cached: &Inputs, requested: &Inputs| Arc::ptr_eq(&cached.0, &requested.0) && cached.1 == requested.1;
