@@ -7,12 +7,9 @@
 //! horizon is level on flattened bodies, too. Error there: the table is of one vertical plane, and lengths in other planes differ by the flattening.
 
 use crate::scene::atmosphere::air::{SurroundingAir, tint_of};
+pub(crate) use crate::scene::constants::TINT_STEPS;
 use glam::{DMat3, DVec3};
 use std::cell::OnceCell;
-
-/// Steps of the table from the horizon to the zenith. They are shortest at the horizon, where the tint changes fastest: on the ground half of them are within
-/// 3.6 degrees. shaders/entry/corona.wesl has the same number.
-pub(crate) const TINT_STEPS: usize = 32;
 
 /// Tints from the horizon to the zenith.
 pub(crate) struct TintTable {
@@ -70,6 +67,7 @@ impl TintTable {
         self.interpolated(&self.transmittances, direction)
     }
 
+    /// The position in the table is that of shaders/lib/tint_position.wesl.
     fn interpolated(&self, values: &[DVec3; TINT_STEPS + 1], direction: DVec3) -> DVec3 {
         let sine = self.in_axes(direction).normalize().z;
         let fraction = ((sine - self.horizon_sine) / (1.0 - self.horizon_sine)).clamp(0.0, 1.0);
