@@ -36,7 +36,7 @@ pub enum FieldOfView {
 }
 
 /// Largest angle of a field of view. At 180 degrees the tangent of half the angle, with which outlines are drawn, would be infinite.
-const MAX_FIELD_OF_VIEW_DEG: f64 = 170.0;
+pub(crate) const MAX_FIELD_OF_VIEW_DEG: f64 = 170.0;
 
 /// The values of the key `shape`.
 #[derive(Clone, Copy, PartialEq)]
@@ -46,7 +46,7 @@ enum FieldShape {
 }
 
 /// The angle on the sky that a length of `size_mm` in the focal plane covers.
-fn angle_deg(size_mm: f64, focal_length_mm: f64) -> f64 {
+pub(crate) fn angle_deg(size_mm: f64, focal_length_mm: f64) -> f64 {
     2.0 * (0.5 * size_mm / focal_length_mm).atan().to_degrees()
 }
 

@@ -46,6 +46,7 @@ pub use data_layer::{
 };
 pub use eclipse_radii::EclipseRadii;
 pub use instrument::{FieldOfView, Instrument};
+pub(crate) use instrument::{MAX_FIELD_OF_VIEW_DEG, angle_deg};
 use layer_list::LayerList;
 use lunar_heights::HeightMap;
 use small_bodies::SmallBodies;

@@ -233,6 +233,7 @@ impl ViewArgs {
             RequestValue::StarsBoost => Some("--stars-boost"),
             RequestValue::DomeTilt => Some("--dome-tilt"),
             RequestValue::EyeSeparation => Some("--eye-separation-km"),
+            RequestValue::TelescopeLength | RequestValue::ApparentField => Some("--telescope"),
             RequestValue::Time => Some("--time"),
         }
     }

@@ -66,6 +66,10 @@ pub const VECTORS_PER_OVERLAY: usize = 6;
 /// Maximum number of lattices, one for each size class of procedural detail (craters, hills or billows) in one frame.
 pub(crate) const MAX_DETAIL_LATTICES: usize = 16;
 
+/// Steps of the table of tints and transmittances by the altitude of the line of sight, from the horizon to the zenith. They are shortest at the horizon, where
+/// the tint changes fastest: on the ground half of them are within 3.6 degrees.
+pub(crate) const TINT_STEPS: usize = 32;
+
 /// Columns and rows of the table of the lunar limb profile; their product is the number of position angles.
 pub(crate) const LIMB_COLUMNS: usize = 1024;
 pub(crate) const LIMB_ROWS: usize = 8;

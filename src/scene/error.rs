@@ -28,6 +28,10 @@ pub enum RequestValue {
     DomeTilt,
     /// The distance between the eyes.
     EyeSeparation,
+    /// A length of the telescope, its eyepiece or its sensor.
+    TelescopeLength,
+    /// The apparent field of a telescope's eyepiece.
+    ApparentField,
     /// The time.
     Time,
 }
@@ -46,6 +50,8 @@ impl std::fmt::Display for RequestValue {
             Self::StarsBoost => "stars boost",
             Self::DomeTilt => "dome tilt",
             Self::EyeSeparation => "eye separation",
+            Self::TelescopeLength => "telescope length",
+            Self::ApparentField => "apparent field of the eyepiece",
             Self::Time => "time",
         })
     }

@@ -97,10 +97,15 @@ impl<'a> SkyOfEarth<'a> {
         Self { catalog, ephemeris, place, caches: Caches::default() }
     }
 
+    /// `None` as seen from the Earth's centre.
+    fn sky(&self) -> Option<ObserverSky<'a>> {
+        self.place.map(|place| ObserverSky { catalog: self.catalog, ephemeris: self.ephemeris, place })
+    }
+
     /// Barycentric state of the observer.
     fn observer(&self, t: Instant) -> Result<State, EphemerisError> {
-        match self.place {
-            Some(place) => ObserverSky { catalog: self.catalog, ephemeris: self.ephemeris, place }.state(t),
+        match self.sky() {
+            Some(sky) => sky.state(t),
             None => Ok(self.ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, t, BEST_SOURCE)?.state),
         }
     }
@@ -121,8 +126,7 @@ impl<'a> SkyOfEarth<'a> {
     /// # Errors
     /// As [`ObserverSky::topocentric`].
     pub fn horizontal(&self, target: &NamedTarget, t: Instant) -> Result<Option<Horizontal>, EphemerisError> {
-        let sky = self.place.map(|place| ObserverSky { catalog: self.catalog, ephemeris: self.ephemeris, place });
-        sky.map(|sky| sky.topocentric(target, t)).transpose()
+        self.sky().map(|sky| sky.topocentric(target, t)).transpose()
     }
 
     /// What the observer sees of a target.
@@ -138,8 +142,9 @@ impl<'a> SkyOfEarth<'a> {
         let sun = apparent_place_from(ephemeris, observer, NaifId::SUN, t)?;
 
         let moving = Target::from(target);
-        let (body_km, emitted) = ephemeris.target_light_time_position(moving, observer.pos_km, t)?;
-        let velocity_km_s = ephemeris.target_state(moving, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, BEST_SOURCE)?.state.vel_km_s;
+        let emitted = t.plus_seconds(-place.light_time_s);
+        let State { pos_km: body_km, vel_km_s: velocity_km_s } =
+            ephemeris.target_state(moving, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, BEST_SOURCE)?.state;
         let to_body = body_km - observer.pos_km;
         let direction = to_body / place.distance_km;
         // The derivative of |p(t - d/c) - o(t)| = d, with the position p of the target and o of the observer.

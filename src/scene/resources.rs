@@ -16,6 +16,7 @@ use crate::scene::request::view_request::ViewRequest;
 use crate::scene::rings::radial_sums::RadialSumsCache;
 use crate::scene::rings::ring_shine::RingShineCache;
 use crate::scene::rings::ring_table::RingTables;
+use crate::scene::rings::shadow_on_body::ShadowGridCache;
 use crate::scene::sky::map::SkyMap;
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
 use crate::scene::visibility::limb_profiles::LimbProfileCache;
@@ -82,6 +83,7 @@ impl Resources {
 pub struct Caches {
     pub(crate) ring_tables: RingTables,
     pub(crate) radial_sums: RadialSumsCache,
+    pub(crate) ring_shadows: ShadowGridCache,
     pub(crate) sky_brightness: SkyBrightnessCache,
     pub(crate) ring_shines: RingShineCache,
     pub(crate) shadow_paths: ShadowPaths,

@@ -18,6 +18,7 @@ pub static CONSTANTS: LazyLock<Vec<(&'static str, String)>> = LazyLock::new(|| {
         ("constants/draw.wesl", draw_fragment()),
         ("constants/eclipse.wesl", eclipse_fragment()),
         ("constants/rings.wesl", rings_fragment()),
+        ("constants/tints.wesl", tints_fragment()),
     ]
 });
 
@@ -162,6 +163,18 @@ fn air_fragment() -> String {
                 Value::F32(f64::from(shared::COARSE_AIR_BORDER)),
             ),
         ],
+    )
+}
+
+fn tints_fragment() -> String {
+    fragment_text(
+        "The table of the air's tints.",
+        &[constant(
+            "Steps of the table from the horizon to the zenith; it has one value more.",
+            "",
+            "TINT_STEPS",
+            Value::U32(shared::TINT_STEPS),
+        )],
     )
 }
 

@@ -129,6 +129,7 @@ fragments![
     "lib/srgb_decoded.wesl",
     "lib/sunlight.wesl",
     "lib/texels_between.wesl",
+    "lib/tint_position.wesl",
     "lib/view_ray.wesl",
 ];
 

@@ -207,3 +207,36 @@ fn the_moonless_sky_is_shown_dark_grey() {
     let level = drawn * automatic.exposure.factor();
     assert!((0.005..0.02).contains(&level), "{level} of white; {}", automatic.exposure.reason);
 }
+
+/// The darker a sky, the darker it is shown: levels of the table of exposures (`EXPOSURE_BY_ALTITUDE`), as `explain` gives them. A view across the direction of
+/// the Sun, 30 degrees above the horizon, at the equator at an equinox: the Sun goes down by a degree in 4 minutes.
+#[test]
+fn the_sky_is_shown_the_darker_the_lower_the_sun_is() {
+    let up = DVec3::new(25_f64.to_radians().cos(), -25_f64.to_radians().sin(), 0.0);
+    let direction = up * 0.5 + DVec3::Z * 0.75_f64.sqrt();
+    // Altitude of the Sun in degrees, and the level.
+    for (time, altitude_deg, expected) in [
+        ("2026-03-20T16:39:24Z", 47.0, 0.09),
+        ("2026-03-20T19:47:24Z", 0.0, 0.09),
+        ("2026-03-20T20:03:24Z", -4.0, 0.054),
+        ("2026-03-20T20:11:24Z", -6.0, 0.022),
+        ("2026-03-20T20:19:24Z", -8.0, 0.013),
+        ("2026-03-20T20:35:24Z", -12.0, 0.0099),
+    ] {
+        let request = ViewRequest {
+            position: Position::Ground { body: NaifId::EARTH, latitude_deg: 0.0, longitude_deg: -25.0, height_km: 0.0017 },
+            look: Look::Along { direction, axes: Axes::BodyFixed },
+            effects: EffectOverrides::parse("-clouds").expect("effects"),
+            width: 64,
+            height: 64,
+            fov_deg: Some(40.0),
+            exposure: ExposureRequest::Auto,
+            ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time"))
+        };
+        let text = SESSION.scene(&request).expect("a scene").exposure.reason.to_string();
+        let level = text.split_once("shown at ").and_then(|(_, rest)| rest.split_once(" of white")).map(|(number, _)| number);
+        let level: f64 = level.and_then(|number| number.parse().ok()).unwrap_or_else(|| panic!("no level in {text:?}"));
+        println!("the Sun at {altitude_deg} degrees: {level}");
+        assert!((level / expected - 1.0).abs() < 0.25, "the Sun at {altitude_deg} degrees: {level}, not {expected}");
+    }
+}

@@ -100,7 +100,7 @@ fn the_glint_is_as_wide_as_the_slopes() {
 }
 
 /// Fresnel's reflectance of water for unpolarised light. `cos`: of the angle of incidence.
-fn fresnel(cos: f64) -> f64 {
+pub(super) fn fresnel(cos: f64) -> f64 {
     let n = 1.333;
     let cos_refracted = (1.0 - (1.0 - cos * cos) / (n * n)).sqrt();
     let (s, p) = ((cos - n * cos_refracted) / (cos + n * cos_refracted), (cos_refracted - n * cos) / (cos_refracted + n * cos));

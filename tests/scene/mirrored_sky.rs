@@ -1,5 +1,6 @@
 //! The sky in the sea: near the horizon water has the part of the low sky's light that its waves mirror, at dusk and by day, towards the Sun and beside it.
 
+use super::glint::fresnel;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
@@ -85,4 +86,43 @@ fn the_sea_mirrors_the_low_sky() {
         assert!(mirrored.cmpgt(DVec3::splat(0.36)).all() && mirrored.cmplt(DVec3::splat(0.68)).all(), "{azimuth_deg}: {mirrored}");
         assert!((mirrored - dark).cmpgt(DVec3::splat(0.25)).all(), "{azimuth_deg}: {mirrored} {dark}");
     }
+}
+
+/// Middles of the thirds of the light that waves of 5 m/s of wind mirror to a horizontal view, by the altitude from which it comes, degrees: the sum over the
+/// slopes of facets, each with the area that it turns to the viewer, as `mean_fresnel` of the tests of the glint has it.
+fn mirrored_altitudes_deg(reflectance: impl Fn(f64) -> f64) -> [f64; 3] {
+    const STEPS: i32 = 120;
+    const SLOPE_SQ: f64 = 0.0286;
+    let mut facets = Vec::new();
+    // A facet of another sign turns away from the viewer.
+    for i in 1..=STEPS {
+        for j in -STEPS..=STEPS {
+            // In units of the root mean square slope in one direction, up to 5.
+            let [x, y] = [i, j].map(|k| 5.0 * f64::from(k) / f64::from(STEPS));
+            let [slope_x, slope_y] = [x, y].map(|s| s * (0.5 * SLOPE_SQ).sqrt());
+            let length_sq = 1.0 + slope_x * slope_x + slope_y * slope_y;
+            let light = slope_x * (-0.5 * (x * x + y * y)).exp() * reflectance(slope_x / length_sq.sqrt());
+            facets.push(((2.0 * slope_x / length_sq).asin().to_degrees(), light));
+        }
+    }
+    facets.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let all: f64 = facets.iter().map(|(_, light)| light).sum();
+    [1.0, 3.0, 5.0].map(|sixths| {
+        let mut sum = 0.0;
+        let reaches = |(_, light): &&(f64, f64)| {
+            sum += light;
+            sum >= all * sixths / 6.0
+        };
+        facets.iter().find(reaches).expect("less than all").0
+    })
+}
+
+/// The altitudes of the sky that the table and the test above count are those of the light that waves mirror: 6.1, 12.4 and 20.8 degrees. Negative control:
+/// facets that mirror everything.
+#[test]
+fn mirrored_altitudes_are_the_middles_of_thirds_of_the_light() {
+    let is_near = |found: [f64; 3]| found.iter().zip(MIRRORED_ALTITUDES_DEG).all(|(found, used)| (found - used).abs() < 1.0);
+    let found = mirrored_altitudes_deg(fresnel);
+    assert!(is_near(found), "{found:?}");
+    assert!(!is_near(mirrored_altitudes_deg(|_| 1.0)), "the check above cannot fail");
 }

@@ -60,7 +60,8 @@ fn ring_quad(glyphs: &GlyphAtlas, [x, y]: [f64; 2], colour: [f32; 3], opacity: f
     glyph_quad(&glyphs.ring, [x - 0.5, y - 0.5], colour, opacity)
 }
 
-/// Markers and names of bodies, each name over its own halo, because it may stand before a disc. `layer.labels` begins with the most important body; its label is drawn last, over the others.
+/// Markers and names of bodies, each name over its own halo, because it may be in front of a disc. `layer.labels` begins with the most important body; its
+/// label is drawn last, over the others.
 fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let metrics = LabelMetrics::of_size(layer.glyph_px);
     let mut quads = Vec::new();

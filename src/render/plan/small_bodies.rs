@@ -104,7 +104,7 @@ pub(super) fn comets(scene: &Scene, provider: &impl ResourceProvider) -> Result<
             ],
         );
         let draw = simple_draw("comet_tail", scene, provider, |w| w.f32("pixel_tangent", scene.camera.pixel_tangent() as f32))?;
-        draws.push(PlanDraw { label: "comet tails".into(), vertices, instances, blend: Blend::Add, depth: DEPTH_TESTED, ..draw });
+        draws.push(PlanDraw { label: "comas and tails".into(), vertices, instances, blend: Blend::Add, depth: DEPTH_TESTED, ..draw });
     }
     Ok(draws)
 }

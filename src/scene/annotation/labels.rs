@@ -14,6 +14,7 @@ pub use super::text::LabelMetrics;
 use super::text::Rect;
 pub(crate) use super::text::{MARKER_RADIUS, NAME_COLOUR};
 use crate::catalog::{Catalog, NaifId};
+use crate::scene::annotation::orbits;
 use crate::scene::body_report::{Appearance, BodyReport};
 use crate::scene::camera::Placement;
 use crate::scene::camera::sphere::ImageProjection;
@@ -84,7 +85,7 @@ const UNAIDED_EYE_MAGNITUDE: f64 = 6.5;
 
 /// Whether a body is drawn, has a drawn orbit, or would be visible to the unaided eye.
 fn is_noticeable(body: &BodyReport) -> bool {
-    let has_orbit = || body.decisions.iter().any(|decision| decision.effect == "orbit" && decision.on);
+    let has_orbit = || body.decisions.iter().any(|decision| decision.effect == orbits::EFFECT && decision.on);
     body.appearance != Appearance::NotShown || body.magnitude.is_some_and(|m| m < UNAIDED_EYE_MAGNITUDE) || has_orbit()
 }
 

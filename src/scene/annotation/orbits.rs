@@ -13,6 +13,8 @@ use crate::scene::numeric::smooth_rise;
 use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 
+/// The name of the decision about an orbit.
+pub(super) const EFFECT: &str = "orbit";
 /// Half the width of a line, pixels.
 pub(crate) const HALF_WIDTH_PX: f32 = 0.6;
 /// Radiance of a white line relative to the radiance that is shown as white.
@@ -53,8 +55,7 @@ pub(crate) fn orbit_line(
     target_distance_km: Option<f64>,
 ) -> Option<(Vec<OrbitArc>, Decision)> {
     let parent = placed.catalog.body(placed.body.parent?)?;
-    let effect = "orbit";
-    let not_drawn = |reason: Reason| Some((Vec::new(), Decision { effect, on: false, reason, stated_error: None }));
+    let not_drawn = |reason: Reason| Some((Vec::new(), Decision { effect: EFFECT, on: false, reason, stated_error: None }));
     let state = match ephemeris.state(placed.body.id, parent.id, placed.emitted_at, BEST_SOURCE) {
         Ok(answer) => answer.state,
         Err(e) => return not_drawn(reason!("quoted", text = &e.to_string())),
@@ -74,7 +75,7 @@ pub(crate) fn orbit_line(
         n => reason!("orbit-arcs", body = &parent.name, size = format_args!("{size_px:.0}"), count = n),
     };
     let on = !all.is_empty();
-    Some((all, Decision { effect, on, reason, stated_error: None }))
+    Some((all, Decision { effect: EFFECT, on, reason, stated_error: None }))
 }
 
 #[cfg(test)]

@@ -288,6 +288,13 @@ pub(crate) struct SurroundingAir<'a> {
     skies: &'a SkyBrightnessCache,
 }
 
+/// A transmittance divided by its mean over the channels.
+pub(super) fn tint_of(transmittance: DVec3) -> DVec3 {
+    let mean = transmittance.element_sum() / 3.0;
+    // Where practically no light passes: red, with a mean of 1.
+    if mean > 1e-12 { transmittance / mean } else { DVec3::new(3.0, 0.0, 0.0) }
+}
+
 impl<'a> SurroundingAir<'a> {
     /// `None` if the camera is not in the body's air.
     pub(crate) fn of(body: &'a Body, placement: &Placement, skies: &'a SkyBrightnessCache) -> Option<Self> {
@@ -303,10 +310,7 @@ impl<'a> SurroundingAir<'a> {
     /// blended over them and dims them by the mean. Light from many directions gets its tints from `atmosphere::tint_table`. `direction`: towards the light,
     /// ICRF.
     pub(crate) fn tint(&self, direction: DVec3) -> DVec3 {
-        let transmittance = self.transmittance(direction);
-        let mean = transmittance.element_sum() / 3.0;
-        // Where practically no light passes: red, with a mean of 1.
-        if mean > 1e-12 { transmittance / mean } else { DVec3::new(3.0, 0.0, 0.0) }
+        tint_of(self.transmittance(direction))
     }
 
     /// Unit vector at the camera, away from the body's centre.

@@ -188,7 +188,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     // Where rays that only rise or only fall leave the air.
     air::set_ends(&mut uniforms, air::FarEnd::Top);
     air::set_night_sky(&mut uniforms.air, air, air::night_sky_above(air, height_km));
-    // On a rim less than a pixel high, one mean of the shadow of the body's own rings serves each ray. (`chosen.thin_rim` is about averaging the rim's light over each pixel.)
+    // On a rim less than a pixel high, one mean of the shadow of the body's own rings serves each ray. (`chosen.thin_rim` is about averaging the rim's light
+    // over each pixel.)
     if !camera_is_inside && rim.height_px < rim::MIN_SAMPLED_SHADOW_PX && features.ring_shadow.is_of_own_rings() {
         // The mean is for a point Sun, whichever model the module has. In an eclipse there is no module with this model (`FeatureSelection::globe_features`).
         if features.eclipse.occluders == 0 {

@@ -12,9 +12,10 @@ use crate::scene::numeric::smooth_rise;
 use glam::{DVec3, FloatExt};
 
 /// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun: the light
-/// meter uses it in place of the sky's mean radiance: an image shows it at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. Chosen so that the sky in a
-/// view across the direction of the Sun is shown at 0.14 of white by day, at 0.05 with the Sun 4 degrees below the horizon, and at 0.03, 0.02 and 0.01 at 6, 8
-/// and 12 degrees, and at last by the limit of night photographs (`DARKEST_EV`): the darker a sky, the darker it is shown. By day it is 4 times the true
+/// meter uses it in place of the sky's mean radiance: an image shows it at half of white (`AUTO_EXPOSED_MEAN`), or darker in dusk. A view from
+/// the equator across the direction of the Sun, 30 degrees above the horizon, is shown at 0.09 of white by day, at 0.054 with the Sun 4 degrees below the
+/// horizon, at 0.022, 0.013 and 0.0099 at 6, 8 and 12 degrees (tests/atmosphere/night_sky.rs), and at last by the limit of night photographs (`DARKEST_EV`):
+/// the darker a sky, the darker it is shown. By day it is 4 times the true
 /// mean, in dusk some 10 times. Between altitudes the logarithm of the radiance is linear.
 const EXPOSURE_BY_ALTITUDE: [(f64, f64); 10] = [
     (-18.0, 1.2e-8),

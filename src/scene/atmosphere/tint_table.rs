@@ -6,13 +6,10 @@
 //! at the horizon, below which the ground hides everything. Altitudes are those in the unit-sphere frame, in which the
 //! horizon is level on flattened bodies, too. Error there: the table is of one vertical plane, and lengths in other planes differ by the flattening.
 
-use crate::scene::atmosphere::air::SurroundingAir;
+use crate::scene::atmosphere::air::{SurroundingAir, tint_of};
+pub(crate) use crate::scene::constants::TINT_STEPS;
 use glam::{DMat3, DVec3};
 use std::cell::OnceCell;
-
-/// Steps of the table from the horizon to the zenith. They are shortest at the horizon, where the tint changes fastest: on the ground half of them are within
-/// 3.6 degrees. shaders/entry/corona.wesl has the same number.
-pub(crate) const TINT_STEPS: usize = 32;
 
 /// Tints from the horizon to the zenith.
 pub(crate) struct TintTable {
@@ -46,12 +43,8 @@ impl TintTable {
             let sine = horizon_sine + (1.0 - horizon_sine) * (k as f64 / TINT_STEPS as f64).powi(4);
             to_icrf * DVec3::new((1.0 - sine * sine).max(0.0).sqrt(), 0.0, sine)
         };
-        Self {
-            from_icrf,
-            horizon_sine,
-            tints: std::array::from_fn(|k| air.tint(direction(k))),
-            transmittances: std::array::from_fn(|k| air.transmittance(direction(k))),
-        }
+        let transmittances: [DVec3; TINT_STEPS + 1] = std::array::from_fn(|k| air.transmittance(direction(k)));
+        Self { from_icrf, horizon_sine, tints: transmittances.map(tint_of), transmittances }
     }
 
     /// The axes of [`Self::in_axes`], ICRF: the components of a vector there are its dot products with these.
@@ -74,6 +67,7 @@ impl TintTable {
         self.interpolated(&self.transmittances, direction)
     }
 
+    /// The position in the table is that of shaders/lib/tint_position.wesl.
     fn interpolated(&self, values: &[DVec3; TINT_STEPS + 1], direction: DVec3) -> DVec3 {
         let sine = self.in_axes(direction).normalize().z;
         let fraction = ((sine - self.horizon_sine) / (1.0 - self.horizon_sine)).clamp(0.0, 1.0);

@@ -7,11 +7,10 @@ use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::labels::glyph_size_px;
 use crate::scene::annotation::line_texts::{TextLayer, place_texts};
-use crate::scene::annotation::{data, sky_lines, small_body_names, star_names};
+use crate::scene::annotation::{data, picking, sky_lines, small_body_names, star_names};
 use crate::scene::draw::PixelView;
 use crate::scene::finished::Scene;
 use crate::scene::request::view_request::ViewRequest;
-use crate::scene::sky::small_body_sight::SmallBodySight;
 use glam::DVec2;
 
 /// The names; `None` without any. `whole`: the scene of the entire image, with its stars, bodies and labels.
@@ -28,8 +27,7 @@ pub(super) fn texts(request: &ViewRequest, catalog: &Catalog, ephemeris: &Epheme
     };
     let mut names = Vec::new();
     if request.layers.comets && request.layers.labels {
-        let sight =
-            SmallBodySight { ephemeris, position_km: camera.position_km, velocity_km_s: whole.viewer_velocity_km_s, time: whole.time };
+        let sight = picking::sight_of(whole, ephemeris);
         let image = whole.geometry.projection(camera);
         let all = catalog.small_bodies();
         names.extend(small_body_names::small_body_names(&*image, &sight, &whole.bodies, &all.comets, glyph_px));

@@ -15,7 +15,7 @@ use crate::scene::eclipse::{model, uniforms};
 use crate::scene::features::choice::BodyCapabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::effects::Effect;
-use crate::scene::rings::shadow_grid::{LitGlobe, ShadowOnBody};
+use crate::scene::rings::shadow_on_body::{LitGlobe, ShadowOnBody};
 use crate::scene::stated_errors;
 use glam::DVec3;
 
@@ -59,7 +59,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 fn varying_ring_shadow(inputs: &DecisionInputs<'_, '_>) -> Option<ShadowOnBody> {
     let (context, placed, body) = (inputs.frame.context, inputs.placed, inputs.body());
     let [rings] = sun_occluders::rings_of_others(context, placed) else { return None };
-    let is_off = context.request.effects.override_of_body(body, Effect::Eclipse) == Some(false);
+    let is_off = inputs.effects().override_of(Effect::Eclipse) == Some(false);
     if is_off || !body.rings.is_empty() {
         return None;
     }
@@ -71,7 +71,7 @@ fn varying_ring_shadow(inputs: &DecisionInputs<'_, '_>) -> Option<ShadowOnBody> 
     let mesh_radius_km = inputs.mesh.map_or(0.0, |mesh| mesh.max_radius * unit_km);
     let extent_km = (disc_radius_km + air_km).max(disc_radius_km * cloud_radii).max(mesh_radius_km);
     let lit = LitGlobe { body_from_icrf: placed.body_from_icrf, unit_km, disc_radius_km, extent_km };
-    let shadow = ShadowOnBody::of(rings, &intervals, limb_darkening(sun), &lit)?;
+    let shadow = context.caches.ring_shadows.shadow_on(&lit, rings, &intervals, limb_darkening(sun))?;
     shadow.varies_by_more_than(context.request.purpose.min_change()).then_some(shadow)
 }
 

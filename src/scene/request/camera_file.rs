@@ -162,6 +162,8 @@ impl CameraFile {
             | RequestValue::StarsBoost
             | RequestValue::DomeTilt
             | RequestValue::EyeSeparation
+            | RequestValue::TelescopeLength
+            | RequestValue::ApparentField
             | RequestValue::Time => None,
         }
     }

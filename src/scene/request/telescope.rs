@@ -3,9 +3,9 @@
 //! In: lengths and angles, or a text such as `1000/25/52`. Out: [`Telescope`] and its field of view. Lenses and mirrors are taken as free of distortion; the
 //! true field of an eyepiece is its apparent field divided by the magnification, as its makers give it, which agrees with its field stop to some percent.
 
-use crate::catalog::FieldOfView;
+use crate::catalog::{FieldOfView, MAX_FIELD_OF_VIEW_DEG, angle_deg};
 use crate::message::TextLanguage;
-use crate::scene::error::SceneError;
+use crate::scene::error::{OutOfRange, RequestValue, SceneError};
 use crate::wording::echo;
 use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
@@ -14,8 +14,6 @@ use std::ops::RangeInclusive;
 pub const TELESCOPE_LENGTH_RANGE_MM: RangeInclusive<f64> = 0.1..=1e6;
 /// Apparent fields that an eyepiece may have, degrees.
 pub const APPARENT_FIELD_RANGE_DEG: RangeInclusive<f64> = 1.0..=120.0;
-/// Largest field of view, degrees, as of the instruments of a catalog.
-const MAX_FIELD_DEG: f64 = 170.0;
 
 /// A telescope with an eyepiece or a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,22 +98,22 @@ impl Telescope {
             Self::Eyepiece { focal_length_mm, eyepiece_mm, .. } => [focal_length_mm, eyepiece_mm, eyepiece_mm],
             Self::Camera { focal_length_mm, width_mm, height_mm } => [focal_length_mm, width_mm, height_mm],
         };
-        let outside = |value: f64, range: &RangeInclusive<f64>, unit: &str| {
-            let (least, greatest) = (range.start(), range.end());
-            Err(SceneError::Request(format!("telescope, {value:?} {unit}: must be {least} to {greatest} {unit}")))
+        let outside = |what: RequestValue, value: f64, range: &RangeInclusive<f64>, unit: &str| {
+            let allowed = format!("{} to {} {unit}", range.start(), range.end());
+            Err(OutOfRange { what, given: format!("{value:?} {unit}"), allowed }.into())
         };
         if let Some(length_mm) = lengths.into_iter().find(|length_mm| !TELESCOPE_LENGTH_RANGE_MM.contains(length_mm)) {
-            return outside(length_mm, &TELESCOPE_LENGTH_RANGE_MM, "mm");
+            return outside(RequestValue::TelescopeLength, length_mm, &TELESCOPE_LENGTH_RANGE_MM, "mm");
         }
         if let Self::Eyepiece { apparent_field_deg, .. } = self
             && !APPARENT_FIELD_RANGE_DEG.contains(&apparent_field_deg)
         {
-            return outside(apparent_field_deg, &APPARENT_FIELD_RANGE_DEG, "degrees");
+            return outside(RequestValue::ApparentField, apparent_field_deg, &APPARENT_FIELD_RANGE_DEG, "degrees");
         }
         let [width_deg, height_deg] = self.size_deg();
-        if width_deg.max(height_deg) > MAX_FIELD_DEG {
+        if width_deg.max(height_deg) > MAX_FIELD_OF_VIEW_DEG {
             return Err(SceneError::Request(format!(
-                "telescope: its field is {:.0} degrees, more than {MAX_FIELD_DEG}",
+                "telescope: its field is {:.0} degrees, more than {MAX_FIELD_OF_VIEW_DEG}",
                 width_deg.max(height_deg)
             )));
         }
@@ -135,7 +133,7 @@ impl Telescope {
         match self {
             Self::Eyepiece { focal_length_mm, eyepiece_mm, apparent_field_deg } => [apparent_field_deg * eyepiece_mm / focal_length_mm; 2],
             Self::Camera { focal_length_mm, width_mm, height_mm } => {
-                [width_mm, height_mm].map(|side_mm| 2.0 * (0.5 * side_mm / focal_length_mm).atan().to_degrees())
+                [width_mm, height_mm].map(|side_mm| angle_deg(side_mm, focal_length_mm))
             }
         }
     }
@@ -178,11 +176,19 @@ mod tests {
             assert_eq!(telescope.label(TextLanguage::English), label);
             assert_eq!(Telescope::parse(&telescope.to_text()).expect(text), telescope);
         }
-        for wrong in
-            ["", "1000", "1000/25", "1000/25/52/3", "1000/ax3", "0/25/52", "1000/25/200", "1000/-1x3", "1/3000x1", "inf/25/52", "1/20/52"]
-        {
+        for wrong in ["", "1000", "1000/25", "1000/25/52/3", "1000/ax3", "1/3000x1", "1/20/52"] {
             let why = Telescope::parse(wrong).expect_err(wrong).to_string();
             assert!(why.starts_with("telescope") && !why.contains('\n'), "{wrong}: {why}");
+        }
+        for (wrong, what, expected) in [
+            ("0/25/52", RequestValue::TelescopeLength, "telescope length 0.0 mm: must be 0.1 to 1000000 mm"),
+            ("1000/-1x3", RequestValue::TelescopeLength, "telescope length -1.0 mm: must be 0.1 to 1000000 mm"),
+            ("inf/25/52", RequestValue::TelescopeLength, "telescope length inf mm: must be 0.1 to 1000000 mm"),
+            ("1000/25/200", RequestValue::ApparentField, "apparent field of the eyepiece 200.0 degrees: must be 1 to 120 degrees"),
+        ] {
+            let error = Telescope::parse(wrong).expect_err(wrong);
+            assert_eq!(error.to_string(), expected);
+            assert!(matches!(error, SceneError::OutOfRange(e) if e.what == what), "{wrong}");
         }
     }
 }

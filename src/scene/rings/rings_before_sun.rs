@@ -129,7 +129,7 @@ static ALL_RAYS: LazyLock<Vec<Ray>> = LazyLock::new(|| {
 });
 
 /// The sunlight of one body. Axes of the rings' owner, from its centre, in its equatorial radii.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Beam {
     pub body: DVec3,
     pub body_radius: f64,
@@ -173,11 +173,15 @@ impl Beam {
         (across + per_length * nearest).length() <= radius + self.body_radius + widening * to
     }
 
+    /// The smallest cosine between a ray and the rings' normal.
+    pub(super) fn smallest_cosine(&self) -> f64 {
+        let to_sun = self.sun - self.body;
+        ((to_sun.z.abs() - self.sun_radius - self.body_radius) / to_sun.length()).max(MIN_COSINE)
+    }
+
     /// Outer radius of the rings that can take a visible part of the light; `None` if none can.
     pub(crate) fn outer_radius(&self, intervals: &[RingInterval]) -> Option<f64> {
-        let to_sun = self.sun - self.body;
-        // The smallest cosine between a ray and the rings' normal.
-        let cosine = ((to_sun.z.abs() - self.sun_radius - self.body_radius) / to_sun.length()).max(MIN_COSINE);
+        let cosine = self.smallest_cosine();
         intervals.iter().rfind(|i| -(-i.tau / cosine).exp_m1() > MIN_BLOCKED_FRACTION_IN_IMAGES).map(|i| i.outer)
     }
 

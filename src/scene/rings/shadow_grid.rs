@@ -1,10 +1,9 @@
 //! The shadow of another body's rings on a body, place by place: the dark line of Saturn's rings on Rhea, the edges of Cassini's Division on Iapetus.
 //!
-//! In: the rings before the Sun of a lit body. Out: [`ShadowOnBody`], a square grid of the fraction of sunlight that passes the rings, per channel, and the
-//! axes by which a shader finds a place in it (shaders/lib/ring/shadow_on_moon.wesl). A ray to the Sun meets the rings in the same place, whatever point of the
-//! ray is lit, and a body is small compared with the way to the rings: so the fraction depends on the place across the direction to the Sun alone. It is the
-//! mean over the limb-darkened disc of the Sun. As in `rings_before_sun`, the light that the owner's globe blocks does not count. f64 throughout; places are
-//! relative to the body's centre, so f32 suffices for the grid's axes. Always: exactly 1 where no ray of the Sun's disc passes a ring.
+//! In: the sunlight of a lit body, and the rings before the Sun. Out: a square grid of the fraction of sunlight that passes the rings, per channel, and the
+//! axes of its places. A ray to the Sun meets the rings in the same place, whatever point of the ray is lit, and a body is small compared with the way to the
+//! rings: so the fraction depends on the place across the direction to the Sun alone. It is the mean over the limb-darkened disc of the Sun. As in `rings_before_sun`, the light that the owner's globe blocks does not count. f64 throughout. Always:
+//! exactly 1 where no ray of the Sun's disc passes a ring. Not here: the grid in a draw, and the cache of grids (`shadow_on_body`).
 //!
 //! The Sun's disc is divided into strips parallel to the rings' plane, because a low Sun's rays of one strip have one slant, and into cells. The rays of a cell
 //! meet the plane in a range of radii, over which the mean of what the rings block is the difference of two integrals.
@@ -12,18 +11,15 @@
 //! Errors (docs/accuracy.md): 0.03 of the light, rms 0.002, mostly by the spacing of places. Not modelled: the thickness of the rings; the body's own depth,
 //! which changes the width of the penumbra by the body's radius divided by the distance to the rings: 0.4 % for Mimas, less for the larger moons.
 
-use crate::scene::camera::{narrow, narrow_scalar};
-use crate::scene::draw::tables::RingShadowGrid;
 use crate::scene::rings::phase::MIN_COSINE;
 use crate::scene::rings::ring_table::RingInterval;
-use crate::scene::rings::rings_before_sun::{Beam, RingsBeforeSun, is_blocked};
-use glam::{DMat3, DVec2, DVec3, Vec4};
+use crate::scene::rings::rings_before_sun::{Beam, is_blocked};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use std::sync::Arc;
 
 /// Limits of the number of places along a side of the grid.
 const SIDES: (f64, f64) = (16.0, 96.0);
-/// Places per radius of the penumbra, within these limits.
+/// Places per radius of the penumbra of an opaque ring, within these limits.
 const PLACES_PER_PENUMBRA: f64 = 5.0;
 /// Strips of the Sun's disc and cells of a strip, for a Sun nearer to the rings' plane than [`LOW_SUN_RADII`] of its radii, and for a higher one.
 const CELLS_OF_LOW_SUN: (usize, usize) = (48, 4);
@@ -31,58 +27,6 @@ const CELLS_OF_HIGH_SUN: (usize, usize) = (16, 6);
 const LOW_SUN_RADII: f64 = 40.0;
 /// Bins of radius, at whose ends the integral of the blocked fraction is stored.
 const BINS: usize = 4096;
-
-/// The body on which the shadow falls.
-pub(crate) struct LitGlobe {
-    pub body_from_icrf: DMat3,
-    /// Equatorial radius, the unit of the shader's lengths.
-    pub unit_km: f64,
-    /// Radius of the disc that the Sun sees.
-    pub disc_radius_km: f64,
-    /// Largest distance of a lit point from the centre, with air and clouds.
-    pub extent_km: f64,
-}
-
-/// The shadow, for a draw's uniforms.
-pub(crate) struct ShadowOnBody {
-    pub grid: Arc<RingShadowGrid>,
-    /// As in `RingUniforms::shadow_grid_axes`.
-    pub axes: [Vec4; 2],
-    /// Smallest and largest fraction of green sunlight on the disc.
-    pub range: [f64; 2],
-}
-
-impl ShadowOnBody {
-    /// The shadow of rings on a body; `None` if they take no visible part of the light. `intervals`: the rings. `limb_darkening`: the Sun's.
-    pub(crate) fn of(
-        rings: &RingsBeforeSun<'_>,
-        intervals: &[RingInterval],
-        limb_darkening: (DVec3, DVec3),
-        lit: &LitGlobe,
-    ) -> Option<Self> {
-        let owner_unit_km = rings.owner.radii_km.x;
-        let half_side = lit.extent_km / owner_unit_km;
-        let shadow = ShadedSun::of(rings.beam, intervals, rings.owner.radii_km / owner_unit_km, limb_darkening, half_side)?;
-        let side = shadow.side();
-        let fractions = shadow.fractions(side);
-        let disc_radius = lit.disc_radius_km / owner_unit_km;
-        let on_disc = fractions.iter().enumerate().filter(|(k, _)| shadow.place(*k, side).length() <= disc_radius);
-        let range = on_disc.fold([1.0_f64, 0.0_f64], |[from, to], (_, fraction)| [from.min(fraction.y), to.max(fraction.y)]);
-        // From the owner's axes and radii to those of the body, and from lengths to places.
-        let body_from_owner = lit.body_from_icrf * rings.owner_from_icrf.transpose();
-        let places_per_length = (side - 1) as f64 / (2.0 * half_side) * (lit.unit_km / owner_unit_km);
-        let middle = narrow_scalar(0.5 * (side - 1) as f64);
-        let axes = [shadow.x, shadow.y].map(|axis| narrow(body_from_owner * axis * places_per_length).extend(middle));
-        let texels = fractions.iter().flat_map(|fraction| narrow(*fraction).extend(0.0).to_array()).collect();
-        Some(Self { grid: Arc::new(RingShadowGrid { side: side as u32, texels }), axes, range })
-    }
-
-    /// Whether the fraction varies over the disc by more than this part of it. If not, one factor serves the whole body.
-    pub(crate) fn varies_by_more_than(&self, min_change: f64) -> bool {
-        let [from, to] = self.range;
-        to - from > min_change * to
-    }
-}
 
 /// A cell of the Sun's disc.
 struct Cell {
@@ -94,9 +38,9 @@ struct Cell {
 
 /// A strip of the Sun's disc, parallel to the rings' plane. Lengths are in radii of the disc.
 struct Strip {
-    /// Heights above the disc's centre: of the two edges and of the middle.
-    edges: [f64; 2],
+    /// Heights above the disc's centre: of the middle and of the upper edge. The lower edge is the upper one of the strip below.
     middle: f64,
+    upper: f64,
     /// Half the strip's length, and half the width of its cells.
     reach: f64,
     half_width: f64,
@@ -122,16 +66,18 @@ impl Crossing {
 }
 
 /// The rings between one body and the Sun. Axes and lengths as in [`Beam`].
-struct ShadedSun {
+pub(super) struct ShadedSun {
     beam: Beam,
     /// Half the grid's side.
     half_side: f64,
     /// Unit vectors across the direction to the Sun: parallel to the rings' plane, and perpendicular to that.
-    x: DVec3,
-    y: DVec3,
+    pub x: DVec3,
+    pub y: DVec3,
     strips: Vec<Strip>,
-    /// Innermost and outermost radius.
+    /// Innermost and outermost radius; the number of bins per length between them, and half the width of a bin.
     radii: [f64; 2],
+    bins_per_length: f64,
+    half_bin: f64,
     /// Semi-axes of the owner's globe; `None` if it is far from the light.
     globe: Option<DVec3>,
 }
@@ -159,8 +105,22 @@ fn blocked_within(intervals: &[RingInterval], cosine: f64, [inner, outer]: [f64;
     integrals
 }
 
+/// Number of places along a side of the grid, by the radius of the penumbra of each ring's outer edge. For the same error the penumbra of a ring that blocks
+/// little light needs fewer places: the error of linear interpolation increases with the step in light, and with the square of the spacing.
+pub(super) fn places_along_side(beam: &Beam, intervals: &[RingInterval], half_side: f64) -> usize {
+    let (distance, to_sun) = (beam.body.length(), beam.sun - beam.body);
+    let cosine = beam.smallest_cosine();
+    let places = |interval: &RingInterval| {
+        let penumbra = beam.sun_radius / to_sun.length() * (distance - interval.outer).max(0.1 * distance);
+        2.0 * half_side / penumbra * PLACES_PER_PENUMBRA * (-(-interval.tau / cosine).exp_m1()).sqrt()
+    };
+    let (fewest, most) = SIDES;
+    intervals.iter().map(places).fold(fewest, f64::max).ceil().min(most) as usize
+}
+
 impl ShadedSun {
-    fn of(beam: Beam, intervals: &[RingInterval], globe: DVec3, (u1, u2): (DVec3, DVec3), half_side: f64) -> Option<Self> {
+    /// `globe`: semi-axes of the rings' owner. `None` if no ring takes a visible part of the light.
+    pub fn of(beam: Beam, intervals: &[RingInterval], globe: DVec3, (u1, u2): (DVec3, DVec3), half_side: f64) -> Option<Self> {
         let radii = [intervals.iter().find(|i| i.tau > 0.0)?.inner, beam.outer_radius(intervals)?];
         let to_sun = beam.sun - beam.body;
         let sunward = to_sun.try_normalize()?;
@@ -185,33 +145,37 @@ impl ShadedSun {
             let light = cells.iter().map(|c| c.light).sum();
             let slanted = to_sun + y * (middle * beam.sun_radius);
             let cosine = (slanted.z.abs() / slanted.length()).max(MIN_COSINE);
-            let edges = [lower, lower + thickness];
-            Strip { edges, middle, reach, half_width, cells, light, blocked_within: blocked_within(intervals, cosine, radii) }
+            let blocked_within = blocked_within(intervals, cosine, radii);
+            Strip { middle, upper: lower + thickness, reach, half_width, cells, light, blocked_within }
         };
         let strips = (0..strip_count).into_par_iter().map(strip).collect();
         let along = beam.body.dot(sunward);
         let beside_globe = (beam.body - sunward * along).length() - half_side - beam.sun_radius * along.abs() / to_sun.length();
         let globe = (along < 0.0 && beside_globe < globe.max_element()).then_some(globe);
-        Some(Self { beam, half_side, x, y, strips, radii, globe })
+        let bins_per_length = BINS as f64 / (radii[1] - radii[0]);
+        Some(Self { beam, half_side, x, y, strips, radii, bins_per_length, half_bin: 0.5 / bins_per_length, globe })
     }
 
-    /// Number of places along a side of the grid, by the radius of the penumbra of the nearest part of the rings.
-    fn side(&self) -> usize {
-        let (distance, to_sun) = (self.beam.body.length(), self.beam.sun - self.beam.body);
-        let penumbra = self.beam.sun_radius / to_sun.length() * (distance - self.radii[1]).max(0.1 * distance);
-        let (fewest, most) = SIDES;
-        (2.0 * self.half_side / penumbra * PLACES_PER_PENUMBRA).ceil().clamp(fewest, most) as usize
+    /// Number of places along a side of the grid.
+    pub fn side(&self, intervals: &[RingInterval]) -> usize {
+        places_along_side(&self.beam, intervals, self.half_side)
     }
 
     /// A place of the grid, from its centre, along `x` and `y`.
-    fn place(&self, index: usize, side: usize) -> DVec2 {
+    pub fn place(&self, index: usize, side: usize) -> DVec2 {
         let [column, row] = [index % side, index / side].map(|k| k as f64 / (side - 1) as f64);
         DVec2::new(column, row) * (2.0 * self.half_side) - self.half_side
     }
 
-    /// The fraction at every place of the grid, row by row.
-    fn fractions(&self, side: usize) -> Vec<DVec3> {
-        (0..side * side).into_par_iter().map(|k| self.fraction(self.place(k, side))).collect()
+    /// The fraction at every place of the grid, row by row. Places in the corners, which no lit point of the body is next to, have 1.
+    pub fn fractions(&self, side: usize) -> Vec<DVec3> {
+        // Shaders read the four corners of a square with the spacing as its side.
+        let farthest = self.half_side + 1.5 * (2.0 * self.half_side / (side - 1) as f64);
+        let fraction = |k: usize| {
+            let place = self.place(k, side);
+            if place.length() > farthest { DVec3::ONE } else { self.fraction(place) }
+        };
+        (0..side * side).into_par_iter().map(fraction).collect()
     }
 
     /// The fraction of sunlight that passes the rings to a place, per channel: of the light that passes the globe or, where the globe blocks all of it, of all.
@@ -220,8 +184,12 @@ impl ShadedSun {
         let to_sun = self.beam.sun - point;
         let (mut light, mut blocked) = (DVec3::ZERO, DVec3::ZERO);
         let (mut light_past_globe, mut blocked_past_globe) = (DVec3::ZERO, DVec3::ZERO);
+        let edge = |height: f64| self.crossing(point, to_sun + self.y * (height * self.beam.sun_radius));
+        let mut lower = edge(-1.0);
         for strip in &self.strips {
-            let crossings = strip.edges.map(|v| self.crossing(point, to_sun + self.y * (v * self.beam.sun_radius)));
+            let upper = edge(strip.upper);
+            let crossings = [lower, upper];
+            lower = upper;
             let meets_rings = self.meets_rings(strip, crossings);
             if self.globe.is_none() && !meets_rings {
                 light += strip.light;
@@ -273,7 +241,8 @@ impl ShadedSun {
 
     /// Mean fraction of the light that rings block, over the rays of a strip around `u`.
     fn blocked(&self, strip: &Strip, crossings: [Option<Crossing>; 2], u: f64) -> f64 {
-        let [a, b] = crossings.map(|c| c.map(|c| c.at(u)));
+        // Not `crossings.map`, which the compiler does not inline here: it took a third of the time.
+        let (a, b) = (crossings[0].map(|c| c.at(u)), crossings[1].map(|c| c.at(u)));
         let (Some(a), Some(b)) = (a, b) else {
             // Rays parallel to the plane meet it nowhere, those close to them far outside the rings.
             let far = 100.0 * self.radii[1];
@@ -281,30 +250,29 @@ impl ShadedSun {
         };
         // Half the change of radius over the width of a cell.
         let step = crossings[0].map_or(DVec2::ZERO, |c| c.step);
-        let change_across = a.dot(step) * strip.half_width / a.length().max(1e-9);
+        let (from, to) = (a.length(), b.length());
+        let change_across = a.dot(step) * strip.half_width / from.max(1e-9);
         let mean = |from: f64, to: f64| self.mean_blocked(strip, from, to, change_across);
         // Where the places are nearest to the axis of the rings, as a part of the way from `a` to `b`. There the radius ends to decrease.
         let way = b - a;
         let part = -a.dot(way) / way.length_squared().max(f64::MIN_POSITIVE);
         if part > 0.0 && part < 1.0 {
             let nearest = (a + way * part).length();
-            return part * mean(a.length(), nearest) + (1.0 - part) * mean(nearest, b.length());
+            return part * mean(from, nearest) + (1.0 - part) * mean(nearest, to);
         }
-        mean(a.length(), b.length())
+        mean(from, to)
     }
 
     /// Mean of the blocked fraction between two radii. `change_across`: half the length of another range, over which the mean is taken, too.
     fn mean_blocked(&self, strip: &Strip, from: f64, to: f64, change_across: f64) -> f64 {
-        let bin = (self.radii[1] - self.radii[0]) / BINS as f64;
-        let half_range = DVec2::new(0.5 * (to - from), change_across).length().max(0.5 * bin);
+        let half_range = DVec2::new(0.5 * (to - from), change_across).length().max(self.half_bin);
         let middle = 0.5 * (from + to);
         (self.within(strip, middle + half_range) - self.within(strip, middle - half_range)) / (2.0 * half_range)
     }
 
     /// Integral of the blocked fraction over radius up to `radius`.
     fn within(&self, strip: &Strip, radius: f64) -> f64 {
-        let [inner, outer] = self.radii;
-        let bin = ((radius - inner) / (outer - inner) * BINS as f64).clamp(0.0, BINS as f64);
+        let bin = ((radius - self.radii[0]) * self.bins_per_length).clamp(0.0, BINS as f64);
         let index = (bin as usize).min(BINS - 1);
         let [from, to] = [strip.blocked_within[index], strip.blocked_within[index + 1]];
         from + (to - from) * (bin - index as f64)
@@ -397,7 +365,7 @@ mod tests {
                 let beam = beam(crossing, elevation_deg, (distance_km / unit_km, radius), sun);
                 let Some(factor) = beam.fraction_through(&intervals, globe, LIMB_DARKENING) else { continue };
                 let shadow = ShadedSun::of(beam, &intervals, globe, LIMB_DARKENING, radius).expect("rings in front of the Sun");
-                let side = shadow.side();
+                let side = shadow.side(&intervals);
                 let grid = shadow.fractions(side);
                 for _ in 0..12 {
                     let place = DVec2::from_angle(random.between(0.0, std::f64::consts::TAU)) * (radius * random.unit_interval().sqrt());

@@ -74,8 +74,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 const GLINT_TO_GROUND_RATIO: f64 = 100.0;
 
 /// Upper limit of the radiance that water mirrors of the sky, relative to the mean over the sky, where the Sun has set. On the Earth it is up to 7, towards the
-/// place of the Sun 10 degrees below the horizon; the rest of the factor is for the error of that mean (`scene::atmosphere::sky_brightness`).
-const MIRRORED_TO_MEAN_SKY: f64 = 20.0;
+/// place of the Sun 10 degrees below the horizon; times that mean's error of a factor of 3 (tests/atmosphere/dusk_at_height.rs).
+const MIRRORED_TO_MEAN_SKY: f64 = 25.0;
 
 /// Whether the light that water mirrors is visible if no sunlit ground is in view: the glint of another body's light, or the sky.
 fn mirrored_without_sunlight(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
