@@ -39,8 +39,8 @@ const PEAK_FROM_KM: f64 = 55.0;
 /// A crater is used if the profile explains its heights as well as this, and if it is at least this deep.
 const MIN_CORRELATION: f64 = 0.5;
 const MIN_FRESHNESS: f64 = 0.15;
-/// Unnamed craters must be clearer, and deeper. With these limits some two thirds as many craters from 20 km are found as LOLA's heights show, 5185 (Head et al.
-/// 2010, Science 329, 1504).
+/// Unnamed craters must be clearer, and deeper. With these limits some two thirds as many craters from 20 km are found as there are on LOLA's heights, 5185
+/// (Head et al. 2010, Science 329, 1504).
 const MIN_UNNAMED_CORRELATION: f64 = 0.9;
 const MIN_UNNAMED_FRESHNESS: f64 = 0.35;
 /// Craters fresher than this have none of [`UNNAMED_DIAMETERS_KM`] on their floors: hollows there lie between the wall and the peak.
