@@ -5,6 +5,7 @@
 //! files.
 
 use image::{GrayImage, Luma, Rgb, RgbImage, imageops::FilterType};
+use lunar::moon_heights;
 use orrery::catalog::Catalog;
 use orrery::image::{TexelFormat, Texture};
 use orrery::units::{linear_to_srgb, luminance, srgb_to_linear};
@@ -13,13 +14,14 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::path::Path;
 
+mod heights;
+mod lunar;
 mod painted;
 
 /// (source under textures/, our name): maps that are copied unchanged.
 const COPIED: &[(&str, &str)] = &[
     ("moon_4096.jpg", "moon.jpg"),
     ("sss_mercurymap.jpg", "mercury.jpg"),
-    ("sss_moonnormal2k.jpg", "moon_normal.jpg"),
     ("sss_earthspec2k.jpg", "earth_water.jpg"),
     ("sss_earthcloudmapspec.jpg", "earth_clouds.jpg"),
 ];
@@ -246,6 +248,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gazetteer = std::fs::read_to_string(source.join("catalogs/nomenclature_usgs.csv"))?;
     let craters = |body: &str| features(&gazetteer, body, "AA");
     let rings = features(&gazetteer, "Callisto", "LG");
+    let moon = moon_heights(&image::open(source.join("textures/moon_elevation_1024_u8.jpg"))?.into_luma8(), &craters("Moon"));
+    let metres = |x: u32, y: u32| moon.at(i64::from(x), i64::from(y));
+    // Exaggerated, because the steps of 8-bit normals would show in the level seas; the catalog's gain takes it back.
+    let normals = normals_from_elevation((moon.width as u32, moon.height as u32), metres, 1000.0 * lunar::RADIUS_KM, 4.0);
+    // Half as fine: in a JPEG of the same size its blocks would show where the Sun is low.
+    save_with_quality(&image::imageops::thumbnail(&normals, 2048, 1024), &out.join("moon_normal.jpg"), 92)?;
     save(&callisto(&craters("Callisto"), &rings), &out.join("callisto.jpg"))?;
     save(&iapetus(&craters("Iapetus")), &out.join("iapetus.jpg"))?;
     save(&triton(), &out.join("triton.jpg"))?;
@@ -263,8 +271,12 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn save(map: &RgbImage, path: &Path) -> Result<(), Box<dyn Error>> {
+    save_with_quality(map, path, 90)
+}
+
+fn save_with_quality(map: &RgbImage, path: &Path, quality: u8) -> Result<(), Box<dyn Error>> {
     let mut bytes = Vec::new();
-    image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 90).encode_image(map)?;
+    image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, quality).encode_image(map)?;
     Ok(std::fs::write(path, bytes)?)
 }
 

@@ -76,7 +76,7 @@ fn the_sea_does_not_glitter_after_sunset() {
     }
 }
 
-/// Level ground of the Moon has no sunlight with the Sun 2.3 degrees below the horizon, steep slopes of the map still have some 2 degrees below.
+/// Level ground of the Moon has no sunlight with the Sun 2.3 degrees below the horizon, steep slopes of the map still have some 1.5 degrees below.
 #[test]
 fn after_sunset_only_steep_slopes_of_the_moon_have_sunlight() {
     let mean_light = |time: &str, latitude_deg: f64, longitude_deg: f64| {
@@ -89,7 +89,7 @@ fn after_sunset_only_steep_slopes_of_the_moon_have_sunlight() {
     println!("level: {day:.2e} by day, {night:.2e} after sunset");
     // The ramp of 0.05 rad left a fiftieth in linear light; single pixels had more.
     assert!(day > 0.01 && night < 1e-4 * day, "{day} {night}");
-    let slope = mean_light("1909-07-27T06:00:00Z", 5.0, 156.867);
+    let slope = mean_light("1909-07-27T06:00:00Z", -1.846, 156.182);
     println!("slope: {slope:.2e}");
     assert!(slope > 5e-3, "{slope}");
 }
