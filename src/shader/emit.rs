@@ -3,7 +3,8 @@
 //! In: a module's id and the fragments. Out: the text of one module and, for each of its lines, the fragment that the line came
 //! from and the feature that includes it. Fragments are WESL (<https://wesl-lang.dev>). An item whose `@if`, `@elif` or `@else`
 //! condition is false is omitted together with the comment lines directly above it. An import is replaced by the entire fragment
-//! that it names, once per module. Comments and names are kept, so no two fragments of one module may declare the same name.
+//! that it names, once per module. Comments and names are kept, so no two fragments of one module may declare the same name: the names of a custom surface
+//! get a prefix before they come here (`source::with_prefixed_names`).
 //!
 //! The emitter contains no shader code and does not know what a feature means.
 

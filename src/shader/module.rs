@@ -9,7 +9,7 @@ use super::id::ModuleId;
 use super::reflect::Layout;
 use super::source_map::SourceMap;
 use super::{Emitted, ShaderError};
-use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::valid::{Capabilities, FunctionError, ModuleInfo, ValidationError, ValidationFlags, Validator};
 
 /// Why a lowering rejects a module, in one line.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -63,7 +63,7 @@ pub struct ShaderModule {
 }
 
 /// Runs all checks of naga's validator, without optional capabilities: the module may use only what every WebGPU implementation supports.
-pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<naga::valid::ValidationError>>> {
+pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<ValidationError>>> {
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
 
@@ -78,9 +78,24 @@ fn parse_error_line(e: &naga::front::wgsl::ParseError, wgsl: &str) -> Option<u32
 
 /// The line (from 1) of an emitted text in which naga's validator found a fault. The validator names several parts of the text, such as the function and the
 /// expression in it; the shortest part counts. `None` if it names none.
-fn validation_error_line(e: &naga::WithSpan<naga::valid::ValidationError>, wgsl: &str) -> Option<u32> {
+fn validation_error_line(e: &naga::WithSpan<ValidationError>, wgsl: &str) -> Option<u32> {
     let parts = e.spans().filter_map(|(span, _)| Some((span.to_range()?.len(), span)));
     parts.min_by_key(|(length, _)| *length).map(|(_, span)| span.location(wgsl).line_number)
+}
+
+/// What naga's validator found, with its causes, in one line.
+fn validation_message(e: &ValidationError) -> String {
+    if let ValidationError::Function { name, source: FunctionError::InvalidReturnType { expression: None, .. }, .. } = e {
+        // The validator's own words name types by their numbers.
+        return format!("the function `{name}` can end without a value; end it with a `return`");
+    }
+    let mut message = e.to_string();
+    let mut cause = std::error::Error::source(e);
+    while let Some(c) = cause {
+        message.push_str(&format!(": {c}"));
+        cause = c.source();
+    }
+    message
 }
 
 /// The first error in the WESL files or in the emitted text of a module: the message of the generator or of naga, with the line and a caret
@@ -132,14 +147,8 @@ impl ShaderModule {
             ShaderError::Parse { id: name(), what: format!("{place}{}", e.message()) }
         })?;
         let info = validate(&module).map_err(|e| {
-            let mut what = place_text(validation_error_line(&e, &wgsl));
-            what.push_str(&e.as_inner().to_string());
-            let mut cause = std::error::Error::source(e.as_inner());
-            while let Some(c) = cause {
-                what.push_str(&format!(": {c}"));
-                cause = c.source();
-            }
-            ShaderError::Invalid { id: name(), what }
+            let place = place_text(validation_error_line(&e, &wgsl));
+            ShaderError::Invalid { id: name(), what: format!("{place}{}", validation_message(e.as_inner())) }
         })?;
         let layout = Layout::of(&module).map_err(|source| ShaderError::Layout { id: name(), source })?;
         let tape = (lowering.lower)(&module, &info).map_err(|e| {
