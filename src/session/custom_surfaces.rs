@@ -11,6 +11,7 @@ use crate::files::read_text;
 use crate::scene::draw::{DrawFeatures, MAX_CUSTOM_SURFACES};
 use crate::shader::fragments::Fragments;
 use crate::shader::key::ShaderKey;
+use crate::shader::module::check_names;
 use crate::shader::source::with_prefixed_names;
 use crate::shader::{ModuleId, ShaderError, ShaderModule};
 use crate::wording::{MAX_ECHO_CHARS, echo, echo_within};
@@ -150,8 +151,10 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], base: &Fragments) -> Result<V
     let lowering = lowering();
     for (number, surface) in numbered(surfaces)? {
         let sample_features = DrawFeatures { custom_surface: number, lights: 1, ..DrawFeatures::MINIMAL };
-        let id = ModuleId::Keyed(ShaderKey::for_draw(&sample_features));
-        ShaderModule::build_with(&fragments, &id, &lowering).map_err(|e| module_error(number, surface, &e))?;
+        let key = ShaderKey::for_draw(&sample_features);
+        check_names(&fragments, &fragment_path(number), &key)
+            .and_then(|()| ShaderModule::build_with(&fragments, &ModuleId::Keyed(key), &lowering))
+            .map_err(|e| module_error(number, surface, &e))?;
     }
     Ok(texts)
 }

@@ -3,9 +3,10 @@
 //! In: a module's name, and the lowering of the software renderer. Out: [`ShaderModule`]: WGSL, validated IR, layout, source map, and the tape (the list of
 //! operations that the software renderer runs).
 
-use super::emit::emit_module_with;
+use super::emit::{emit_fragment_with, emit_module_with};
 use super::fragments::Fragments;
 use super::id::ModuleId;
+use super::key::{ShaderKey, feature_names};
 use super::reflect::Layout;
 use super::source_map::SourceMap;
 use super::{Emitted, ShaderError};
@@ -120,6 +121,21 @@ pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
     };
     let origin = emitted_line.and_then(|l| source_map.origin_of(l as usize));
     Some(origin.map_or(message.clone(), |(fragment, line)| format!("shaders/{fragment}, line {line}\n\n{message}")))
+}
+
+/// Checks that a fragment declares or imports every name that it uses: other names are those of fragments that some modules contain and others lack.
+///
+/// # Errors
+/// The first error of naga's parser in the fragment, if it is emitted with its imports alone. Errors in what it imports are those of the entire module.
+pub fn check_names(fragments: &Fragments, path: &str, key: &ShaderKey) -> Result<(), ShaderError> {
+    let Emitted { wgsl, source_map } = emit_fragment_with(fragments, path, "fragment", &feature_names(key.features()))?;
+    let Err(e) = naga::front::wgsl::parse_str(&wgsl) else { return Ok(()) };
+    match parse_error_line(&e, &wgsl).and_then(|line| source_map.origin_of(line as usize)) {
+        Some((fragment, line)) if fragment == path => {
+            Err(ShaderError::Parse { id: key.to_string(), what: format!("shaders/{path}:{line}: {}", e.message()) })
+        }
+        _ => Ok(()),
+    }
 }
 
 impl ShaderModule {

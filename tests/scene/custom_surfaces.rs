@@ -150,6 +150,10 @@ fn errors_name_the_users_file() {
             assert!(message.contains(&expected) && !message.contains("shaders/"), "{mistake} {message}, {expected} expected");
         }
     }
+    // Both types are in the module that is compiled, because other sources import them.
+    let (_, without_import) = CHECKERS.split_once('\n').expect("lines");
+    let message = error_of(&[("moon", "surface.wesl", without_import)]);
+    assert!(message.contains("surface.wesl:2: ") && message.contains("`SurfacePoint`"), "{message}");
     // The functions of the file have a prefix in the module, but not in messages.
     let helpers = format!("{CHECKERS}fn hill() -> f32 {{ return 1.0; }}\nfn billow() -> f32 {{ return hill(1.0); }}\n");
     let message = error_of(&[("moon", "surface.wesl", &helpers)]);
