@@ -4,8 +4,13 @@
 
 use super::output::print_result;
 use super::{Cli, CliError};
+use crate::scene::draw::PixelView;
+use crate::scene::effects::Effect;
+use crate::scene::request::{Layers, ToneMap, UP_NAMES};
 use crate::wording::{echo, suggestion_or_list};
-use clap::{Command, CommandFactory};
+use clap::builder::PossibleValuesParser;
+use clap::{Arg, Command, CommandFactory, ValueHint};
+use std::collections::BTreeSet;
 
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:
@@ -31,6 +36,40 @@ pub(crate) struct ManArgs {
     verb: Vec<String>,
 }
 
+/// The names of a command's commands, of their commands, and so on.
+fn names_below(command: &Command) -> Vec<String> {
+    let of_one = |inner: &Command| [vec![inner.get_name().to_owned()], names_below(inner)].concat();
+    command.get_subcommands().flat_map(of_one).collect()
+}
+
+/// The command for a completion script. Shells offer file names for a value of which clap knows nothing, so each value gets its words, or the hint that it is
+/// or is not a file. The words of a list, such as `+orbits,-labels`, are completed for its first item. `verbs`: the words of `man`.
+fn with_completed_values(command: Command, verbs: &BTreeSet<String>) -> Command {
+    let completed = |arg: Arg| {
+        let words = match arg.get_id().as_str() {
+            "effects" => signed(&Effect::ALL.map(Effect::name)),
+            "layers" => signed(&Layers::NAMES),
+            "pixels" => PixelView::ALL.map(|view| view.name().to_owned()).to_vec(),
+            "tone_map" => ToneMap::ALL.map(|tone_map| tone_map.name().to_owned()).to_vec(),
+            "up" => UP_NAMES.map(str::to_owned).to_vec(),
+            "verb" => verbs.iter().cloned().collect(),
+            _ if !arg.get_action().takes_values() || arg.get_value_hint() != ValueHint::Unknown => return arg,
+            _ if !arg.get_possible_values().is_empty() => return arg,
+            _ => {
+                let is_file = arg.get_value_names().unwrap_or_default().iter().any(|name| name.contains("FILE"));
+                return arg.value_hint(if is_file { ValueHint::AnyPath } else { ValueHint::Other });
+            }
+        };
+        arg.value_parser(PossibleValuesParser::new(words))
+    };
+    command.mut_args(completed).mut_subcommands(|inner| with_completed_values(inner, verbs))
+}
+
+/// Each name with `+` and with `-`.
+fn signed(names: &[&str]) -> Vec<String> {
+    names.iter().flat_map(|name| [format!("+{name}"), format!("-{name}")]).collect()
+}
+
 pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
     let mut command = Cli::command();
     // Without a command the options are those of `view`.
@@ -38,6 +77,8 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
         .find_subcommand("view")
         .map_or(Vec::new(), |view| view.get_arguments().filter(|arg| !arg.is_positional()).cloned().collect());
     command = command.args(of_view);
+    let verbs = names_below(&command).into_iter().collect::<BTreeSet<_>>();
+    let mut command = with_completed_values(command, &verbs);
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut command, "orrery", &mut script);
     print_result(&String::from_utf8_lossy(&script))

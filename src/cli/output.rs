@@ -12,8 +12,13 @@ use std::io::{Error, ErrorKind, IsTerminal, Write};
 /// # Errors
 /// [`CliError::OutputClosed`] if the reader has closed the pipe (`… | head`), else the reason for the failure.
 pub(crate) fn print_result(text: &str) -> Result<(), CliError> {
+    print_bytes(text.as_bytes())
+}
+
+/// As [`print_result`], for bytes.
+pub(crate) fn print_bytes(bytes: &[u8]) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
+    out.write_all(bytes).and_then(|()| out.flush()).map_err(|e| stdout_error(&e))
 }
 
 /// The error of a command that could not write to standard output.

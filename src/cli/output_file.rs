@@ -1,4 +1,5 @@
-//! Writes the output file of a command: the image of `compare -o`, the plots of `measure -o`, the GeoJSON of `eclipse find --path`.
+//! Writes the output file of a command: the image of `compare -o`, the plots of `measure -o`, the GeoJSON of `eclipse find --path`, the
+//! module of `shader emit -o`.
 //!
 //! In: the option that names the file, the path, the bytes. Out: the file. Always: without `--overwrite`, an existing file with other content is kept, and
 //! the error names it; a command can be repeated, because a file with the same content is no error.

@@ -4,7 +4,8 @@
 //! Not here: the commands `atlas` and `corpus` (`shader_export`), and `verify --report` (`shader_report`).
 
 use super::inputs::{fragments, lowering, reachable_keys};
-use super::output::{print_message, print_result, print_to_stderr, progress};
+use super::output::{print_bytes, print_message, print_result, print_to_stderr, progress};
+use super::output_file::write_output_file;
 use super::shader_export::{ExportOptions, keys_of_default_view};
 use super::{CliError, Common};
 use crate::files::{FileAccess, check_output_path, read_bytes, read_text, write_atomic};
@@ -15,7 +16,7 @@ use crate::shader::fragments::FRAGMENTS;
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::{self, ShaderKey, covering_keys};
 use crate::shader::record::{BuiltRecord, DigestRecord, changes_text, recorded_modules};
-use crate::shader::translate::{Language, translate};
+use crate::shader::translate::{Language, spirv_file, translate};
 use crate::shader::{ModuleId, ShaderModule};
 use crate::wording::{counted, echo};
 use std::fmt::Write as _;
@@ -66,15 +67,21 @@ enum ShaderVerb {
     },
     /// Print the module of a key, or a simple shader by name
     #[command(
-        after_help = "Examples:\n  orrery shader emit lambert.albedo.sun1.ellipsoid --annotate\n  orrery shader emit tone_map --lang msl"
+        after_help = "Examples:\n  orrery shader emit lambert.albedo.sun1.ellipsoid --annotate\n  orrery shader emit tone_map --lang msl\n  orrery shader emit tone_map --lang spirv -o tone_map.spv"
     )]
     Emit {
         /// Shader key, or the name of a simple shader
         #[arg(value_parser = module_id)]
         key: ModuleId,
-        /// Language
+        /// Language. `spirv` prints one hexadecimal word a line, and writes a binary SPIR-V file with -o; `spirv-text` is its disassembly
         #[arg(long, value_enum, default_value = "wgsl")]
         lang: Language,
+        /// Write to a file instead of printing
+        #[arg(short, long = "output", value_name = "FILE")]
+        output: Option<PathBuf>,
+        /// Replace an existing file
+        #[arg(long, requires = "output")]
+        overwrite: bool,
         /// Begin each line with the feature that needs it
         #[arg(long)]
         annotate: bool,
@@ -273,13 +280,18 @@ pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
             }
             print_result(&keys.iter().map(|k| format!("{k}\n")).collect::<String>())
         }
-        ShaderVerb::Emit { key, lang, annotate, layout } => {
+        ShaderVerb::Emit { key, lang, output, overwrite, annotate, layout } => {
             let module = ShaderModule::build_with(&fragments(common)?, key, &lowering()).map_err(failed)?;
-            match *lang {
-                _ if *layout => print_result(&layout_text(&module)),
-                Language::Wgsl if *annotate => print_result(&annotated_text(&module.wgsl, &module.source_map)),
-                _ if *annotate => Err(CliError::Usage("--annotate works for WGSL only; omit --lang".into())),
-                language => print_result(&translate(&module, language).map_err(failed)?),
+            let content = match *lang {
+                _ if *layout => layout_text(&module).into_bytes(),
+                Language::Wgsl if *annotate => annotated_text(&module.wgsl, &module.source_map).into_bytes(),
+                _ if *annotate => return Err(CliError::Usage("--annotate works for WGSL only; omit --lang".into())),
+                Language::Spirv if output.is_some() => spirv_file(&module).map_err(failed)?,
+                language => translate(&module, language).map_err(failed)?.into_bytes(),
+            };
+            match output {
+                Some(path) => write_output_file("-o", path, &content, *overwrite),
+                None => print_bytes(&content),
             }
         }
         ShaderVerb::Diff { first, second, json } => {

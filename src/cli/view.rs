@@ -1,6 +1,6 @@
 //! `orrery view`, the default command: opens the window.
 //!
-//! In: the first view (a link, a file or options), settings and language. Out: the window, until the user closes it. Not here: the window itself
+//! In: the first view (a link, a file or options), a tour or data to open in it, settings and language. Out: the window, until the user closes it. Not here: the window itself
 //! (`crate::view`).
 
 use super::composition_args::CompositionArgs;
@@ -12,12 +12,14 @@ With --shaders DIR, shader sources are reloaded when a file changes. Press `?` i
 
 Fields that a link or a file omits have the defaults of a new window: the Earth, now, the lit side from 3.5 radii.
 `target` and `eye.body` are names or NAIF codes, `time` is ISO 8601 UTC, `paused` is true or false. If a link cannot
-be read, the window opens with the default view and lists all errors.
+be read, the window opens with the default view and lists all errors. A file of points, lines or images (CSV, VOTable,
+GeoJSON, KML, FITS) becomes a layer: on the target if its places are a body's, else in the sky.
 
 Examples:
   orrery
   orrery view --target saturn --time 2017-05-17T00:00:00Z
   orrery view eclipse.json
+  orrery view --target mars craters.csv
   orrery view 'orrery://view?target=jupiter&time=2015-01-24T06:45:00Z'
   orrery view --projection fisheye --dome-tilt 20 --warp projector.txt";
 
@@ -27,8 +29,8 @@ pub(crate) struct ViewArgs {
     /// First body to look at
     #[arg(long, value_name = "BODY", default_value = "earth")]
     target: String,
-    /// Saved view: an orrery:// link or a file
-    #[arg(value_name = "LINK")]
+    /// What to open: an orrery:// link, or a file with a view, a tour or data, as if it were dropped on the window
+    #[arg(value_name = "LINK|FILE")]
     link: Option<String>,
     /// Settings file [default: settings.json in the user's configuration folder]
     #[arg(long, value_name = "FILE")]
@@ -81,9 +83,9 @@ pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 #[cfg(feature = "view")]
 mod windowed {
     use super::{CliError, Common, ViewArgs, parse_time_option};
+    use crate::catalog::NaifId;
     use crate::cli::output::print_message;
     use crate::ephemeris::body_order::bodies_in_usual_order;
-    use crate::files::read_text;
     use crate::session::{RendererPreference, Session, SessionError, Sources};
     use crate::time::Instant;
     use crate::view::app::body_positions::SessionPositions;
@@ -91,9 +93,10 @@ mod windowed {
     use crate::view::app::settings::Settings;
     use crate::view::app::view_state::ViewState;
     use crate::view::app::viewer::{SelectableBody, Viewer};
-    use crate::view::error_texts::UnreadView;
+    use crate::view::error_texts::UnreadFile;
     use crate::view::language::{Language, set as set_language};
-    use crate::view::link::{MAX_BYTES, is_link, view_from_text};
+    use crate::view::link::{is_link, view_from_text};
+    use crate::view::opened_file::{OpenedFile, path_of, read};
     use crate::view::panels::Interface;
     use crate::view::window;
     use crate::view::window::shader_watcher::ShaderWatcher;
@@ -128,13 +131,16 @@ mod windowed {
         let language = language.or(settings.language).unwrap_or_else(|| Language::of_environment(|name| std::env::var(name).ok()));
         // The warning below is a text of the window.
         set_language(language);
-        let saved_view = args.link.as_ref().map(|link| saved_view(link, &session)).transpose();
+        let opened = args.link.as_ref().map(|link| opened(link, &session, view_of_options.target)).transpose();
         // The window shows the warning, too, because a user who clicked on a link does not see standard error.
-        let warning = saved_view.as_ref().err().map(|UnreadView { in_english, in_window }| {
+        let warning = opened.as_ref().err().map(|UnreadFile { in_english, in_window }| {
             print_message(in_english);
             in_window.clone()
         });
-        let mut view = saved_view.ok().flatten().unwrap_or(view_of_options);
+        let (mut view, tour_or_layer) = match opened.ok().flatten() {
+            Some(OpenedFile::View(view)) => (*view, None),
+            tour_or_layer => (view_of_options, tour_or_layer),
+        };
         // The projection and stereo options of the command line take precedence over those of a link.
         view.composition = view.composition.with_options(&composition);
         let viewer = Viewer::new(selectable_bodies(&session), view, now);
@@ -144,6 +150,9 @@ mod windowed {
         interface.language = language;
         interface.session_messages = messages;
         interface.warning = warning;
+        if let Some(file) = tour_or_layer {
+            interface.open_file(file);
+        }
         interface.warp = warp;
         interface.file_dialog = Some(window::file_dialog::open);
         let save_settings = |settings: &Settings| {
@@ -214,14 +223,13 @@ mod windowed {
         }
     }
 
-    /// The view of a link, or of a file with a saved view.
-    fn saved_view(link: &str, session: &Session) -> Result<ViewState, UnreadView> {
-        let text = if is_link(link) {
-            link.to_owned()
-        } else {
-            read_text(link.as_ref(), MAX_BYTES).map_err(|e| UnreadView::of_file(&echo(link), e.to_string()))?
-        };
-        view_from_text(&text, session, now()).map_err(|e| UnreadView::of_text(&echo(link), &e))
+    /// What a link or a file contains. `target`: the body that gets data with places on a body.
+    fn opened(link: &str, session: &Session, target: NaifId) -> Result<OpenedFile, UnreadFile> {
+        if is_link(link) {
+            let view = view_from_text(link, session, now());
+            return view.map(|view| OpenedFile::View(Box::new(view))).map_err(|e| UnreadFile::of_text(&echo(link), &e));
+        }
+        read(session, &path_of(link), Some(target), now())
     }
 
     /// The view of a new window at `--target` and `--time`.

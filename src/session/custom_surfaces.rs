@@ -2,7 +2,8 @@
 //!
 //! In: bodies and files. Out: the catalog in which each of these bodies has a surface number, and the fragments that replace the built-in placeholders
 //! shaders/lib/custom/surface_1.wesl to surface_4.wesl. Always: each file is checked before anything is drawn, by compiling a module with it and
-//! lowering it for the software renderer; errors name the user's file. Not here: the inputs of a surface function (shaders/lib/custom/surface_point.wesl).
+//! lowering it for the software renderer; errors name the user's file; all names that a file declares, except `custom_surface`, get a prefix, so that no
+//! module has one of them twice. Not here: the inputs of a surface function (shaders/lib/custom/surface_point.wesl).
 
 use super::software_renderers::lowering;
 use crate::catalog::Catalog;
@@ -10,8 +11,10 @@ use crate::files::read_text;
 use crate::scene::draw::{DrawFeatures, MAX_CUSTOM_SURFACES};
 use crate::shader::fragments::Fragments;
 use crate::shader::key::ShaderKey;
-use crate::shader::{ModuleId, ShaderModule};
-use crate::wording::echo;
+use crate::shader::module::check_names;
+use crate::shader::source::with_prefixed_names;
+use crate::shader::{ModuleId, ShaderError, ShaderModule};
+use crate::wording::{MAX_ECHO_CHARS, echo, echo_within};
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -90,6 +93,20 @@ fn fragment_path(number: u8) -> String {
     format!("lib/custom/surface_{number}.wesl")
 }
 
+/// What the names that the surface with this number declares begin with in modules. No built-in fragment declares such names.
+fn name_prefix(number: u8) -> String {
+    format!("surface{number}_")
+}
+
+/// The error of a surface with which no module can be compiled. It names the user's file and its declarations as the user wrote them.
+fn module_error(number: u8, surface: &SurfaceFile, error: &ShaderError) -> SurfaceError {
+    let path = echo(&surface.file.display().to_string());
+    // The end of a long error is cut off. The path is inserted afterwards, so that a long path does not displace the error.
+    let why = echo_within(&error.to_string(), 2 * MAX_ECHO_CHARS).replace(&name_prefix(number), "");
+    let why = why.replace(&format!("shaders/{}", fragment_path(number)), &path);
+    SurfaceError::Module { body: echo(&surface.body), path, why }
+}
+
 /// The surfaces with their numbers, or an error if there are more surfaces than placeholders.
 fn numbered(surfaces: &[SurfaceFile]) -> Result<impl Iterator<Item = (u8, &SurfaceFile)>, SurfaceError> {
     if surfaces.len() > usize::from(MAX_CUSTOM_SURFACES) {
@@ -113,7 +130,8 @@ pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<C
     Ok(catalog)
 }
 
-/// The texts of the files, each with the path below shaders/ of the placeholder that it replaces. `base`: the other fragments with which they are compiled.
+/// The texts of the files, with prefixes before the names that they declare, each with the path below shaders/ of the placeholder that it replaces.
+/// `base`: the other fragments with which they are compiled.
 ///
 /// # Errors
 /// A file that cannot be read, a file with which a module does not compile, or more surfaces than placeholders.
@@ -125,19 +143,18 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], base: &Fragments) -> Result<V
     for (number, surface) in numbered(surfaces)? {
         let file_error = |source| SurfaceError::File { body: echo(&surface.body), path: echo(&surface.file.display().to_string()), source };
         let text = read_text(&surface.file, MAX_FILE_BYTES).map_err(file_error)?;
-        texts.push((fragment_path(number), text));
+        let path = fragment_path(number);
+        let named = with_prefixed_names(&path, &text, &name_prefix(number), "custom_surface");
+        texts.push((path, named.map_err(|e| module_error(number, surface, &e))?));
     }
     let fragments = base.clone().and_files(texts.iter().cloned());
     let lowering = lowering();
     for (number, surface) in numbered(surfaces)? {
         let sample_features = DrawFeatures { custom_surface: number, lights: 1, ..DrawFeatures::MINIMAL };
-        let id = ModuleId::Keyed(ShaderKey::for_draw(&sample_features));
-        if let Err(e) = ShaderModule::build_with(&fragments, &id, &lowering) {
-            let path = echo(&surface.file.display().to_string());
-            // `echo` cuts off the end of a long error. The path is inserted afterwards, so that a long path does not displace the error.
-            let why = echo(&e.to_string()).replace(&format!("shaders/{}", fragment_path(number)), &path);
-            return Err(SurfaceError::Module { body: echo(&surface.body), path, why });
-        }
+        let key = ShaderKey::for_draw(&sample_features);
+        check_names(&fragments, &fragment_path(number), &key)
+            .and_then(|()| ShaderModule::build_with(&fragments, &ModuleId::Keyed(key), &lowering))
+            .map_err(|e| module_error(number, surface, &e))?;
     }
     Ok(texts)
 }

@@ -3,7 +3,8 @@
 //! In: a module's id and the fragments. Out: the text of one module and, for each of its lines, the fragment that the line came
 //! from and the feature that includes it. Fragments are WESL (<https://wesl-lang.dev>). An item whose `@if`, `@elif` or `@else`
 //! condition is false is omitted together with the comment lines directly above it. An import is replaced by the entire fragment
-//! that it names, once per module. Comments and names are kept, so no two fragments of one module may declare the same name.
+//! that it names, once per module. Comments and names are kept, so no two fragments of one module may declare the same name: the names of a custom surface
+//! get a prefix before they come here (`source::with_prefixed_names`).
 //!
 //! The emitter contains no shader code and does not know what a feature means.
 
@@ -64,7 +65,8 @@ pub fn emit_fragment(path: &str, base_feature: &str, feature_names: &[&str]) -> 
     emit_fragment_with(&Fragments::default(), path, base_feature, feature_names)
 }
 
-fn emit_fragment_with(fragments: &Fragments, path: &str, base_feature: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
+/// As [`emit_fragment`], from the given fragments.
+pub(super) fn emit_fragment_with(fragments: &Fragments, path: &str, base_feature: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
     let mut emitter = Emitter { fragments, features: FeatureSet::of(feature_names), wgsl: String::new(), source_map: SourceMap::default() };
     let base_feature_index = emitter.source_map.feature_index(base_feature);
     let missing = || ShaderError::Fragment { path: path.to_owned(), line: 0, column: 0, what: "there is no such shader source".into() };

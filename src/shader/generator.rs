@@ -38,6 +38,7 @@ sources![
     "shader/source/fragment.rs",
     "shader/source/limits.rs",
     "shader/source/mod.rs",
+    "shader/source/own_names.rs",
     "shader/source/predicates.rs",
     "shader/source/scan.rs",
     "shader/source_map.rs",

@@ -3,13 +3,14 @@
 //! In: a module's name, and the lowering of the software renderer. Out: [`ShaderModule`]: WGSL, validated IR, layout, source map, and the tape (the list of
 //! operations that the software renderer runs).
 
-use super::emit::emit_module_with;
+use super::emit::{emit_fragment_with, emit_module_with};
 use super::fragments::Fragments;
 use super::id::ModuleId;
+use super::key::{ShaderKey, feature_names};
 use super::reflect::Layout;
 use super::source_map::SourceMap;
 use super::{Emitted, ShaderError};
-use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::valid::{Capabilities, FunctionError, ModuleInfo, ValidationError, ValidationFlags, Validator};
 
 /// Why a lowering rejects a module, in one line.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -63,7 +64,7 @@ pub struct ShaderModule {
 }
 
 /// Runs all checks of naga's validator, without optional capabilities: the module may use only what every WebGPU implementation supports.
-pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<naga::valid::ValidationError>>> {
+pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<ValidationError>>> {
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
 
@@ -78,9 +79,24 @@ fn parse_error_line(e: &naga::front::wgsl::ParseError, wgsl: &str) -> Option<u32
 
 /// The line (from 1) of an emitted text in which naga's validator found a fault. The validator names several parts of the text, such as the function and the
 /// expression in it; the shortest part counts. `None` if it names none.
-fn validation_error_line(e: &naga::WithSpan<naga::valid::ValidationError>, wgsl: &str) -> Option<u32> {
+fn validation_error_line(e: &naga::WithSpan<ValidationError>, wgsl: &str) -> Option<u32> {
     let parts = e.spans().filter_map(|(span, _)| Some((span.to_range()?.len(), span)));
     parts.min_by_key(|(length, _)| *length).map(|(_, span)| span.location(wgsl).line_number)
+}
+
+/// What naga's validator found, with its causes, in one line.
+fn validation_message(e: &ValidationError) -> String {
+    if let ValidationError::Function { name, source: FunctionError::InvalidReturnType { expression: None, .. }, .. } = e {
+        // The validator's own words name types by their numbers.
+        return format!("the function `{name}` can end without a value; end it with a `return`");
+    }
+    let mut message = e.to_string();
+    let mut cause = std::error::Error::source(e);
+    while let Some(c) = cause {
+        message.push_str(&format!(": {c}"));
+        cause = c.source();
+    }
+    message
 }
 
 /// The first error in the WESL files or in the emitted text of a module: the message of the generator or of naga, with the line and a caret
@@ -105,6 +121,21 @@ pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
     };
     let origin = emitted_line.and_then(|l| source_map.origin_of(l as usize));
     Some(origin.map_or(message.clone(), |(fragment, line)| format!("shaders/{fragment}, line {line}\n\n{message}")))
+}
+
+/// Checks that a fragment declares or imports every name that it uses: other names are those of fragments that some modules contain and others lack.
+///
+/// # Errors
+/// The first error of naga's parser in the fragment, if it is emitted with its imports alone. Errors in what it imports are those of the entire module.
+pub fn check_names(fragments: &Fragments, path: &str, key: &ShaderKey) -> Result<(), ShaderError> {
+    let Emitted { wgsl, source_map } = emit_fragment_with(fragments, path, "fragment", &feature_names(key.features()))?;
+    let Err(e) = naga::front::wgsl::parse_str(&wgsl) else { return Ok(()) };
+    match parse_error_line(&e, &wgsl).and_then(|line| source_map.origin_of(line as usize)) {
+        Some((fragment, line)) if fragment == path => {
+            Err(ShaderError::Parse { id: key.to_string(), what: format!("shaders/{path}:{line}: {}", e.message()) })
+        }
+        _ => Ok(()),
+    }
 }
 
 impl ShaderModule {
@@ -132,14 +163,8 @@ impl ShaderModule {
             ShaderError::Parse { id: name(), what: format!("{place}{}", e.message()) }
         })?;
         let info = validate(&module).map_err(|e| {
-            let mut what = place_text(validation_error_line(&e, &wgsl));
-            what.push_str(&e.as_inner().to_string());
-            let mut cause = std::error::Error::source(e.as_inner());
-            while let Some(c) = cause {
-                what.push_str(&format!(": {c}"));
-                cause = c.source();
-            }
-            ShaderError::Invalid { id: name(), what }
+            let place = place_text(validation_error_line(&e, &wgsl));
+            ShaderError::Invalid { id: name(), what: format!("{place}{}", validation_message(e.as_inner())) }
         })?;
         let layout = Layout::of(&module).map_err(|source| ShaderError::Layout { id: name(), source })?;
         let tape = (lowering.lower)(&module, &info).map_err(|e| {

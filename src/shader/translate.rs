@@ -64,6 +64,23 @@ pub struct TranslateError {
     pub what: String,
 }
 
+/// The module as the words of a SPIR-V file. `language`: the one that an error names.
+fn spirv_words(shader: &ShaderModule, language: Language) -> Result<Vec<u32>, TranslateError> {
+    // Without naga's default flags, which flip y, clamp depths and add names.
+    let options = back::spv::Options { flags: back::spv::WriterFlags::empty(), ..Default::default() };
+    let pipeline = None;
+    back::spv::write_vec(&shader.module, &shader.info, &options, pipeline).map_err(|e| TranslateError {
+        module: shader.id.to_string(),
+        language,
+        what: e.to_string(),
+    })
+}
+
+/// The module as a SPIR-V file: its words, little-endian. [`translate`] has them as text.
+pub fn spirv_file(shader: &ShaderModule) -> Result<Vec<u8>, TranslateError> {
+    Ok(spirv_words(shader, Language::Spirv)?.into_iter().flat_map(u32::to_le_bytes).collect())
+}
+
 /// Translates the module to a language.
 pub fn translate(shader: &ShaderModule, language: Language) -> Result<String, TranslateError> {
     let failed = |what: String| TranslateError { module: shader.id.to_string(), language, what };
@@ -87,10 +104,7 @@ pub fn translate(shader: &ShaderModule, language: Language) -> Result<String, Tr
             Ok(text)
         }
         Language::Spirv | Language::Assembly => {
-            // Without naga's default flags, which flip y, clamp depths and add names.
-            let options = back::spv::Options { flags: back::spv::WriterFlags::empty(), ..Default::default() };
-            let pipeline = None;
-            let words = back::spv::write_vec(&shader.module, &shader.info, &options, pipeline).map_err(|e| failed(e.to_string()))?;
+            let words = spirv_words(shader, language)?;
             Ok(match language {
                 Language::Assembly => rspirv::dr::load_words(&words).map_err(|e| failed(e.to_string()))?.disassemble(),
                 _ => words.iter().map(|w| format!("{w:08x}\n")).collect(),

@@ -22,16 +22,16 @@ pub(crate) fn error_text(error: &(dyn Error + 'static)) -> String {
     message_text(&error_message(error))
 }
 
-/// Why the view of the command line, a link or a file, is not shown.
+/// Why a link or a file is not opened.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct UnreadView {
+pub struct UnreadFile {
     /// For standard error.
     pub in_english: String,
     /// In the window's language.
     pub in_window: String,
 }
 
-impl UnreadView {
+impl UnreadFile {
     /// A file that cannot be read. `file`: as messages quote it.
     pub(crate) fn of_file(file: &str, why: String) -> Self {
         let in_english = format!("{file}: {why}; a link starts with {SCHEME}");
@@ -39,7 +39,12 @@ impl UnreadView {
         Self { in_english, in_window: text!("warning-no-file", reason = message_text(&reason), scheme = SCHEME) }
     }
 
-    /// A link, or the text of a file, that describes no view. `link`: the link or the file, as messages quote it.
+    /// A file that the session cannot read as data; the error names the file.
+    pub(crate) fn of_error(error: &SessionError) -> Self {
+        Self { in_english: error.to_string(), in_window: error_text(error) }
+    }
+
+    /// A link, or the text of a file, that describes no view and no tour. `link`: the link or the file, as messages quote it.
     pub(crate) fn of_text(link: &str, error: &(dyn Error + 'static)) -> Self {
         Self { in_english: format!("{link}: {error}"), in_window: format!("{link}: {}", error_text(error)) }
     }
@@ -117,8 +122,8 @@ mod tests {
     /// The dialog about a wrong file or link of the command line was in English.
     #[test]
     fn the_dialog_about_the_view_of_the_command_line_is_in_the_language_of_the_window() {
-        let of_file = || UnreadView::of_file("/tmp/x.json", "No such file or directory (os error 2)".into());
-        let of_text = || UnreadView::of_text("orrery://view?aim=3", &ViewTextError::Fields(vec!["aim: no such field".into()]));
+        let of_file = || UnreadFile::of_file("/tmp/x.json", "No such file or directory (os error 2)".into());
+        let of_text = || UnreadFile::of_text("orrery://view?aim=3", &ViewTextError::Fields(vec!["aim: no such field".into()]));
         set(Language::English);
         for unread in [of_file(), of_text()] {
             assert_eq!(unread.in_english, unread.in_window);

@@ -4,7 +4,7 @@
 //! neither positions nor light; both come from the session.
 //!
 //! - `app`: the state, and the actions that change it.
-//! - `link`: views as text, written and read back.
+//! - `link`: views as text, written and read back; `opened_file`: files with views, tours and data.
 //! - `language`: all texts, in the window's language; `error_texts`: those of errors.
 //! - `worker`: threads that render images and answer queries.
 //! - `panels`: the interface, which tests run without a window.
@@ -14,6 +14,7 @@ pub mod app;
 pub(crate) mod error_texts;
 pub mod language;
 pub mod link;
+pub mod opened_file;
 pub mod panels;
 pub mod window;
 pub mod worker;

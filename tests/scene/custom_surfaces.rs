@@ -1,11 +1,14 @@
-//! Custom surfaces: which bodies they colour, that they can be switched off, and how errors are reported.
+//! Custom surfaces: which bodies they colour, that they can be switched off, that they may use every name, and how errors are reported.
 
 use crate::support::folds::larger;
 use orrery::catalog::NaifId;
 use orrery::scene::effects::Effect;
 use orrery::scene::request::{Position, ViewRequest};
 use orrery::session::{Session, Sources, SurfaceError};
+use orrery::shader::fragments::FRAGMENTS;
+use orrery::shader::source::Fragment;
 use orrery::{FrameImages, Instant, SamplingQuality};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 const CHECKERS: &str = "import package::lib::custom::surface_point::{CustomSurface, SurfacePoint};
@@ -85,6 +88,35 @@ fn a_surface_may_emit_light() {
     assert!((lit[middle][2] - dark[middle][2]).abs() < 0.002, "no blue is added");
 }
 
+/// Names that shader sources declare, too, mean the surface's own functions in it, and those of the sources elsewhere: from near, where a view has most of the
+/// sources, and from far.
+#[test]
+fn a_surface_may_declare_any_name() {
+    let names: BTreeSet<String> = FRAGMENTS
+        .iter()
+        .flat_map(|(path, text)| Fragment::parse(path, text).expect("a built-in fragment").declared)
+        .filter(|name| !["custom_surface", "CustomSurface", "SurfacePoint"].contains(&name.as_str()))
+        .collect();
+    assert!(["reflected", "hill", "gradient_noise", "albedo_map", "fragment_main", "draw"].iter().all(|n| names.contains(*n)));
+    assert!(names.iter().all(|n| !n.starts_with("surface1_")), "the prefix is the custom surface's own");
+    // Red light: the sum of what a function of each name returns, which f32 represents exactly.
+    let functions: String = names.iter().map(|name| format!("fn {name}() -> f32 {{ return 0.0009765625; }}\n")).collect();
+    let calls: String = names.iter().map(|name| format!("    red += {name}();\n")).collect();
+    let text = |statements: &str| {
+        let body = CHECKERS.replace("    return", &format!("    var red = 0.0;\n{statements}    return"));
+        body.replace("vec3f(0.0));", "vec3f(red, 0.0, 0.0));")
+    };
+    let sum = names.len() as f64 / 1024.0;
+    let folder = tempfile::tempdir().expect("temp");
+    let named = open(folder.path(), &[("mars", "named.wesl", &(text(&calls) + &functions))]).expect("a session");
+    let plain = open(folder.path(), &[("mars", "plain.wesl", &text(&format!("    red = {sum:?};\n")))]).expect("a session");
+    for distance_radii in [4.0, 1.02] {
+        let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(distance_radii) };
+        let request = ViewRequest { position, width: 48, height: 48, ..view(NaifId(499)) };
+        assert_eq!(greatest_difference(&light(&named, &request), &light(&plain, &request)), 0.0, "{distance_radii} radii");
+    }
+}
+
 #[test]
 fn errors_name_the_users_file() {
     let folder = tempfile::tempdir().expect("temp");
@@ -118,6 +150,19 @@ fn errors_name_the_users_file() {
             assert!(message.contains(&expected) && !message.contains("shaders/"), "{mistake} {message}, {expected} expected");
         }
     }
+    // Both types are in the module that is compiled, because other sources import them.
+    let (_, without_import) = CHECKERS.split_once('\n').expect("lines");
+    let message = error_of(&[("moon", "surface.wesl", without_import)]);
+    assert!(message.contains("surface.wesl:2: ") && message.contains("`SurfacePoint`"), "{message}");
+    // The functions of the file have a prefix in the module, but not in messages.
+    let helpers = format!("{CHECKERS}fn hill() -> f32 {{ return 1.0; }}\nfn billow() -> f32 {{ return hill(1.0); }}\n");
+    let message = error_of(&[("moon", "surface.wesl", &helpers)]);
+    let lines_before = CHECKERS.lines().count();
+    assert!(message.contains(&format!("surface.wesl:{}: ", lines_before + 2)) && !message.contains("surface1"), "{message}");
+    let message = error_of(&[("moon", "surface.wesl", &format!("{CHECKERS}fn hill() -> f32 {{ }}\n"))]);
+    assert!(message.contains(&format!("surface.wesl:{}: the function `hill` can end without a value", lines_before + 1)), "{message}");
+    let message = error_of(&[("moon", "surface.wesl", &format!("{CHECKERS}@fragment fn main() {{ }}\n"))]);
+    assert!(message.contains(&format!("surface.wesl:{}:1: ", lines_before + 1)) && message.contains("`@fragment`"), "{message}");
     assert!(error_of(&[("moom", "a.wesl", CHECKERS)]).contains("Moon"), "the nearest name is offered");
     assert!(error_of(&[("moon", "a.wesl", CHECKERS), ("MOON", "b.wesl", CHECKERS)]).contains("MOON"));
     let five: Vec<(&str, &str, &str)> = ["moon", "mars", "io", "europa", "titan"].iter().map(|b| (*b, "a.wesl", CHECKERS)).collect();

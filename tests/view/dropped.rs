@@ -1,9 +1,10 @@
-//! Files dropped on the window: data become layers, views are shown, tours are played, and errors are reported.
+//! Files dropped on the window or named by `orrery view`: data become layers, views are shown, tours are played, and errors are reported.
 
 use super::interface::{harness_of, interface, settle};
 use egui_kittest::kittest::Queryable as _;
 use orrery::catalog::NaifId;
 use orrery::session::{Session, Sources};
+use orrery::view::opened_file::read;
 use orrery::view::panels::Interface;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -101,4 +102,31 @@ fn a_dropped_view_is_shown_and_a_dropped_tour_is_played() {
     let tour = format!(r#"{{"title": "Two planets", "stops": [{{"view": "{view}", "text": "Mars.", "hold_s": 600}}]}}"#);
     let (target, _, is_tour_open) = drop_file("tour.JSON", &tour);
     assert!(target == NaifId(499) && is_tour_open, "{target:?}");
+    // A file may have any ending: a link is one in a text file, too, whose ending is that of data.
+    assert_eq!(drop_file("link.txt", "orrery://view?target=saturn&time=2017-05-17").0, SATURN);
+    assert_eq!(drop_file("moon.view", r#"{"target": "Moon", "time": "2024-04-08"}"#).0, NaifId::MOON);
+    // The reply about a wrong tour names the file.
+    let (_, reply, _) = drop_file("wrong.json", r#"{"title": "None", "stops": []}"#);
+    assert!(reply.contains("wrong.json: ") && reply.contains("at least one stop"), "{reply}");
+}
+
+/// `orrery view quakes.csv` was refused: "not a link".
+#[test]
+fn a_file_of_the_command_line_is_opened_in_the_first_frame() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (session, mut harness) = window(folder.path());
+    let mut open = |name: &str, text: &str| {
+        let interface = harness.state_mut();
+        let (target, now) = (interface.viewer.view.target, interface.viewer.now());
+        let read = read(session, &write(folder.path(), name, text), Some(target), now);
+        interface.open_file(read.unwrap_or_else(|unread| panic!("{unread:?}")));
+        settle(&mut harness);
+        let is_tour_open = harness.query_by_label_contains("One planet: 1 of 1").is_some();
+        (harness.state().reply_text().to_owned(), harness.state().viewer.view_after_flight().layers.data, is_tour_open)
+    };
+    assert_eq!(open("own.csv", "lat,lon\n0,135\n5,140\n"), ("own.csv: 2 points and 0 lines on Earth".to_owned(), true, false));
+    let view = "orrery://view?target=Mars&time=2013-08-19T20:00:00Z&eye.distance_radii=3";
+    let tour = format!(r#"{{"title": "One planet", "stops": [{{"view": "{view}", "text": "Mars.", "hold_s": 600}}]}}"#);
+    assert!(open("tour.json", &tour).2);
+    assert_eq!(harness.state().viewer.view_after_flight().target, NaifId(499));
 }

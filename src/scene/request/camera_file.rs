@@ -123,6 +123,9 @@ fn direction(values: [f64; 3], field: &'static str) -> Result<DVec3, SceneError>
     normalisable_direction(values).ok_or_else(|| SceneError::CameraField { field, why: "the direction must not be zero".into() })
 }
 
+/// The names of the up directions.
+pub const UP_NAMES: [&str; 4] = ["north", "zenith", "celestial", "ecliptic"];
+
 /// The up direction of a name such as `zenith`.
 pub fn up_by_name(name: &str) -> Result<Up, SceneError> {
     match name.to_ascii_lowercase().as_str() {
@@ -131,7 +134,7 @@ pub fn up_by_name(name: &str) -> Result<Up, SceneError> {
         "celestial" => Ok(Up::Celestial),
         "ecliptic" => Ok(Up::Ecliptic),
         _ => {
-            let suggestion = suggestion_or_list(name, &["north", "zenith", "celestial", "ecliptic"]);
+            let suggestion = suggestion_or_list(name, &UP_NAMES);
             Err(SceneError::Request(format!("up `{}`: {suggestion}", echo(name))))
         }
     }

@@ -12,7 +12,7 @@ pub mod view_request;
 pub mod warp_mesh;
 
 pub use super::purpose::Purpose;
-pub use camera_file::{CAMERA_FILE_HELP, CameraFile, up_by_name};
+pub use camera_file::{CAMERA_FILE_HELP, CameraFile, UP_NAMES, up_by_name};
 pub use composition::{Composition, Projection, Stereo, StereoLayout};
 pub use layers::Layers;
 pub use telescope::Telescope;

@@ -58,7 +58,7 @@ pub struct Fragment {
 }
 
 /// Line and column (in characters) of a byte position, both from 1.
-fn line_and_column(text: &str, position: usize) -> (u32, u32) {
+pub(super) fn line_and_column(text: &str, position: usize) -> (u32, u32) {
     let before = &text[..text.floor_char_boundary(position)];
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;

@@ -90,15 +90,18 @@ impl TourPlayer {
     }
 }
 
-/// Starts a tour given as JSON, with time paused; *Back* returns to the view before the tour.
+/// Starts a tour, with time paused; *Back* returns to the view before the tour.
+pub(crate) fn play(interface: &mut Interface, tour: Tour, actions: &mut Vec<Action>) {
+    let first_view = with_quality_of(&interface.viewer.view, tour.at(0.0).view);
+    actions.push(Action::Show(Box::new(ViewState { paused: Some(true), ..first_view })));
+    interface.tour.playback = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false, is_view_changed: false });
+    interface.tour.has_started = true;
+}
+
+/// Starts a tour given as JSON.
 pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, actions: &mut Vec<Action>) {
     match Tour::parse(json, session, interface.viewer.now()) {
-        Ok(tour) => {
-            let first_view = with_quality_of(&interface.viewer.view, tour.at(0.0).view);
-            actions.push(Action::Show(Box::new(ViewState { paused: Some(true), ..first_view })));
-            interface.tour.playback = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false, is_view_changed: false });
-            interface.tour.has_started = true;
-        }
+        Ok(tour) => play(interface, tour, actions),
         Err(e) => interface.refuse_view(error_text(&e)),
     }
 }
