@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::catalog::small_bodies::{BrightnessLaw, HeliocentricOrbit, SmallBodies, SmallBody};
+use orrery::ephemeris::angle_rad;
 use orrery::ephemeris::conic::heliocentric_state;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::camera::Camera;
@@ -108,8 +109,10 @@ fn head_and_tails_share_the_light_of_the_magnitude() {
     let (time, days) = time_of("1997-03-31T20:00:00Z");
     let hale_bopp = comet("Hale-Bopp");
     let position_au = heliocentric_state(hale_bopp.orbit_at(days), days).position;
-    let distance_au = (position_au - earth_au(time)).length();
-    let magnitude = total_magnitude(hale_bopp.brightness_at(days), distance_au, position_au.length()).expect("a comet");
+    let from_earth_au = position_au - earth_au(time);
+    let phase_angle_rad = angle_rad(-from_earth_au, -position_au);
+    let magnitude = total_magnitude(hale_bopp.brightness_at(days), from_earth_au.length(), position_au.length(), phase_angle_rad);
+    let magnitude = magnitude.expect("a comet");
     let request = view_of_comet("Hale-Bopp", "1997-03-31T20:00:00Z", 40.0);
     let (image, camera) = drawn(session(), &request, 1);
     let (without, _) = drawn(session(), &ViewRequest { layers: Layers::NONE, ..request }, 1);
@@ -177,7 +180,7 @@ fn the_air_dims_comets_and_minor_planets_as_it_dims_stars() {
     };
     // Both have the magnitude 0 at 5000 au.
     let magnitude_at_1_au = -5.0 * 5000_f64.log10();
-    let comet = SmallBody::of("", "far comet", far_away, BrightnessLaw::Comet { m1: magnitude_at_1_au, k1: 0.0 });
+    let comet = SmallBody::of("", "far comet", far_away, BrightnessLaw::Comet { m1: magnitude_at_1_au, k1: 0.0, dust_to_gas: 1.0 });
     let minor_planet = SmallBody::of("", "far", far_away, BrightnessLaw::Asteroid { h: 2.0 * magnitude_at_1_au, g: 0.15 });
     let bodies = SmallBodies { minor_planets: vec![minor_planet], comets: vec![comet] };
     let session = Session::open(&crate::support::session::sources(), |line| panic!("{line}")).expect("opens").with_small_bodies(bodies);

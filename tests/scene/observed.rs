@@ -189,8 +189,8 @@ fn minor_planets_follow_the_h_g_law_and_comets_m1_and_k1() {
             assert!((magnitude + 2.5 * shown.log10()).abs() < 1e-5, "G {g} at {alpha_deg}: {magnitude}, in the shader {shown}");
         }
     }
-    // M1 + 5 log d + K1 log r.
-    let comet = BrightnessLaw::Comet { m1: 5.5, k1: 8.0 };
+    // M1 + 5 log d + K1 log r of a comet of gas, which has no phases.
+    let comet = BrightnessLaw::Comet { m1: 5.5, k1: 8.0, dust_to_gas: 0.0 };
     assert!((small_body_magnitude(comet, 10.0, 0.1, 1.0).expect("lit") - 2.5).abs() < 1e-12);
     assert_eq!(small_body_magnitude(BrightnessLaw::Unknown, 1.0, 1.0, 0.1), None);
     assert_eq!(small_body_magnitude(ceres, 1.0, 1.0, std::f64::consts::PI), None, "no light, not an infinite magnitude");

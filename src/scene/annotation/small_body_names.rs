@@ -38,7 +38,7 @@ pub(crate) fn small_body_names<'b>(
     for body in bodies {
         let Some((px, seen)) = shown_px(image, sight, reports, body).zip(sight.see(body)) else { continue };
         let brightness = body.brightness_at(sight.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
-        let magnitude = total_magnitude(brightness, seen.apparent_km.length() / KM_PER_AU, seen.sun_distance_au);
+        let magnitude = total_magnitude(brightness, seen.apparent_km.length() / KM_PER_AU, seen.sun_distance_au, seen.phase_angle_rad);
         named.push((magnitude.unwrap_or(f64::INFINITY), body.full_name(), px));
     }
     named.sort_by(|(magnitude, ..), (other, ..)| magnitude.total_cmp(other));

@@ -5,16 +5,18 @@
 //! fraction beta (Finson and Probstein 1968, Astrophys. J. 154, 327). A patch has the grains of one cell of the grid of beta and age, or a piece of the ion
 //! tail: it covers the cell's extent as seen by the camera, and the spread of velocities. The directions of tails follow from this alone; the shares of the
 //! light, the weights of sizes and ages and the ion tail's length are chosen to resemble photographs, not measured. Each patch is lit in proportion to
-//! 1 / (its own distance)^2, so a tail's surface brightness does not depend on where the camera is. Left out: jets, disconnections, anti-tails of large grains,
-//! forward scattering by dust, variations of the solar wind.
+//! 1 / (its own distance)^2. The dust of a patch scatters by the patch's own phase angle; apart from this a tail's surface brightness does not depend on where
+//! the camera is. Left out: jets, disconnections, anti-tails of large grains, variations of the solar wind.
 
 use super::minor_planets::NEAR_AU;
 use super::star_colour::star_colour;
 use crate::catalog::small_bodies::{GAUSS_CONSTANT, HeliocentricOrbit};
+use crate::ephemeris::angle_rad;
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::conic::{ConicState, heliocentric_state};
 use crate::scene::atmosphere::tint_table::TintTable;
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow2};
+use crate::scene::light::phase_laws::comet_dust_law;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, luminance};
 use glam::{DQuat, DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
@@ -275,11 +277,12 @@ impl CometView<'_> {
                 let next = line + merged_count;
                 let [a, b, c, d] = [grains[line][k], grains[line][k + 1], grains[next][k], grains[next][k + 1]];
                 let position_au = 0.25 * (a + b + c + d);
+                let scattered = comet_dust_law(angle_rad(self.camera_au - position_au, -position_au));
                 clouds.push(Cloud {
                     position_au,
                     sides_au: [0.5 * (c + d - a - b), 0.5 * (b + d - a - c)],
                     sigma_au: sigma_au(beta(0.5 * (line + next) as f64)),
-                    irradiance_at_1_au: (line..next).map(area).sum::<f64>() * light / position_au.length_squared(),
+                    irradiance_at_1_au: (line..next).map(area).sum::<f64>() * light * scattered / position_au.length_squared(),
                 });
             }
         }
