@@ -1,5 +1,6 @@
-//! The light of comets in images: the same at any number of samples, shared by head and tails, dimmed by the air.
+//! The light of comets in images: the same at any number of samples, shared by head and tails, dimmed by the air, metered.
 
+use super::metering::assert_changes_smoothly;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
@@ -205,4 +206,38 @@ fn the_air_dims_comets_and_minor_planets_as_it_dims_stars() {
             assert!((found[c] - star[c]).abs() < 0.1 * star[c] + 0.01, "{name}: {found:?}, star {star:?}");
         }
     }
+}
+
+/// McNaught beside the Sun on 13 January 2007, in a frame of 4 degrees. Exposed for its sky, head and tail were white by a factor of 200; metered, the core of the
+/// head is white, the tail is visible one degree from it.
+#[test]
+fn a_bright_comet_is_exposed_for_its_light() {
+    let auto =
+        |layers: Layers| ViewRequest { exposure: ExposureRequest::Auto, layers, ..view_of_comet("McNaught", "2007-01-13T17:00:00Z", 4.0) };
+    let stops = |layers: Layers| session().scene(&auto(layers)).expect("a scene").exposure.stops;
+    let (with_comet, of_sky) = (stops(COMETS), stops(Layers::NONE));
+    assert!((12.8..14.8).contains(&with_comet) && of_sky > 20.5, "{with_comet} stops, without comets {of_sky}");
+    let (image, camera) = drawn(session(), &auto(COMETS), 1);
+    let (without, _) = drawn(session(), &auto(Layers::NONE), 1);
+    let levels: Vec<f64> = image.iter().zip(&without).map(|(a, b)| (luminance_of(a) - luminance_of(b)) * with_comet.exp2()).collect();
+    let white_part = levels.iter().filter(|level| **level > 1.0).count() as f64 / levels.len() as f64;
+    let degree_px = 1_f64.to_radians().tan() / camera.pixel_tangent();
+    let on_ring = levels.iter().enumerate().filter(|(k, _)| (offset_px(*k).length() - degree_px).abs() < 1.5);
+    let tail = on_ring.map(|(_, level)| *level).fold(0.0, f64::max);
+    println!("{with_comet:.2} stops, without comets {of_sky:.2}; white {white_part:.4} of the image, tail {tail:.3} of white");
+    assert!((1e-4..0.03).contains(&white_part) && (0.03..0.5).contains(&tail), "{white_part} {tail}");
+}
+
+/// From a view of Hale-Bopp's head to one of its surroundings, in which the head is a point of light.
+#[test]
+fn a_comet_leaves_the_light_meters_reading_gradually() {
+    let zoomed_out = |k: f64| ViewRequest {
+        exposure: ExposureRequest::Auto,
+        width: 96,
+        height: 96,
+        ..view_of_comet("Hale-Bopp", "1997-03-31T20:00:00Z", 0.2 * 1.05_f64.powf(k))
+    };
+    assert_changes_smoothly("Hale-Bopp", 0.3, 85, zoomed_out);
+    let [near, far] = [0.0, 85.0].map(|k| session().scene(&zoomed_out(k)).expect("a scene").exposure.stops);
+    assert!(near < far - 3.0, "{near} and {far} stops: the check above cannot fail");
 }

@@ -89,6 +89,14 @@ pub struct LightPatch {
     pub colour: Vec3,
 }
 
+impl LightPatch {
+    /// Light at a squared distance from the centre, in radii, relative to that at the centre: the profile of shaders/entry/comet_tail.wesl.
+    pub(crate) fn profile(&self, distance_sq: f64) -> f64 {
+        let (rim_fade, core) = ((1.0 - distance_sq).max(0.0), f64::from(self.core));
+        if core > 0.0 { core * rim_fade.powi(2) / (distance_sq + core * core).sqrt() } else { rim_fade.powi(3) }
+    }
+}
+
 /// Direction of the ion tail of a comet with a heliocentric state (au, au per day): the solar wind relative to the comet.
 pub fn ion_direction(state: &ConicState) -> DVec3 {
     let wind = SOLAR_WIND_KM_S * SECONDS_PER_DAY / KM_PER_AU;
@@ -239,7 +247,8 @@ impl CometView<'_> {
         self.patch(sight, [x, y], DVec2::splat(radius), radiance, core, of_luminance_1(COMA_RGB))
     }
 
-    /// Adds the dust tail. `days`: time past J2000; `irradiance_at_1_au`: of the entire tail, at a distance of 1 au; `production`: see [`water_production`].
+    /// Adds the dust tail. `days`: time past J2000; `irradiance_at_1_au`: of the entire tail, at a distance of 1 au, if all dust had the comet's phase angle;
+    /// `production`: see [`water_production`].
     pub(super) fn dust(
         &self,
         orbit: &HeliocentricOrbit,
@@ -277,20 +286,22 @@ impl CometView<'_> {
                 let next = line + merged_count;
                 let [a, b, c, d] = [grains[line][k], grains[line][k + 1], grains[next][k], grains[next][k + 1]];
                 let position_au = 0.25 * (a + b + c + d);
-                let scattered = comet_dust_law(angle_rad(self.camera_au - position_au, -position_au));
                 clouds.push(Cloud {
                     position_au,
                     sides_au: [0.5 * (c + d - a - b), 0.5 * (b + d - a - c)],
                     sigma_au: sigma_au(beta(0.5 * (line + next) as f64)),
-                    irradiance_at_1_au: (line..next).map(area).sum::<f64>() * light * scattered / position_au.length_squared(),
+                    irradiance_at_1_au: (line..next).map(area).sum::<f64>() * light / position_au.length_squared(),
                 });
             }
         }
+        // Light that the dust at a place scatters to the camera, relative to that at a phase angle of 90 degrees.
+        let scattered = |position_au: DVec3| comet_dust_law(angle_rad(self.camera_au - position_au, -position_au));
+        let scattered_at_comet = scattered(released[0].position);
         let total: f64 = clouds.iter().map(|c| c.irradiance_at_1_au).sum();
         // A B-V of 0.8 is slightly redder than sunlight.
         let colour = star_colour(Some(0.8));
         for cloud in clouds {
-            let share = cloud.irradiance_at_1_au / total;
+            let share = cloud.irradiance_at_1_au / total * scattered(cloud.position_au) / scattered_at_comet;
             patches.extend(self.patch_of(&Cloud { irradiance_at_1_au: irradiance_at_1_au * share, ..cloud }, colour));
         }
     }

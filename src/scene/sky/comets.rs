@@ -3,8 +3,9 @@
 //! In: the catalog's comets, the camera, the air around it, the radiance displayed as white. Out: [`Comets`]: sprites for shaders/entry/point.wesl, patches of
 //! light for shaders/entry/comet_tail.wesl (`comet_tails`), and arcs of orbits. A comet has the total magnitude M1 + 5 log d + K1 log r - 2.5 log p, with the
 //! distances d from the viewer and r from the Sun in au, and M1 and K1 from the catalog; p is the brightness at its phase angle, relative to that at 90
-//! degrees: dust scatters forwards. The head and its tails together have this light, as seen from far away. The head is a point while the coma is a few pixels
-//! wide. The air around the camera dims and reddens all of it. Values are computed in f64 and narrowed in the result.
+//! degrees: dust scatters forwards. The head and its tails together have this light, as seen from far away; dust at another phase angle than the comet's has
+//! less or more. The head is a point while the coma is a few pixels wide. The air around the camera dims and reddens all of it. Values are computed in f64 and
+//! narrowed in the result.
 //! Left out: outbursts, and what comet_tails leaves out.
 
 use super::comet_tails::{COMA_RGB, CometView, LightPatch, Sight, coma_radius_au, of_luminance_1, water_production};
