@@ -208,8 +208,8 @@ fn the_air_dims_comets_and_minor_planets_as_it_dims_stars() {
     }
 }
 
-/// McNaught beside the Sun on 13 January 2007, in a frame of 4 degrees. Exposed for its sky, head and tail were white by a factor of 200; metered, the core of the
-/// head is white, the tail is visible one degree from it.
+/// McNaught beside the Sun on 13 January 2007, in a frame of 4 degrees. Exposed for its sky, head and tail were white by a factor of 200; metered, the core of
+/// the head is white, the tail is visible one degree from it.
 #[test]
 fn a_bright_comet_is_exposed_for_its_light() {
     let auto =

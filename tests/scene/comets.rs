@@ -96,8 +96,9 @@ fn brightness_follows_the_law_of_total_magnitude() {
     assert!((at_147_deg(1.0) - 5.5 + 2.3).abs() < 0.15 && (at_147_deg(0.0) - 5.5).abs() < 1e-12, "{}", at_147_deg(1.0));
 }
 
-/// At dates with known total magnitudes (visual observers; International Comet Quarterly, IAU Circulars and Telegrams, German Comet Section), the curves are within
-/// 0.7 magnitudes. Most curves were chosen to meet one of these values, so this tests the table, the laws before and after perihelion, and the distances.
+/// At dates with known total magnitudes (visual observers; International Comet Quarterly, IAU Circulars and Telegrams, German Comet Section), the light curves
+/// are within 0.7 magnitudes. Most curves were chosen to meet some of these values, so this tests the table, the laws before and after perihelion, the phase
+/// law, and the distances.
 #[test]
 fn great_comets_are_as_bright_as_observers_saw_them() {
     let catalog = Catalog::embedded();

@@ -58,8 +58,8 @@ pub(super) fn small_body_title(body: &SmallBody, sight: &SmallBodySight<'_>) -> 
     magnitude.map_or(name.clone(), |magnitude| text!("star-title", star = name, magnitude = decimal(magnitude, 1)))
 }
 
-/// Paints the ring around the chosen object and, as the settings demand, the names of the comets that the image shows and of the chosen comet or minor planet. A
-/// small body whose layer is off has neither. `to_point`: the point of a pixel of the image.
+/// Paints the ring around the chosen object and, as the settings demand, the names of the comets that the image shows and of the chosen comet or minor planet.
+/// A small body whose layer is off has neither. `to_point`: the point of a pixel of the image.
 pub(super) fn paint(interface: &Interface, painter: &Painter, session: &Session, points_per_px: f64, to_point: impl Fn(DVec2) -> Pos2) {
     let Some(rendered) = interface.shown() else { return };
     let (scene, request) = (&rendered.scene, &rendered.job.request);
