@@ -29,6 +29,7 @@ reason-exposure-number = the image shows a number: 1 is white
 reason-subject-sky-of = the sky of { $body }
 reason-subject-dark-sky = the dark sky
 reason-subject-corona = the corona
+reason-subject-comets = coma and tails of comets
 reason-subject-refracted-limb = the Sun in the limb of { $body }
 # What is in the frame.
 reason-outline-meets = its outline meets the frame

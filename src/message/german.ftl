@@ -29,6 +29,7 @@ reason-exposure-number = das Bild zeigt eine Zahl: 1 ist Weiß
 reason-subject-sky-of = Himmel ({ $body })
 reason-subject-dark-sky = dunkler Himmel
 reason-subject-corona = Korona
+reason-subject-comets = Koma und Schweife von Kometen
 reason-subject-refracted-limb = Sonne im Rand ({ $body })
 # What is in the frame.
 reason-outline-meets = sein Umriss liegt im Bild

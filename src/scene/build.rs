@@ -31,13 +31,14 @@ use crate::scene::features::inputs::{DecisionInputs, FrameContext};
 use crate::scene::finished::Scene;
 use crate::scene::light::auto_exposure::{self, Metered};
 use crate::scene::light::corona;
-use crate::scene::light::exposure::Exposure;
+use crate::scene::light::exposure::{Exposure, darkest_white};
 use crate::scene::light::lights::Reflector;
 use crate::scene::placed::{PlacedBody, place};
 use crate::scene::purpose::Threshold;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::{Caches, Context, MeshRequirement, Requirements, Resources};
+use crate::scene::sky::comet_tails::LightPatch;
 use crate::scene::surface::{mesh_decision, meshes};
 use crate::scene::visibility::{lunar_limb, order};
 use glam::Vec3;
@@ -58,6 +59,8 @@ pub struct SceneBuilder<'a> {
     reflectors: Vec<Reflector<'a>>,
     /// The atmosphere that surrounds the camera; if several bodies' atmospheres do, that of the first body in catalog order. `None` if none does.
     air: Option<SurroundingAir<'a>>,
+    /// Comas and tails of comets for the light meter; empty until then.
+    comets_to_meter: OnceCell<Vec<LightPatch>>,
     /// The latest result of the light meter; empty until then.
     metered: OnceCell<Metered>,
 }
@@ -112,7 +115,8 @@ impl<'a> SceneBuilder<'a> {
             placed.iter().filter(|p| shows_air(p.body)).find_map(|p| SurroundingAir::of(p.body, &p.placement, &caches.sky_brightness));
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, body_to_sun_km: p.body_to_sun_km }).collect();
-        Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced_reports, reflectors, air, metered: OnceCell::new() })
+        let (comets_to_meter, metered) = (OnceCell::new(), OnceCell::new());
+        Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced_reports, reflectors, air, comets_to_meter, metered })
     }
 
     /// The latest result of the light meter. If there is none yet, the light is metered without night lights and bright ground.
@@ -124,7 +128,12 @@ impl<'a> SceneBuilder<'a> {
     /// See [`auto_exposure::exposure`].
     fn meter(&self, resources: &Resources, earlier: Option<Metered>) -> Metered {
         let (context, camera) = (self.context(resources), &self.viewer.camera);
-        auto_exposure::exposure(context, camera, &self.placed, &self.reflectors, self.air.as_ref(), earlier)
+        let comets = self.comets_to_meter.get_or_init(|| match auto_exposure::is_metered(self.request) {
+            // All that the longest exposure shows.
+            true => self.comets(darkest_white(), &FrameTints::of(self.air.as_ref())).0.patches,
+            false => Vec::new(),
+        });
+        auto_exposure::exposure(context, camera, &self.placed, &self.reflectors, comets, self.air.as_ref(), earlier)
     }
 
     /// The bodies on whose night lights (cities) the exposure depends. `known`: as for [`Self::requirements`].
@@ -254,7 +263,6 @@ impl<'a> SceneBuilder<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::light::exposure::darkest_white;
     use crate::scene::light::meter::{Meter, MeterReading};
     use crate::scene::light::night_lights::NightLights;
     use crate::scene::request::view_request::Position;
@@ -282,6 +290,7 @@ mod tests {
                 camera: &builder.viewer.camera,
                 placed: &builder.placed,
                 reflectors: &builder.reflectors,
+                comet_patches: &[],
                 air: builder.air.as_ref(),
                 city_light_weight,
             };

@@ -14,12 +14,13 @@ use crate::scene::draw::{Draw, PixelView, Point, StarSprite};
 use crate::scene::eclipse::refracted_limb;
 use crate::scene::light::exposure::Exposure;
 use crate::scene::light::{corona, glare};
-use crate::scene::purpose::Purpose;
+use crate::scene::purpose::{Purpose, Threshold};
 use crate::scene::request::view_request::ToneMap;
 use crate::scene::sky::background::SkyBackground;
 use crate::scene::sky::comets::Comets;
 use crate::scene::sky::images::SkyImageDraw;
 use crate::scene::sky::minor_planets::MinorPlanets;
+use crate::scene::sky::stars;
 use crate::time::Instant;
 use glam::DVec3;
 
@@ -91,6 +92,12 @@ impl Scene {
     /// A body of the catalog by its code.
     pub fn body(&self, id: NaifId) -> Option<&BodyReport> {
         self.bodies.iter().find(|b| b.id == id)
+    }
+
+    /// The faintest magnitude of a point that is visible in the middle of the image. Infinite for linear light.
+    pub(crate) fn limiting_magnitude(&self) -> f64 {
+        let threshold = Threshold::of(self.purpose, self.exposure.white());
+        stars::limiting_magnitude_in_middle(&*self.geometry.projection(&self.camera), threshold)
     }
 
     /// How far below the horizontal plane of the camera the centre of a body is, degrees, if the ground of `ground`, near which the camera is, hides the entire

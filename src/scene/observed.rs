@@ -70,13 +70,15 @@ pub struct SkyOfEarth<'a> {
     caches: Caches,
 }
 
-/// Total magnitude of a minor planet or comet; `None` if the law is unknown or gives no light. `phase_angle_rad`: of a minor planet.
+/// Total magnitude of a minor planet or comet; `None` if the law is unknown or gives no light.
 pub fn small_body_magnitude(law: BrightnessLaw, distance_au: f64, sun_distance_au: f64, phase_angle_rad: f64) -> Option<f64> {
     let magnitude = match law {
         BrightnessLaw::Asteroid { h, g } => {
             h + 5.0 * (distance_au * sun_distance_au).log10() + phase_laws::slope_parameter_magnitude(g, phase_angle_rad.to_degrees())
         }
-        BrightnessLaw::Comet { .. } | BrightnessLaw::Unknown => comets::total_magnitude(law, distance_au, sun_distance_au)?,
+        BrightnessLaw::Comet { .. } | BrightnessLaw::Unknown => {
+            comets::total_magnitude(law, distance_au, sun_distance_au, phase_angle_rad)?
+        }
     };
     magnitude.is_finite().then_some(magnitude)
 }

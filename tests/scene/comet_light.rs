@@ -1,11 +1,13 @@
-//! The light of comets in images: the same at any number of samples, shared by head and tails, dimmed by the air.
+//! The light of comets in images: the same at any number of samples, shared by head and tails, dimmed by the air, metered.
 
 use super::comets::{comet, from_earth_au};
+use super::metering::assert_changes_smoothly;
 use super::stars::towards;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::catalog::small_bodies::{BrightnessLaw, HeliocentricOrbit, SmallBodies, SmallBody};
+use orrery::ephemeris::angle_rad;
 use orrery::ephemeris::conic::heliocentric_state;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::camera::Camera;
@@ -91,8 +93,10 @@ fn head_and_tails_share_the_light_of_the_magnitude() {
     let (_, days) = time_of("1997-03-31T20:00:00Z");
     let hale_bopp = comet("Hale-Bopp");
     let position_au = heliocentric_state(hale_bopp.orbit_at(days), days).position;
-    let distance_au = from_earth_au(session().ephemeris(), &hale_bopp, days).length();
-    let magnitude = total_magnitude(hale_bopp.brightness_at(days), distance_au, position_au.length()).expect("a comet");
+    let from_earth_au = from_earth_au(session().ephemeris(), &hale_bopp, days);
+    let phase_angle_rad = angle_rad(-from_earth_au, -position_au);
+    let magnitude = total_magnitude(hale_bopp.brightness_at(days), from_earth_au.length(), position_au.length(), phase_angle_rad);
+    let magnitude = magnitude.expect("a comet");
     let request = view_of_comet("Hale-Bopp", "1997-03-31T20:00:00Z", 40.0);
     let (image, camera) = drawn(session(), &request, 1);
     let (without, _) = drawn(session(), &ViewRequest { layers: Layers::NONE, ..request }, 1);
@@ -161,7 +165,7 @@ fn the_air_dims_comets_and_minor_planets_as_it_dims_stars() {
     };
     // Both have the magnitude 0 at 5000 au.
     let magnitude_at_1_au = -5.0 * 5000_f64.log10();
-    let comet = SmallBody::of("", "far comet", far_away, BrightnessLaw::Comet { m1: magnitude_at_1_au, k1: 0.0 });
+    let comet = SmallBody::of("", "far comet", far_away, BrightnessLaw::Comet { m1: magnitude_at_1_au, k1: 0.0, dust_to_gas: 1.0 });
     let minor_planet = SmallBody::of("", "far", far_away, BrightnessLaw::Asteroid { h: 2.0 * magnitude_at_1_au, g: 0.15 });
     let bodies = SmallBodies { minor_planets: vec![minor_planet], comets: vec![comet] };
     let session = Session::open(&crate::support::session::sources(), |line| panic!("{line}")).expect("opens").with_small_bodies(bodies);
@@ -186,4 +190,38 @@ fn the_air_dims_comets_and_minor_planets_as_it_dims_stars() {
             assert!((found[c] - star[c]).abs() < 0.1 * star[c] + 0.01, "{name}: {found:?}, star {star:?}");
         }
     }
+}
+
+/// McNaught beside the Sun on 13 January 2007, in a frame of 4 degrees. Exposed for its sky, head and tail were white by a factor of 200; metered, the core of
+/// the head is white, the tail is visible one degree from it.
+#[test]
+fn a_bright_comet_is_exposed_for_its_light() {
+    let auto =
+        |layers: Layers| ViewRequest { exposure: ExposureRequest::Auto, layers, ..view_of_comet("McNaught", "2007-01-13T17:00:00Z", 4.0) };
+    let stops = |layers: Layers| session().scene(&auto(layers)).expect("a scene").exposure.stops;
+    let (with_comet, of_sky) = (stops(COMETS), stops(Layers::NONE));
+    assert!((12.8..14.8).contains(&with_comet) && of_sky > 20.5, "{with_comet} stops, without comets {of_sky}");
+    let (image, camera) = drawn(session(), &auto(COMETS), 1);
+    let (without, _) = drawn(session(), &auto(Layers::NONE), 1);
+    let levels: Vec<f64> = image.iter().zip(&without).map(|(a, b)| (luminance_of(a) - luminance_of(b)) * with_comet.exp2()).collect();
+    let white_part = levels.iter().filter(|level| **level > 1.0).count() as f64 / levels.len() as f64;
+    let degree_px = 1_f64.to_radians().tan() / camera.pixel_tangent();
+    let on_ring = levels.iter().enumerate().filter(|(k, _)| (offset_px(*k).length() - degree_px).abs() < 1.5);
+    let tail = on_ring.map(|(_, level)| *level).fold(0.0, f64::max);
+    println!("{with_comet:.2} stops, without comets {of_sky:.2}; white {white_part:.4} of the image, tail {tail:.3} of white");
+    assert!((1e-4..0.03).contains(&white_part) && (0.03..0.5).contains(&tail), "{white_part} {tail}");
+}
+
+/// From a view of Hale-Bopp's head to one of its surroundings, in which the head is a point of light.
+#[test]
+fn a_comet_leaves_the_light_meters_reading_gradually() {
+    let zoomed_out = |k: f64| ViewRequest {
+        exposure: ExposureRequest::Auto,
+        width: 96,
+        height: 96,
+        ..view_of_comet("Hale-Bopp", "1997-03-31T20:00:00Z", 0.2 * 1.05_f64.powf(k))
+    };
+    assert_changes_smoothly("Hale-Bopp", 0.3, 85, zoomed_out);
+    let [near, far] = [0.0, 85.0].map(|k| session().scene(&zoomed_out(k)).expect("a scene").exposure.stops);
+    assert!(near < far - 3.0, "{near} and {far} stops: the check above cannot fail");
 }

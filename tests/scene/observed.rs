@@ -182,8 +182,8 @@ fn minor_planets_follow_the_h_g_law_and_comets_m1_and_k1() {
         let found = small_body_magnitude(ceres, 1.8, 2.7, f64::to_radians(alpha_deg)).expect("lit");
         assert!((found - published).abs() < 2e-3, "{alpha_deg}: {found}, not {published}");
     }
-    // M1 + 5 log d + K1 log r.
-    let comet = BrightnessLaw::Comet { m1: 5.5, k1: 8.0 };
+    // M1 + 5 log d + K1 log r of a comet of gas, which has no phases.
+    let comet = BrightnessLaw::Comet { m1: 5.5, k1: 8.0, dust_to_gas: 0.0 };
     assert!((small_body_magnitude(comet, 10.0, 0.1, 1.0).expect("lit") - 2.5).abs() < 1e-12);
     assert_eq!(small_body_magnitude(BrightnessLaw::Unknown, 1.0, 1.0, 0.1), None);
     assert_eq!(small_body_magnitude(ceres, 1.0, 1.0, std::f64::consts::PI), None, "no light, not an infinite magnitude");

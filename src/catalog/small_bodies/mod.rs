@@ -59,8 +59,8 @@ pub enum BrightnessLaw {
     /// Absolute magnitude and slope of the H,G system (Bowell et al. 1989, Asteroids II, 524).
     Asteroid { h: f64, g: f64 },
     /// M1 and K1 of JPL's Small-Body Database: the total magnitude at 1 au from Sun and observer, and the magnitudes by which the comet is fainter at ten times
-    /// the heliocentric distance.
-    Comet { m1: f64, k1: f64 },
+    /// the heliocentric distance. `dust_to_gas`: the light that dust scatters by 90 degrees, divided by the light of gas ([`ORDINARY_DUST_TO_GAS`]).
+    Comet { m1: f64, k1: f64, dust_to_gas: f64 },
     /// The table gives no magnitude.
     Unknown,
 }
@@ -89,6 +89,10 @@ pub struct KnownComet {
     pub apparitions: Vec<HeliocentricOrbit>,
 }
 
+/// Ratio of the light of dust to that of gas in the coma of an ordinary comet, for light scattered by 90 degrees; 10 in a dusty one (Marcus 2007, Int. Comet
+/// Quarterly 29, 39).
+pub const ORDINARY_DUST_TO_GAS: f64 = 1.0;
+
 /// Days from the perihelion on in which a comet's brightness law changes to that after it.
 const LAW_CHANGE_DAYS: f64 = 10.0;
 
@@ -109,9 +113,9 @@ impl SmallBody {
     /// The brightness law at a time, in days from J2000 (TDB).
     pub fn brightness_at(&self, days: f64) -> BrightnessLaw {
         match (self.brightness, self.known.as_ref().and_then(|known| known.brightness_after_perihelion)) {
-            (BrightnessLaw::Comet { m1, k1 }, Some(BrightnessLaw::Comet { m1: m1_after, k1: k1_after })) => {
+            (BrightnessLaw::Comet { m1, k1, dust_to_gas }, Some(BrightnessLaw::Comet { m1: m1_after, k1: k1_after, .. })) => {
                 let change = (self.orbit_at(days).since_passage(days) / LAW_CHANGE_DAYS).clamp(0.0, 1.0);
-                BrightnessLaw::Comet { m1: m1 + change * (m1_after - m1), k1: k1 + change * (k1_after - k1) }
+                BrightnessLaw::Comet { m1: m1 + change * (m1_after - m1), k1: k1 + change * (k1_after - k1), dust_to_gas }
             }
             (law, _) => law,
         }
@@ -261,7 +265,7 @@ mod tests {
         assert!(known().filter(|k| k.brightness_after_perihelion.is_some()).count() > 5);
         assert!(known().map(|k| k.apparitions.len()).sum::<usize>() > 90);
         // `MAX_BODIES` of a file's bodies stay small.
-        assert!(all.minor_planets.iter().all(|b| b.known.is_none()) && size_of::<SmallBody>() <= 152, "{}", size_of::<SmallBody>());
+        assert!(all.minor_planets.iter().all(|b| b.known.is_none()) && size_of::<SmallBody>() <= 160, "{}", size_of::<SmallBody>());
         // Ceres: a (1 - e) = 2.7666 au x (1 - 0.0786) of its osculating elements; perihelion on 7 December 2022 (JPL Horizons), about day 8375 from J2000.
         let ceres = all.minor_planets.iter().find(|b| b.name == "Ceres").expect("Ceres").orbit;
         assert!((ceres.perihelion_au - 2.5491).abs() < 1e-3 && (ceres.passage_days - 8375.0).abs() < 3.0, "{ceres:?}");

@@ -4,7 +4,7 @@
 //! distance or the semi-major axis, and by the time of a perihelion passage or the mean anomaly at an epoch; angles in degrees, ecliptic and equinox of J2000.
 //! The mean equator and equinox of J2000 are taken for the axes of the ICRF, from which they differ by 0.02 arcsec.
 
-use super::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, SmallBody};
+use super::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, ORDINARY_DUST_TO_GAS, SmallBody};
 use crate::units::{JD_J2000, RAD_PER_ARCSEC};
 use crate::wording::echo_within;
 use glam::{DMat3, DVec3};
@@ -135,7 +135,7 @@ pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<Sma
         _ => return Err("tp_jd is empty, and so is M_deg or its epoch; give tp_jd, or M_deg with an epoch".into()),
     };
     let brightness = match (values[M1], values[ABSOLUTE_MAGNITUDE]) {
-        (Some(m1), _) => BrightnessLaw::Comet { m1, k1: values[K1].unwrap_or(DEFAULT_K1) },
+        (Some(m1), _) => BrightnessLaw::Comet { m1, k1: values[K1].unwrap_or(DEFAULT_K1), dust_to_gas: ORDINARY_DUST_TO_GAS },
         (None, Some(h)) => BrightnessLaw::Asteroid { h, g: values[SLOPE].unwrap_or(DEFAULT_G) },
         (None, None) => BrightnessLaw::Unknown,
     };

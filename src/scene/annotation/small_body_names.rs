@@ -1,7 +1,8 @@
 //! Names of comets, and of chosen minor planets, beside them.
 //!
-//! In: bodies, their viewer, and the image. Out: texts, brightest bodies first, each at the right of its body; `line_texts` decides which of them fit. A comet
-//! is named however faint it is, because a faint one has a marker. Bodies behind a nearer disc have no name.
+//! In: bodies, their viewer, and the image. Out: texts, brightest bodies first, each at the right of its body; `line_texts` decides which of them fit. Named are
+//! the bodies that the image shows by their own light, and the chosen one, however faint it is: a body too faint for the exposure has a marker but no name.
+//! Bodies behind a nearer disc have no name. Left out: the light of the sky, and the spread of a coma's light.
 
 use crate::catalog::small_bodies::SmallBody;
 use crate::scene::annotation::data;
@@ -25,12 +26,15 @@ pub(crate) fn shown_px(image: &dyn ImageProjection, sight: &SmallBodySight<'_>, 
     (is_inside && !data::is_hidden(reports, apparent_km.normalize(), apparent_km.length())).then_some(px)
 }
 
-/// The names of the bodies that the image shows. `glyph_px`: size of glyphs.
+/// The names of the bodies that the image shows. `limiting_magnitude`: of a point in the image. `chosen`: the body of `bodies` that is named in any case.
+/// `glyph_px`: size of glyphs.
 pub(crate) fn small_body_names<'b>(
     image: &dyn ImageProjection,
     sight: &SmallBodySight<'_>,
     reports: &[BodyReport],
     bodies: impl IntoIterator<Item = &'b SmallBody>,
+    limiting_magnitude: f64,
+    chosen: Option<&SmallBody>,
     glyph_px: f64,
 ) -> Vec<UnplacedText> {
     let metrics = LabelMetrics::of_size(glyph_px);
@@ -38,8 +42,11 @@ pub(crate) fn small_body_names<'b>(
     for body in bodies {
         let Some((px, seen)) = shown_px(image, sight, reports, body).zip(sight.see(body)) else { continue };
         let brightness = body.brightness_at(sight.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
-        let magnitude = total_magnitude(brightness, seen.apparent_km.length() / KM_PER_AU, seen.sun_distance_au);
-        named.push((magnitude.unwrap_or(f64::INFINITY), body.full_name(), px));
+        let magnitude = total_magnitude(brightness, seen.apparent_km.length() / KM_PER_AU, seen.sun_distance_au, seen.phase_angle_rad);
+        let magnitude = magnitude.unwrap_or(f64::INFINITY);
+        if magnitude <= limiting_magnitude || chosen == Some(body) {
+            named.push((magnitude, body.full_name(), px));
+        }
     }
     named.sort_by(|(magnitude, ..), (other, ..)| magnitude.total_cmp(other));
     let head_radius_px = 0.0;
@@ -56,7 +63,7 @@ mod tests {
     use crate::catalog::{Catalog, NaifId};
     use crate::ephemeris::Ephemeris;
     use crate::scene::Scene;
-    use crate::scene::request::view_request::{Axes, Look, Position, ViewRequest};
+    use crate::scene::request::view_request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
     use crate::time::Instant;
 
     /// The drawn head of Hale-Bopp is where its name and its click are, from the moving Earth's centre: aberration, 20 arcseconds, is 40 pixels here.
@@ -95,5 +102,43 @@ mod tests {
         // Without names of bodies there are none of comets.
         request.layers.labels = false;
         assert!(Scene::build(&catalog, &ephemeris, &request).expect("a scene").line_texts.is_none());
+    }
+
+    /// Hale-Bopp of magnitude -0.6, Wirtanen of 11.3 and Bennett of 30 within 33 degrees: named are those that the exposure shows, and the chosen one.
+    #[test]
+    fn comets_too_faint_for_the_exposure_have_no_name() {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the built-in kernel");
+        let mut request = ViewRequest::of(NaifId::SUN, Instant::parse("1997-03-31T19:00:00Z").expect("a time"));
+        (request.position, request.fov_deg, request.target) = (Position::Centre(NaifId::EARTH), Some(90.0), None);
+        (request.look, request.up) = (Look::Along { direction: DVec3::new(0.637, 0.317, 0.702), axes: Axes::Icrf }, Up::Celestial);
+        (request.width, request.height) = (720, 720);
+        (request.layers.comets, request.layers.labels) = (true, true);
+        let scene_at = |stops: f64| {
+            let request = ViewRequest { exposure: ExposureRequest::Stops(stops), ..request.clone() };
+            Scene::build(&catalog, &ephemeris, &request).expect("a scene")
+        };
+        // Limiting magnitudes of 6 and 15.
+        for (stops, limit_mag, expected) in [(14.0, 6.0, [true, false, false]), (26.0, 15.0, [true, true, false])] {
+            let scene = scene_at(stops);
+            assert!((scene.limiting_magnitude() - limit_mag).abs() < 1.0, "{}", scene.limiting_magnitude());
+            assert!(scene.comets.heads.len() >= 3, "{} heads", scene.comets.heads.len());
+            let texts = &scene.line_texts.as_ref().expect("a name").texts;
+            let is_named = ["Hale-Bopp", "Wirtanen", "Bennett"].map(|name| texts.iter().any(|text| text.text.contains(name)));
+            assert_eq!(is_named, expected, "{stops} stops: {texts:?}");
+        }
+        let scene = scene_at(14.0);
+        let sight = SmallBodySight {
+            ephemeris: &ephemeris,
+            position_km: scene.camera.position_km,
+            velocity_km_s: scene.viewer_velocity_km_s,
+            time: request.time,
+        };
+        let comets = catalog.small_bodies().comets.clone();
+        let bennett = comets.iter().find(|c| c.name.contains("Bennett"));
+        let limit_mag = scene.limiting_magnitude();
+        let names = small_body_names(&scene.camera, &sight, &scene.bodies, &comets, limit_mag, bennett, 12.0);
+        let names: Vec<&str> = names.iter().map(|name| name.text.as_str()).collect();
+        assert_eq!(names, ["C/1995 O1 (Hale-Bopp)", "C/1969 Y1 (Bennett)"]);
     }
 }

@@ -17,8 +17,10 @@ use crate::scene::draw::StarSprite;
 use crate::scene::draw::features::PixelView;
 use crate::scene::features::inputs::FrameContext;
 use crate::scene::placed::PlacedBody;
+use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::Position;
 use crate::scene::sky::small_body_sight::SmallBodySight;
+use crate::scene::sky::stars;
 use glam::{DMat3, DVec2, DVec3};
 
 /// The lines and texts drawn over an image, with the decisions about them. [`Scene`](crate::scene::Scene) documents the fields of the same names.
@@ -57,7 +59,11 @@ impl Annotations {
         let names =
             request.layers.star_names.then(|| star_names::star_names(camera, stars, builder.catalog.stars().stars(), glyph_px, is_hidden));
         let (star_texts, star_decision) = names.unzip();
-        let comet_texts = if request.layers.comets && request.layers.labels { builder.comet_names(reports, glyph_px) } else { Vec::new() };
+        let comet_texts = if request.layers.comets && request.layers.labels {
+            builder.comet_names(reports, frame.threshold, glyph_px)
+        } else {
+            Vec::new()
+        };
         let sky_texts = comet_texts
             .into_iter()
             .chain(star_texts.into_iter().flatten())
@@ -125,15 +131,18 @@ impl<'a> SceneBuilder<'a> {
         !text.is_grid_coordinate && self.placed.iter().any(hides)
     }
 
-    /// The names of the comets in the frame.
-    fn comet_names(&self, reports: &[BodyReport], glyph_px: f64) -> Vec<UnplacedText> {
+    /// The names of the comets that the frame shows. No request has a comet as its target.
+    fn comet_names(&self, reports: &[BodyReport], threshold: Threshold, glyph_px: f64) -> Vec<UnplacedText> {
         let sight = SmallBodySight {
             ephemeris: self.ephemeris,
             position_km: self.viewer.camera.position_km,
             velocity_km_s: self.viewer.velocity_km_s,
             time: self.request.time,
         };
-        small_body_names::small_body_names(&self.viewer.camera, &sight, reports, &self.catalog.small_bodies().comets, glyph_px)
+        let camera = &self.viewer.camera;
+        let (limiting_magnitude, chosen) = (stars::limiting_magnitude_in_middle(camera, threshold), None);
+        let all = self.catalog.small_bodies();
+        small_body_names::small_body_names(camera, &sight, reports, &all.comets, limiting_magnitude, chosen, glyph_px)
     }
 
     /// Outlines of instruments' fields of view, centred on the target; without a target in the image, on the image, except in a face of a cube. Also the

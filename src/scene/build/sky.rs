@@ -17,6 +17,7 @@ use crate::scene::sky::images::{self, SkyImageDraw};
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
 use crate::scene::sky::minor_planets::{self, MinorPlanets};
 use crate::scene::sky::stars;
+use glam::DVec3;
 use std::sync::Arc;
 
 /// The contribution of the sky to a scene, with the decisions about it.
@@ -36,8 +37,6 @@ impl Sky {
     /// `tints`: of the air around the camera. `has_corona`: whether the corona is drawn, so that the zodiacal light need not continue up to the Sun.
     pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, tints: &FrameTints<'_>, has_corona: bool) -> Self {
         let (request, viewer, white) = (builder.request, &builder.viewer, builder.exposure().white());
-        let sun = builder.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, BEST_SOURCE);
-        let sun_km = sun.ok().map(|s| s.state.pos_km);
         let (stars, star_decision) = stars::stars(request, builder.catalog, viewer, frame.threshold, white, tints);
         let (background, background_decisions) = builder.background(frame, has_corona);
         let (images, image_decisions) = match request.layers.data && request.pixel_view == PixelView::Final {
@@ -48,9 +47,8 @@ impl Sky {
             let of_catalog = || Arc::new(MinorPlanetColumns::of(&builder.catalog.small_bodies().minor_planets));
             Arc::clone(builder.caches.minor_planets.get_or_init(of_catalog))
         };
-        let (minor_planets, minor_planet_decision) = minor_planets::minor_planets(request, columns, viewer, sun_km, white, tints);
-        let all_comets = || builder.catalog.small_bodies().comets.clone();
-        let (mut comets, comet_decision) = comets::comets(request, all_comets, viewer, sun_km, white, tints);
+        let (minor_planets, minor_planet_decision) = minor_planets::minor_planets(request, columns, viewer, builder.sun_km(), white, tints);
+        let (mut comets, comet_decision) = builder.comets(white, tints);
         let comet_orbits = std::mem::take(&mut comets.orbits);
         let decisions = star_decision.into_iter().chain(background_decisions).chain(image_decisions);
         let decisions = decisions.chain(minor_planet_decision).chain(comet_decision).collect();
@@ -59,6 +57,18 @@ impl Sky {
 }
 
 impl SceneBuilder<'_> {
+    /// Barycentric position of the Sun, if it is known.
+    fn sun_km(&self) -> Option<DVec3> {
+        let sun = self.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, self.request.time, BEST_SOURCE);
+        sun.ok().map(|s| s.state.pos_km)
+    }
+
+    /// The comets of the frame, and the decision about them. `white`: the radiance displayed as white; `tints`: of the air around the camera.
+    pub(super) fn comets(&self, white: f64, tints: &FrameTints<'_>) -> (Comets, Option<Decision>) {
+        let all = || self.catalog.small_bodies().comets.clone();
+        comets::comets(self.request, all, &self.viewer, self.sun_km(), white, tints)
+    }
+
     /// Diffuse light of the sky, and the decisions about it.
     pub(super) fn background(&self, frame: &FrameContext<'_>, has_corona: bool) -> (Option<SkyBackground>, Vec<Decision>) {
         let resources = frame.context.resources;

@@ -30,7 +30,8 @@ pub(super) fn texts(request: &ViewRequest, catalog: &Catalog, ephemeris: &Epheme
         let sight = picking::sight_of(whole, ephemeris);
         let image = whole.geometry.projection(camera);
         let all = catalog.small_bodies();
-        names.extend(small_body_names::small_body_names(&*image, &sight, &whole.bodies, &all.comets, glyph_px));
+        let (limiting_magnitude, chosen) = (whole.limiting_magnitude(), None);
+        names.extend(small_body_names::small_body_names(&*image, &sight, &whole.bodies, &all.comets, limiting_magnitude, chosen, glyph_px));
     }
     if request.layers.star_names {
         let (of_stars, _decision) = star_names::star_names(camera, &whole.stars, catalog.stars().stars(), glyph_px, is_hidden);

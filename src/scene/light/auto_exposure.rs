@@ -21,6 +21,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::{ExposureRequest, ViewRequest};
 use crate::scene::resources::Context;
+use crate::scene::sky::comet_tails::LightPatch;
 use glam::FloatExt;
 use std::ops::Range;
 
@@ -61,13 +62,15 @@ impl Metered {
     }
 }
 
-/// The exposure of an image: metered, or as requested. `reflectors`: the bodies whose light may light others. `air`: the air around the camera, if any.
+/// The exposure of an image: metered, or as requested. `reflectors`: the bodies whose light may light others. `comet_patches`: comas and tails in the frame;
+/// not read unless [`is_metered`]. `air`: the air around the camera, if any.
 /// `earlier`: the exposure of the same frame with the same bright ground, but without city lights: only these are metered in addition.
 pub(crate) fn exposure(
     context: Context<'_>,
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     reflectors: &[Reflector<'_>],
+    comet_patches: &[LightPatch],
     air: Option<&air::SurroundingAir<'_>>,
     earlier: Option<Metered>,
 ) -> Metered {
@@ -75,7 +78,7 @@ pub(crate) fn exposure(
         return Metered::without_reading(Exposure::of(stops, reason!("set-by-you")));
     }
     let reading = earlier.and_then(|metered| metered.reading);
-    let Metered { exposure, reading } = metered_exposure(context, camera, placed, reflectors, air, reading);
+    let Metered { exposure, reading } = metered_exposure(context, camera, placed, reflectors, comet_patches, air, reading);
     // In a transition `stops` approaches `metered_stops`, which stays.
     let stops = context.request.exposure.stops_of(exposure.stops);
     Metered { exposure: Exposure { stops, ..exposure }, reading }
@@ -88,6 +91,7 @@ fn metered_exposure(
     camera: &Camera,
     placed: &[PlacedBody<'_>],
     reflectors: &[Reflector<'_>],
+    comet_patches: &[LightPatch],
     air: Option<&air::SurroundingAir<'_>>,
     reading: Option<MeterReading>,
 ) -> Metered {
@@ -113,7 +117,7 @@ fn metered_exposure(
     }
     // Only air that is dense enough for a daylight sky is metered.
     let air = air.filter(|a| a.is_bright());
-    let meter = |city_light_weight: f64| Meter { context, camera, placed, reflectors, air, city_light_weight };
+    let meter = |city_light_weight: f64| Meter { context, camera, placed, reflectors, comet_patches, air, city_light_weight };
     let reading = reading.unwrap_or_else(|| meter(0.0).read(darkest_white()));
     let without_city_lights = from_reading(&reading);
     // Whether city lights count depends on the exposure without them: by day they are not drawn.
@@ -211,7 +215,7 @@ struct Whites {
 }
 
 /// Whether the light in the frame determines the exposure: not if the user has set it, nor in pixel views other than the final image.
-fn is_metered(request: &ViewRequest) -> bool {
+pub(crate) fn is_metered(request: &ViewRequest) -> bool {
     !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final
 }
 

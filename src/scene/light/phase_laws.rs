@@ -1,4 +1,5 @@
-//! Published phase laws: brightness of the planets' globes, the Moon, Ceres, Vesta, and the large moons of Jupiter and Saturn as a function of phase angle.
+//! Published phase laws: brightness of the planets' globes, the Moon, Ceres, Vesta, the large moons of Jupiter and Saturn, and the dust of comets as a function
+//! of phase angle.
 //!
 //! In: a body and a phase angle. Out: its brightness relative to zero phase; the brightness at zero phase follows from the catalog's geometric albedo.
 //!
@@ -11,6 +12,9 @@
 //! catalog has for these five were measured within some hundredths of a degree of opposition (Verbiscer et al. 2007, Science 315, 815), where a moon is
 //! brighter by a *surge*. Here the depth of the surge is the difference between the two; its width is an estimate, and so is the slope beyond it, 0.02
 //! magnitudes per degree. Vesta's surge is the difference between its albedo and its H.
+//!
+//! Dust of comets: Marcus 2007, Int. Comet Quarterly 29, 39 (his numbers also in the Central Bureau's Electronic Telegram 5445); its grains scatter most light
+//! forwards.
 
 use crate::catalog::NaifId;
 use glam::DVec3;
@@ -30,6 +34,22 @@ enum Curve {
 pub fn slope_parameter_law(tan_half: f64, slope: f64) -> f64 {
     let term = |a: f64, b: f64| (-a * tan_half.powf(b)).exp();
     (1.0 - slope) * term(3.33, 0.63) + slope * term(1.87, 1.22)
+}
+
+/// Brightness of a comet's dust at a phase angle, divided by that at 90 degrees: two Henyey-Greenstein functions, of light scattered forwards and backwards.
+pub(crate) fn comet_dust_law(phase_angle_rad: f64) -> f64 {
+    const FORWARD_ASYMMETRY: f64 = 0.9;
+    const BACKWARD_ASYMMETRY: f64 = -0.6;
+    const FORWARD_SHARE: f64 = 0.95;
+    // The scattering angle is the supplement of the phase angle.
+    let cosine = -phase_angle_rad.cos();
+    let part = |g: f64| ((1.0 + g * g) / (1.0 + g * g - 2.0 * g * cosine)).powf(1.5);
+    FORWARD_SHARE * part(FORWARD_ASYMMETRY) + (1.0 - FORWARD_SHARE) * part(BACKWARD_ASYMMETRY)
+}
+
+/// Brightness of a comet at a phase angle, divided by that at 90 degrees. Its gas shines equally in all directions. `dust_to_gas`: their light at 90 degrees.
+pub(crate) fn comet_law(dust_to_gas: f64, phase_angle_rad: f64) -> f64 {
+    (1.0 + dust_to_gas * comet_dust_law(phase_angle_rad)) / (1.0 + dust_to_gas)
 }
 
 /// Width of the opposition surge, degrees: it falls to 1/e at this phase angle.
@@ -174,6 +194,7 @@ mod tests {
     use crate::catalog::{Body, Catalog};
     use crate::scene::light::photometry::irradiance_of_magnitude;
     use crate::units::KM_PER_AU;
+    use std::f64::consts::FRAC_PI_2;
 
     #[test]
     fn pieces_join_within_a_tenth_of_a_magnitude() {
@@ -256,5 +277,16 @@ mod tests {
         // Allen 1976: phase 90 degrees is 2.60 mag fainter than full, a factor of 10.96.
         let factor = 1.0 / law(NaifId::MOON).expect("has a law").brightness(90.0);
         assert!((10.9..11.1).contains(&factor), "{factor}");
+    }
+
+    /// Marcus' predictions for the dusty comet C/2023 A3 in October 2024 (Central Bureau's Electronic Telegram 5445): scattering angle, magnitudes.
+    #[test]
+    fn dust_of_comets_scatters_forwards() {
+        let dusty = 10.0;
+        for (scattering_deg, published_mag) in [(79.5, -0.3), (58.7, -1.1), (36.7, -2.5), (21.4, -4.1), (7.0, -6.9), (46.8, -1.7)] {
+            let found_mag = -2.5 * comet_law(dusty, f64::to_radians(180.0 - scattering_deg)).log10();
+            assert!((found_mag - published_mag).abs() < 0.06, "{scattering_deg} degrees: {found_mag}, not {published_mag}");
+        }
+        assert!((comet_law(0.5, FRAC_PI_2) - 1.0).abs() < 1e-12 && (comet_law(0.0, 3.0) - 1.0).abs() < 1e-12);
     }
 }

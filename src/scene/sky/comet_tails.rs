@@ -5,16 +5,18 @@
 //! fraction beta (Finson and Probstein 1968, Astrophys. J. 154, 327). A patch has the grains of one cell of the grid of beta and age, or a piece of the ion
 //! tail: it covers the cell's extent as seen by the camera, and the spread of velocities. The directions of tails follow from this alone; the shares of the
 //! light, the weights of sizes and ages and the ion tail's length are chosen to resemble photographs, not measured. Each patch is lit in proportion to
-//! 1 / (its own distance)^2, so a tail's surface brightness does not depend on where the camera is. Left out: jets, disconnections, anti-tails of large grains,
-//! forward scattering by dust, variations of the solar wind.
+//! 1 / (its own distance)^2. The dust of a patch scatters by the patch's own phase angle; apart from this a tail's surface brightness does not depend on where
+//! the camera is. Left out: jets, disconnections, anti-tails of large grains, variations of the solar wind.
 
 use super::minor_planets::NEAR_AU;
 use super::star_colour::star_colour;
 use crate::catalog::small_bodies::{GAUSS_CONSTANT, HeliocentricOrbit};
+use crate::ephemeris::angle_rad;
 use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::conic::{ConicState, heliocentric_state};
 use crate::scene::atmosphere::tint_table::TintTable;
 use crate::scene::camera::{Camera, narrow, narrow_scalar, narrow2};
+use crate::scene::light::phase_laws::comet_dust_law;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, luminance};
 use glam::{DQuat, DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
@@ -85,6 +87,14 @@ pub struct LightPatch {
     pub depth: f32,
     /// Linear RGB: of luminance 1, times the transmittance of the air.
     pub colour: Vec3,
+}
+
+impl LightPatch {
+    /// Light at a squared distance from the centre, in radii, relative to that at the centre: the profile of shaders/entry/comet_tail.wesl.
+    pub(crate) fn profile(&self, distance_sq: f64) -> f64 {
+        let (rim_fade, core) = ((1.0 - distance_sq).max(0.0), f64::from(self.core));
+        if core > 0.0 { core * rim_fade.powi(2) / (distance_sq + core * core).sqrt() } else { rim_fade.powi(3) }
+    }
 }
 
 /// Direction of the ion tail of a comet with a heliocentric state (au, au per day): the solar wind relative to the comet.
@@ -236,7 +246,8 @@ impl CometView<'_> {
         self.patch(sight, [x, y], DVec2::splat(radius), radiance, core, of_luminance_1(COMA_RGB))
     }
 
-    /// Adds the dust tail. `days`: time past J2000; `irradiance_at_1_au`: of the entire tail, at a distance of 1 au; `production`: see [`water_production`].
+    /// Adds the dust tail. `days`: time past J2000; `irradiance_at_1_au`: of the entire tail, at a distance of 1 au, if all dust had the comet's phase angle;
+    /// `production`: see [`water_production`].
     pub(super) fn dust(
         &self,
         orbit: &HeliocentricOrbit,
@@ -282,11 +293,14 @@ impl CometView<'_> {
                 });
             }
         }
+        // Light that the dust at a place scatters to the camera, relative to that at a phase angle of 90 degrees.
+        let scattered = |position_au: DVec3| comet_dust_law(angle_rad(self.camera_au - position_au, -position_au));
+        let scattered_at_comet = scattered(released[0].position);
         let total: f64 = clouds.iter().map(|c| c.irradiance_at_1_au).sum();
         // A B-V of 0.8 is slightly redder than sunlight.
         let colour = star_colour(Some(0.8));
         for cloud in clouds {
-            let share = cloud.irradiance_at_1_au / total;
+            let share = cloud.irradiance_at_1_au / total * scattered(cloud.position_au) / scattered_at_comet;
             patches.extend(self.patch_of(&Cloud { irradiance_at_1_au: irradiance_at_1_au * share, ..cloud }, colour));
         }
     }

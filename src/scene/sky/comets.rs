@@ -1,16 +1,18 @@
 //! Comets: the head as a point of light or as a coma, a tail of dust and a tail of ions.
 //!
 //! In: the catalog's comets, the camera, the air around it, the radiance displayed as white. Out: [`Comets`]: sprites for shaders/entry/point.wesl, patches of
-//! light for shaders/entry/comet_tail.wesl (`comet_tails`), and arcs of orbits. A comet has the total magnitude M1 + 5 log d + K1 log r, with the distances d
-//! from the viewer and r from the Sun in au, and M1 and K1 from the catalog; the head and its tails together have this light, as seen from far away. The head
-//! is a point while the coma is a few pixels wide. The air around the camera dims and reddens all of it. Values are computed in f64 and narrowed in the result.
+//! light for shaders/entry/comet_tail.wesl (`comet_tails`), and arcs of orbits. A comet has the total magnitude M1 + 5 log d + K1 log r - 2.5 log p, with the
+//! distances d from the viewer and r from the Sun in au, and M1 and K1 from the catalog; p is the brightness at its phase angle, relative to that at 90
+//! degrees: dust scatters forwards. The head and its tails together have this light, as seen from far away; dust at another phase angle than the comet's has
+//! less or more. The head is a point while the coma is a few pixels wide. The air around the camera dims and reddens all of it. Values are computed in f64 and
+//! narrowed in the result.
 //! Left out: outbursts, and what comet_tails leaves out.
 
 use super::comet_tails::{COMA_RGB, CometView, LightPatch, Sight, coma_radius_au, of_luminance_1, water_production};
 use super::minor_planets::MARKER_LEVEL;
-use crate::catalog::small_bodies::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, SmallBody};
-use crate::ephemeris::State;
+use crate::catalog::small_bodies::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, ORDINARY_DUST_TO_GAS, SmallBody};
 use crate::ephemeris::conic::{ConicState, heliocentric_state};
+use crate::ephemeris::{State, angle_rad};
 use crate::message::{Reason, reason};
 use crate::scene::annotation::orbit_arcs::{self, Conic, OrbitArc};
 use crate::scene::atmosphere::tint_table::FrameTints;
@@ -18,6 +20,7 @@ use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{narrow, narrow_scalar};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{PixelView, StarSprite};
+use crate::scene::light::phase_laws::comet_law;
 use crate::scene::light::photometry::irradiance_of_magnitude;
 use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::point::{pixel_sr, point_peak, point_radius_px};
@@ -26,8 +29,9 @@ use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S, luminance};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Shares of a comet's light in the tail of dust and in that of ions, for tails that are complete (see [`TAILS_AU`]). In photographs of dusty comets the dust
-/// tail is several times as bright as the ion tail over its first degrees.
+/// Shares of an ordinary comet's light at 90 degrees in the tail of dust and in that of ions, for tails that are complete (see [`TAILS_AU`]). In photographs of
+/// dusty comets the dust tail is several times as bright as the ion tail over its first degrees. A comet with less dust in its coma has a smaller share in the
+/// tail of dust.
 const DUST_SHARE: f64 = 0.5;
 const ION_SHARE: f64 = 0.025;
 /// Heliocentric distances, au, at which an approaching comet's tails start to grow, and at which they are complete.
@@ -51,12 +55,18 @@ pub struct Comets {
     pub orbits: Vec<OrbitArc>,
 }
 
-/// Total magnitude of a comet at the given distances from the viewer and from the Sun, au; `None` for a body with another brightness law.
-pub fn total_magnitude(law: BrightnessLaw, distance_au: f64, sun_distance_au: f64) -> Option<f64> {
-    match law {
-        BrightnessLaw::Comet { m1, k1 } => Some(m1 + 5.0 * distance_au.log10() + k1 * sun_distance_au.log10()),
-        _ => None,
-    }
+/// Total magnitude of a comet at the given distances from the viewer and from the Sun, au; `None` for a body with another brightness law. `phase_angle_rad`:
+/// angle at the comet between the viewer and the Sun.
+pub fn total_magnitude(law: BrightnessLaw, distance_au: f64, sun_distance_au: f64, phase_angle_rad: f64) -> Option<f64> {
+    let BrightnessLaw::Comet { m1, k1, dust_to_gas } = law else { return None };
+    let phase_magnitude = -2.5 * comet_law(dust_to_gas, phase_angle_rad).log10();
+    Some(m1 + 5.0 * distance_au.log10() + k1 * sun_distance_au.log10() + phase_magnitude)
+}
+
+/// The tail of dust of a complete comet: its share of the comet's light. `dust_to_gas`: in the coma.
+fn dust_share(dust_to_gas: f64) -> f64 {
+    let dust_fraction = |ratio: f64| ratio / (1.0 + ratio);
+    DUST_SHARE * (dust_fraction(dust_to_gas) / dust_fraction(ORDINARY_DUST_TO_GAS)).min(1.0)
 }
 
 /// The orbit line of a comet, from its heliocentric state.
@@ -128,19 +138,29 @@ pub(crate) fn comets(
         let (state, emission_days) = state_at_emission(orbit, days, camera_au);
         let Some(sight) = view.sight(state.position) else { continue };
         let (sun_distance_au, distance_au) = (state.position.length(), sight.distance_au);
-        let Some(magnitude) = total_magnitude(comet.brightness_at(days), distance_au, sun_distance_au) else { continue };
+        let phase_angle_rad = angle_rad(camera_au - state.position, -state.position);
+        let law = comet.brightness_at(days);
+        let (BrightnessLaw::Comet { dust_to_gas, .. }, Some(magnitude)) =
+            (law, total_magnitude(law, distance_au, sun_distance_au, phase_angle_rad))
+        else {
+            continue;
+        };
         let irradiance = irradiance_of_magnitude(magnitude);
-        let production = water_production(magnitude - 5.0 * distance_au.log10());
+        let phase_factor = comet_law(dust_to_gas, phase_angle_rad);
+        // By the magnitude at 90 degrees.
+        let production = water_production(magnitude - 5.0 * distance_au.log10() + 2.5 * phase_factor.log10());
         let tail_growth = smoothstep((start_au - sun_distance_au) / (start_au - complete_au));
         // The tails are fainter than the entire light in one point would be. The head may be outside the frame, so that point is taken to be in the middle.
         let peak_radiance = irradiance * PI / camera.pixel_tangent().powi(2) * point_peak();
         let is_visible = peak_radiance > white * MIN_LEVEL;
+        // Ions scatter no light forwards.
+        let (dust_share, ion_share) = (tail_growth * dust_share(dust_to_gas), tail_growth * ION_SHARE / phase_factor);
         if tail_growth > 0.0 && is_visible {
-            let at_1_au = tail_growth * irradiance * distance_au.powi(2);
-            view.dust(orbit, emission_days, DUST_SHARE * at_1_au, production, &mut in_frame.patches);
-            view.ions(&state, ION_SHARE * at_1_au, production, &mut in_frame.patches);
+            let at_1_au = irradiance * distance_au.powi(2);
+            view.dust(orbit, emission_days, dust_share * at_1_au, production, &mut in_frame.patches);
+            view.ions(&state, ion_share * at_1_au, production, &mut in_frame.patches);
         }
-        let head_irradiance = irradiance * (1.0 - tail_growth * (DUST_SHARE + ION_SHARE));
+        let head_irradiance = irradiance * (1.0 - dust_share - ion_share);
         let radius_au = coma_radius_au(production);
         let coma_fraction = smooth_rise(COMA_PX, radius_au / distance_au / camera.pixel_tangent());
         let coma = (coma_fraction > 0.0 && is_visible).then(|| view.coma(&sight, coma_fraction * head_irradiance, radius_au)).flatten();

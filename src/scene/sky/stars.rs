@@ -13,6 +13,7 @@ use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::star_place::star_from_viewer;
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::tint_table::{FrameTints, TintTable};
+use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
@@ -83,7 +84,16 @@ impl StarPlacer {
 /// The faintest magnitude that is visible anywhere in the frame: the limit in the corners, where a pixel has the smallest solid angle. Infinite for linear
 /// light.
 fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
-    let pixel_sr = camera.pixel_tangent().powi(2) * camera.corner_rad().cos().powi(3);
+    limiting_magnitude_of_pixel(camera.pixel_tangent().powi(2) * camera.corner_rad().cos().powi(3), threshold)
+}
+
+/// The faintest magnitude of a point that is visible in the middle of an image. Infinite for linear light.
+pub(crate) fn limiting_magnitude_in_middle(image: &dyn ImageProjection, threshold: Threshold) -> f64 {
+    limiting_magnitude_of_pixel(image.px_per_radian_in_middle().powi(-2), threshold)
+}
+
+/// The same for a pixel of this solid angle.
+fn limiting_magnitude_of_pixel(pixel_sr: f64, threshold: Threshold) -> f64 {
     let min_peak = threshold.cutoff_radiance(VISIBLE_LIGHT);
     // The flux of a point is its irradiance * PI / `pixel_sr`, and its central pixel has `point_peak()` of the flux.
     if min_peak > 0.0 { magnitude(min_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }

@@ -1,4 +1,4 @@
-//! Stars, comets and minor planets over the image: the ring around the chosen one, the names of comets, and what a click selects.
+//! Stars, comets and minor planets over the image: the ring around the chosen one, names of comets, and what a click selects.
 //!
 //! In: the image on screen with its scene, the session. Out: what is painted; an object and its title. Always: names keep apart from each other and from those
 //! of bodies. Not here: the facts about the object (`information`).
@@ -58,8 +58,8 @@ pub(super) fn small_body_title(body: &SmallBody, sight: &SmallBodySight<'_>) -> 
     magnitude.map_or(name.clone(), |magnitude| text!("star-title", star = name, magnitude = decimal(magnitude, 1)))
 }
 
-/// Paints the ring around the chosen object and, as the settings demand, the names of comets and of the chosen minor planet. A small body whose layer is off
-/// has neither. `to_point`: the point of a pixel of the image.
+/// Paints the ring around the chosen object and, as the settings demand, the names of the comets that the image shows and of the chosen comet or minor planet.
+/// A small body whose layer is off has neither. `to_point`: the point of a pixel of the image.
 pub(super) fn paint(interface: &Interface, painter: &Painter, session: &Session, points_per_px: f64, to_point: impl Fn(DVec2) -> Pos2) {
     let Some(rendered) = interface.shown() else { return };
     let (scene, request) = (&rendered.scene, &rendered.job.request);
@@ -82,11 +82,13 @@ pub(super) fn paint(interface: &Interface, painter: &Painter, session: &Session,
         return;
     }
     let comets: &[SmallBody] = if request.layers.comets { &all.comets } else { &[] };
-    let minor_planet = chosen.filter(|object| matches!(object, SkyObject::MinorPlanet(_))).and_then(|object| object.small_body(&all));
+    let chosen_body = chosen.and_then(|object| object.small_body(&all));
+    let minor_planet = chosen_body.filter(|_| matches!(chosen, Some(SkyObject::MinorPlanet(_))));
     let glyph_px = f64::from(NAME_POINTS) / points_per_px;
     let sight = sight_of(scene, session.ephemeris());
     let image = scene.geometry.projection(&scene.camera);
-    let names = small_body_names(&*image, &sight, &scene.bodies, comets.iter().chain(minor_planet), glyph_px);
+    let bodies = comets.iter().chain(minor_planet);
+    let names = small_body_names(&*image, &sight, &scene.bodies, bodies, scene.limiting_magnitude(), chosen_body, glyph_px);
     // The names of the bodies, as places that are taken.
     let of_bodies = LabelLayer {
         glyph_px,

@@ -3,7 +3,7 @@
 //! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`] (`reading`): weight and radiance of each kind of subject
 //! in the frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model
 //! and mean albedo, including eclipses and light from other bodies. Of a body that reaches beyond the frame, only the ground in the frame counts
-//! (`visible_ground`). Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position, time, field of
+//! (`visible_ground`). Rings, sky, corona, refracted limbs, comets and the dark sky are added. Always: a reading changes continuously with position, time, field of
 //! view and phase (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges (that of ground the less, the more
 //! of the frame it fills), the ground is summed between exact limits, and the light of the sky fades towards the top of the air. Only the glare and the corona
 //! that the image shows are metered: no glare of a Sun far outside the frame, and no corona that the glare hides or the user switched off. Left out: maps
@@ -11,6 +11,7 @@
 //! shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
 //! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
+mod comets;
 pub(super) mod geometry;
 mod ground;
 mod highlights;
@@ -44,6 +45,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point::{drawn_disc_fraction, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
+use crate::scene::sky::comet_tails::LightPatch;
 use geometry::{
     area_px, entire_disc_weight, frame_position_weight, is_beside_frame, lit_part_weight, ray_and_limb, visible_fraction_behind_body,
     weighted_in_frame_fraction,
@@ -125,6 +127,8 @@ pub(crate) struct Meter<'m, 'a> {
     pub camera: &'m Camera,
     pub placed: &'m [PlacedBody<'a>],
     pub reflectors: &'m [Reflector<'m>],
+    /// Comas and tails of comets, without those too faint for any exposure.
+    pub comet_patches: &'m [LightPatch],
     /// The air around the camera, if it is dense enough for a daylight sky.
     pub air: Option<&'m air::SurroundingAir<'m>>,
     /// Weight of city lights relative to other ground; 0 if an exposure chosen without them hardly shows them.

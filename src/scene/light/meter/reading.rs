@@ -45,7 +45,7 @@ pub(crate) struct MeterReading {
     light: FrameLight,
     /// The mean radiance of each body but the Sun, rings included, in the order of [`Meter::bodies`].
     means: Vec<LogMean>,
-    /// The other subjects: Sun, corona, refracted limbs, sky and dark sky.
+    /// The other subjects: Sun, corona, refracted limbs, comets, sky and dark sky.
     others: Vec<MeteredSubject>,
 }
 
@@ -89,7 +89,7 @@ impl<'a> Meter<'_, 'a> {
         }
         let limb_lights = sun.map(|sun| self.limb_lights(sun)).unwrap_or_default();
         let around_sun = [frame.sun(&limb_lights), frame.corona(), frame.outer_corona(), frame.refracted_limbs(&limb_lights)];
-        let mut others: Vec<MeteredSubject> = around_sun.into_iter().flatten().collect();
+        let mut others: Vec<MeteredSubject> = around_sun.into_iter().chain([frame.comets()]).flatten().collect();
         frame.darken_in_dusk(&mut others);
         let least_sky_radiance = frame.least_sky_exposure_radiance();
         others.extend(frame.sky(share_of_bodies_in_sky, least_sky_radiance));
