@@ -60,8 +60,8 @@ pub(crate) fn controls_terminal(c: char) -> bool {
 }
 
 /// At most three known words that may be meant by `word`, nearest first: words that begin with `word`, if it has three letters or more, and words that differ
-/// from it by few edits. The allowed number of edits is a third of the letters of `word`, rounded down, but at least one and at most three. The swap of two
-/// neighbouring letters is one edit, and so is the completion of a word. Case is ignored.
+/// from it by few edits; of words that are equally near, first those with the nearest number. The allowed number of edits is a third of the letters of `word`,
+/// rounded down, but at least one and at most three. The swap of two neighbouring letters is one edit, and so is the completion of a word. Case is ignored.
 pub(crate) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
     // Longer input matches no name, and would be slow to compare.
     let lower: String = word.chars().take(64).flat_map(char::to_lowercase).collect();
@@ -72,10 +72,14 @@ pub(crate) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) 
         let is_prefix = letters >= 3 && known_word.starts_with(&lower);
         if is_prefix { 1 } else { strsim::osa_distance(&lower, &known_word) }
     };
-    let mut near: Vec<(usize, &str)> = known.into_iter().map(|k| (distance(k), k)).filter(|(d, _)| *d <= max_edits).collect();
+    let number = |text: &str| text.chars().filter(char::is_ascii_digit).collect::<String>().parse::<u64>().ok();
+    let number_of_word = number(&lower);
+    let from_number = |known_word: &str| number_of_word.zip(number(known_word)).map_or(u64::MAX, |(a, b)| a.abs_diff(b));
+    let near = known.into_iter().map(|k| (distance(k), from_number(k), k)).filter(|(d, _, _)| *d <= max_edits);
+    let mut near: Vec<(usize, u64, &str)> = near.collect();
     near.sort();
     near.dedup();
-    near.into_iter().map(|(_, k)| k).take(3).collect()
+    near.into_iter().map(|(_, _, k)| k).take(3).collect()
 }
 
 /// A suggestion such as ``did you mean `a` or `b`?``, if any known word is similar.
@@ -172,6 +176,7 @@ mod tests {
         assert_eq!(nearest("marz", known), ["Mars"]);
         assert_eq!(nearest("SATRUN", known), ["Saturn"]);
         assert_eq!(nearest("tita", known), ["Titan", "Titania"]);
+        assert_eq!(nearest("sun5", ["sun0", "sun1", "sun2", "sun3"]), ["sun3", "sun2", "sun1"]);
         assert!(nearest("nibiru", known).is_empty() && nearest("", known).is_empty());
         assert!(nearest(&"mars".repeat(100_000), known).is_empty());
         assert_eq!(did_you_mean("moo", known).as_deref(), Some("did you mean `Moon`?"));

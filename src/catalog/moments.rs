@@ -153,26 +153,28 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
 
 /// Looks up the bodies by their names, and sorts the moments by kind, then by time. A moment with an unknown body is left out and reported in `problems`.
 pub(super) fn assemble(unresolved: Vec<UnresolvedMoment>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
-    let names = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases).map(move |name| (name.to_lowercase(), b.id)));
-    let ids: BTreeMap<String, NaifId> = names.collect();
-    let known: Vec<&str> = ids.keys().map(String::as_str).collect();
-    let resolve = |name: &WithLine<String>| {
+    let names: Vec<(&str, NaifId)> =
+        bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases).map(move |name| (name.as_str(), b.id))).collect();
+    let ids: BTreeMap<String, NaifId> = names.iter().map(|(name, id)| (name.to_lowercase(), *id)).collect();
+    let known: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
+    let resolve = |field: &str, name: &WithLine<String>| {
         let found = ids.get(&name.value.to_lowercase()).copied();
         if found.is_none() {
-            problems.add_unknown_body(name, &known);
+            problems.add_unknown_body(field, name, &known);
         }
         found
     };
     let mut moments: Vec<Moment> = Vec::new();
     for moment in unresolved {
-        let target = resolve(&moment.target);
+        let target = resolve("target", &moment.target);
         let vantage = match moment.vantage {
-            UnresolvedVantage::Centre { body, fov_deg } => resolve(&body).map(|body| Vantage::Centre { body, fov_deg }),
+            UnresolvedVantage::Centre { body, fov_deg } => resolve("from", &body).map(|body| Vantage::Centre { body, fov_deg }),
             UnresolvedVantage::Side { reference_body, is_far_side, distance_radii } => {
-                resolve(&reference_body).map(|reference_body| Vantage::Side { reference_body, is_far_side, distance_radii })
+                let field = if is_far_side { "away_from" } else { "side" };
+                resolve(field, &reference_body).map(|reference_body| Vantage::Side { reference_body, is_far_side, distance_radii })
             }
             UnresolvedVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
-                resolve(&body).map(|body| Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
+                resolve("over", &body).map(|body| Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
             }
         };
         let (Some(target), Some(vantage)) = (target, vantage) else { continue };

@@ -199,7 +199,7 @@ fn body_of_layer(bodies: &[Body], body_name: &WithLine<String>, problems: &Probl
     let found = bodies.iter().find(|b| is_named(&b.name) || b.aliases.iter().any(is_named)).map(|b| b.id);
     if found.is_none() {
         let known: Vec<&str> = bodies.iter().map(|b| b.name.as_str()).collect();
-        problems.add_unknown_body(body_name, &known);
+        problems.add_unknown_body("body", body_name, &known);
     }
     found
 }
@@ -299,14 +299,21 @@ fn assemble(
             }
         }
     }
-    let known: Vec<&str> = id_by_name.keys().map(String::as_str).collect();
-    let find_id = |name: &WithLine<String>| {
+    // As written, for suggestions: the keys of `id_by_name` are in lower case.
+    let names_of = |draft: &BodyDraft| {
+        let aliases = draft.aliases.iter().flat_map(|l| l.value.clone());
+        draft.name.iter().map(|l| l.value.clone()).chain(aliases).collect::<Vec<_>>()
+    };
+    let written_names: Vec<String> = drafts.values().flat_map(names_of).collect();
+    let known: Vec<&str> = written_names.iter().map(String::as_str).collect();
+    let find_id_of_field = |field: &str, name: &WithLine<String>| {
         let id = id_by_name.get(&name.value.to_lowercase()).copied();
         if id.is_none() {
-            problems.add_unknown_body(name, &known);
+            problems.add_unknown_body(field, name, &known);
         }
         id
     };
+    let find_id = |name: &WithLine<String>| find_id_of_field("body", name);
     let radii_lines = drafts.iter().filter_map(|(id, draft)| Some((*id, draft.radii_km.as_ref()?.source_line.clone()))).collect();
     let parent_lines = drafts.iter().filter_map(|(id, draft)| Some((*id, draft.parent.as_ref()?.source_line.clone()))).collect();
     let ids_with_atmosphere: BTreeSet<i32> =
@@ -335,7 +342,8 @@ fn assemble(
         if draft.name.is_none() {
             missing("name");
         }
-        let parent = draft.parent.as_ref().and_then(&find_id).map(NaifId);
+        let parent_id = |name: &WithLine<String>| find_id_of_field(&format!("{message_name}.parent"), name);
+        let parent = draft.parent.as_ref().and_then(parent_id).map(NaifId);
         if parent == Some(NaifId(id)) {
             problems.add(
                 draft.parent.as_ref().map_or(&draft.source_line, |l| &l.source_line),

@@ -54,10 +54,10 @@ impl Problems {
         is_suggestion_wanted.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
     }
 
-    /// Reports a name that no body has, with the most similar of the known names.
-    pub fn add_unknown_body(&self, name: &WithLine<String>, known: &[&str]) {
+    /// Reports a name that no body has, with the most similar of the known names. `field`: the field that has it.
+    pub fn add_unknown_body(&self, field: &str, name: &WithLine<String>, known: &[&str]) {
         let hint = self.nearest(&name.value, known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
-        self.add(&name.source_line, format!("\"{}\" is not the name of a body{hint}", echo_within(&name.value, 60)));
+        self.add(&name.source_line, format!("{field} \"{}\" is not the name of a body{hint}", echo_within(&name.value, 60)));
     }
 
     pub fn into_result(self) -> Result<(), CatalogError> {
@@ -264,7 +264,7 @@ mod tests {
     fn a_long_name_of_no_body_is_cut_in_the_message() {
         let problems = Problems::default();
         let source_line = SourceLine { file: "own.toml".into(), line: 1 };
-        problems.add_unknown_body(&WithLine { value: "x".repeat(1000), source_line }, &["mars"]);
+        problems.add_unknown_body("body", &WithLine { value: "x".repeat(1000), source_line }, &["mars"]);
         let message = &problems.into_error().problems[0].message;
         // 60 characters of the name, and the text around them.
         assert!(message.len() < 100 && message.ends_with("is not the name of a body"), "{message}");

@@ -13,7 +13,7 @@ use crate::time::TimeStep;
 use crate::units::SECONDS_PER_DAY;
 use crate::wording::echo;
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 /// Where frames are written.
@@ -59,8 +59,14 @@ impl FrameOutput {
         }
         // A file named just `.exr` has no extension: its format could not be chosen by the name.
         let extension = Path::new(text).extension().map(|e| e.to_ascii_lowercase());
-        if extension.is_none_or(|e| e != "png" && e != "exr") {
-            return invalid("the name must have the extension .png, .exr, .gif or .apng");
+        if extension.as_ref().is_none_or(|e| e != "png" && e != "exr") {
+            let is_video = |e: &OsString| ["mp4", "m4v", "mov", "mkv", "webm", "avi"].iter().any(|video| e == video);
+            let stream = match extension {
+                Some(e) if e == "y4m" => format!("; a y4m stream goes to standard output: -o - > {}", echo(text)),
+                Some(e) if is_video(&e) => format!("; for a video, give a stream to an encoder: -o - | ffmpeg -i - {}", echo(text)),
+                _ => String::new(),
+            };
+            return invalid(&format!("the name must have the extension .png, .exr, .gif or .apng{stream}"));
         }
         match NumberedName::of(text).map_err(|e| CliError::Usage(format!("-o {e}")))? {
             None if frame_count != Some(1) => {
@@ -194,6 +200,9 @@ mod tests {
             assert!(FrameOutput::parse(Some("out.png"), frames).unwrap_err().to_string().contains(count), "{frames:?}");
         }
         assert!(FrameOutput::parse(None, Some(1)).unwrap_err().to_string().contains("-o out.png"));
+        for (video, command) in [("a.mp4", "-o - | ffmpeg -i - a.mp4"), ("a.WebM", "ffmpeg -i - a.WebM"), ("a.y4m", "-o - > a.y4m")] {
+            assert!(FrameOutput::parse(Some(video), Some(9)).unwrap_err().to_string().ends_with(command), "{video}");
+        }
     }
 
     #[test]

@@ -124,8 +124,13 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
             let mut ids: Vec<ModuleId> = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).collect();
             ids.extend(reachable_keys(common)?.into_iter().map(ModuleId::Keyed));
             let bar = progress(ids.len() as u64);
-            let failures = library.warm(&ids, || bar.inc(1));
+            let failures = library.warm_on_disk(&ids, || bar.inc(1));
             bar.finish_and_clear();
+            if library.cannot_be_written() {
+                // The line above this one says why.
+                let stored = library.status().entries;
+                return Err(CliError::Failed(format!("library warm has stopped: {stored} of {} modules are stored", ids.len())));
+            }
             if let Some(first) = failures.first() {
                 return Err(CliError::Failed(format!(
                     "{} of {} modules could not be compiled; the first: {first}",

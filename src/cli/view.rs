@@ -1,7 +1,7 @@
 //! `orrery view`, the default command: opens the window.
 //!
-//! In: the first view (a link, a file or options), a tour or data to open in it, settings and language. Out: the window, until the user closes it. Not here: the window itself
-//! (`crate::view`).
+//! In: the first view (a link, a file or options), a tour or data to open in it, settings and language. Out: the window, until the user closes it. Not here:
+//! the window itself (`crate::view`).
 
 use super::composition_args::CompositionArgs;
 use super::view_args::parse_time_option;

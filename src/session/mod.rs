@@ -181,6 +181,10 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     if !folder.exists() {
         return Err(no_folder(folder, "--catalogs takes a folder of catalog files"));
     }
+    if !folder.is_dir() {
+        let why = "not a folder; --catalogs takes the folder of catalog files".to_owned();
+        return Err(SessionError::File { path: echo(&folder.display().to_string()), why });
+    }
     let entries = std::fs::read_dir(folder).and_then(|all| all.collect::<std::io::Result<Vec<_>>>()).map_err(|e| file_error(folder, e))?;
     let is_toml = |path: &PathBuf| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let mut paths: Vec<PathBuf> = entries.iter().map(|e| e.path()).filter(is_toml).collect();

@@ -118,7 +118,7 @@ fn a_new_body_needs_all_fields() {
             "mine.toml:2: Eros.photometry is missing",
             "mine.toml:2: Eros.radii_km is missing",
             "mine.toml:2: Eros.rotation is missing",
-            "mine.toml:5: \"Sunn\" is not the name of a body; did you mean \"sun\"?",
+            "mine.toml:5: Eros.parent \"Sunn\" is not the name of a body; did you mean \"Sun\"?",
         ]
     );
 }
@@ -198,7 +198,7 @@ fn invalid_rings_names_ids_and_toml_are_reported() {
         [
             "mine.toml:5: ring.outer_km = 8.0: expected kilometres above inner_km",
             "mine.toml:6: ring.tau_normal = nan: expected an optical depth from 0 to 100",
-            "mine.toml:9: \"Marz\" is not the name of a body; did you mean \"mars\"?",
+            "mine.toml:9: body \"Marz\" is not the name of a body; did you mean \"Mars\"?",
         ]
     );
     let no_id = problems("[[body]]\nname = \"Nobody\"\n");

@@ -147,7 +147,10 @@ fn an_invalid_moment_is_reported_with_its_line() {
     let unknown_target =
         text.replace("party", "rings").replace("soon", "2020-01-01").replace("from = \"Moon\"", "from = \"Moon\"\nfov_deg = 1.0");
     let error = Catalog::with_files(&[("mine.toml".into(), unknown_target)]).expect_err("it is wrong").to_string();
-    assert!(error.contains("mine.toml:5") && error.contains("did you mean \"earth\""), "{error}");
+    assert!(
+        error.contains("mine.toml:5") && error.contains("target \"Erth\" is not the name of a body; did you mean \"Earth\""),
+        "{error}"
+    );
 }
 
 /// An invalid value has one problem, its own: the viewpoint is only called incomplete or ambiguous if a field is missing or superfluous.

@@ -89,7 +89,7 @@ fn a_renamed_body_is_still_found_by_its_former_name() {
         assert_eq!(catalog.find_body_or_barycenter(name), Some(NaifId(id)), "{name}");
     }
     // A name that no body has or had is still unknown.
-    assert_eq!(problems("[[body]]\nid = 401\nparent = \"Ares\"\n"), ["mine.toml:3: \"Ares\" is not the name of a body"]);
+    assert_eq!(problems("[[body]]\nid = 401\nparent = \"Ares\"\n"), ["mine.toml:3: Phobos.parent \"Ares\" is not the name of a body"]);
 }
 
 #[test]

@@ -133,7 +133,9 @@ fn wrong_layers_are_refused() {
         e.replace(&folder.path().display().to_string(), "")
     };
     assert!(refused(LAYER, "lat,lon\n1,2\n91,3\n").contains("quakes.csv:3: field lat_deg: `91`"));
-    assert!(refused(&LAYER.replace("Earth", "Earht"), "lat,lon\n1,2\n").contains("layers.toml:4: \"Earht\" is not the name of a body"));
+    assert!(
+        refused(&LAYER.replace("Earth", "Earht"), "lat,lon\n1,2\n").contains("layers.toml:4: body \"Earht\" is not the name of a body")
+    );
     assert!(refused(&LAYER.replace("fade_days = 2.0", "fade_days = -2.0"), "lat,lon\n1,2\n").contains("layers.toml:5"));
     assert!(refused(&LAYER.replace("quakes.csv", "none.csv"), "lat,lon\n1,2\n").contains("none.csv"));
 }

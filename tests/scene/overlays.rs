@@ -275,7 +275,7 @@ fn wrong_overlays_are_named_by_line_and_field() {
         Vec::<String>::new(),
         "an overlay of the same name replaces the first"
     );
-    assert_eq!(problems(&overlay_toml("Vulcan", "a", "a.png", REGION)), ["mine.toml:2: \"Vulcan\" is not the name of a body"]);
+    assert_eq!(problems(&overlay_toml("Vulcan", "a", "a.png", REGION)), ["mine.toml:2: body \"Vulcan\" is not the name of a body"]);
     assert_eq!(
         problems("[[overlay]]\nbody = \"Moon\"\nname = \"a\"\nfile = \"a.png\"\nprojection = \"mercator\"\n"),
         ["mine.toml:5: overlay.projection = \"mercator\": expected one of \"equirectangular\", \"orthographic\""]

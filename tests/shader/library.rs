@@ -2,6 +2,7 @@
 
 use crate::support::sweep;
 use orrery::FrameImages;
+use orrery::shader::key::covering_keys;
 use orrery::shader::library::{ShaderLibrary, file_name};
 use orrery::shader::{Lowering, ModuleId, ShaderModule};
 use std::path::{Path, PathBuf};
@@ -53,6 +54,27 @@ fn assert_same(a: &ShaderModule, b: &ShaderModule) {
     assert_eq!((&a.id, &a.wgsl, &a.layout, &a.source_map, &a.tape), (&b.id, &b.wgsl, &b.layout, &b.source_map, &b.tape));
     let ir = |m: &ShaderModule| postcard::to_stdvec(&(&m.module, &m.info)).expect("encodes");
     assert_eq!(ir(a), ir(b));
+}
+
+/// A view draws with modules in memory, but filling the disk ends with the first module that it refuses: each thread has built at most one.
+#[test]
+fn filling_a_disk_ends_when_it_is_full() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (library, messages) = open(folder.path());
+    // A file in the place of the folder refuses every module.
+    let path = library.status().folder.expect("a folder");
+    std::fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+    std::fs::write(&path, "").expect("written");
+    let modules: Vec<ModuleId> = covering_keys(2).into_iter().map(ModuleId::Keyed).collect();
+    assert!(modules.len() > 2 * rayon::current_num_threads(), "too few to tell");
+    assert!(library.warm_on_disk(&modules, || ()).is_empty());
+    let built = library.statistics().emitted;
+    assert!((1..=rayon::current_num_threads() as u64).contains(&built), "{built} modules");
+    assert!(library.cannot_be_written() && messages.lines().len() == 1, "{:?}", messages.lines());
+    // More than there are threads, so that at least one has not been built.
+    let some = &modules[..rayon::current_num_threads() + 1];
+    assert!(library.warm(some, || ()).is_empty());
+    assert!(library.statistics().emitted > built && some.iter().all(|id| library.origin(id).is_some()), "for a view all are built");
 }
 
 fn newly_built(id: &ModuleId) -> ShaderModule {

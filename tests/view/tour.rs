@@ -156,6 +156,8 @@ fn a_tour_error_names_its_stop_and_field() {
         (with_second_stop(r#""view":"orrery://view?target=Moon&tdb_s=1e12""#), "stop 2, view: "),
         (two_stops(r#""view":"orrery://view?target=Moon&tdb_s=1e12""#), "stop 1, view: "),
         (two_stops(r#""view":"orrery://view?target=Moon","hold_s":1000,"time_rate":1e9"#), "stop 1, time_rate: "),
+        // At the end of the last, which no camera path leaves.
+        (with_second_stop(r#""view":"orrery://view?target=Moon","hold_s":1000,"time_rate":1e9"#), "stop 2, time_rate: "),
     ] {
         let error = parse(&text).expect_err(&text);
         assert!(error.contains(message_part) && !error.contains('\n'), "{text}: {error}");

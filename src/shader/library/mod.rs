@@ -294,7 +294,7 @@ impl ShaderLibrary {
 
     fn write(&self, generator_digest: &str, module: &ShaderModule, path: &Path) {
         // After one failure nothing more is written: on a full or read-only disk further attempts would only cost time.
-        if self.write_error_reported.load(Ordering::Relaxed) {
+        if self.cannot_be_written() {
             return;
         }
         // A folder or a pipe in the place of this entry is never replaced. `read` has reported it, and other entries can still be written.
@@ -318,7 +318,24 @@ impl ShaderLibrary {
 
     /// Loads or builds these modules on all cores; `done` is called after each. Returns the failures.
     pub fn warm(&self, ids: &[ModuleId], done: impl Fn() + Sync) -> Vec<ShaderError> {
+        self.warm_while(ids, || true, done)
+    }
+
+    /// As [`Self::warm`], but once a module could not be written to disk, the remaining modules are left out ([`Self::cannot_be_written`]).
+    pub fn warm_on_disk(&self, ids: &[ModuleId], done: impl Fn() + Sync) -> Vec<ShaderError> {
+        self.warm_while(ids, || !self.cannot_be_written(), done)
+    }
+
+    /// Whether a module could not be written to disk. `report` has said why, and nothing more is written.
+    pub fn cannot_be_written(&self) -> bool {
+        self.write_error_reported.load(Ordering::Relaxed)
+    }
+
+    fn warm_while(&self, ids: &[ModuleId], continues: impl Fn() -> bool + Sync, done: impl Fn() + Sync) -> Vec<ShaderError> {
         let load = |id: &ModuleId| {
+            if !continues() {
+                return None;
+            }
             let failure = self.get(id).err();
             done();
             failure

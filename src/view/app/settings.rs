@@ -17,7 +17,7 @@ use crate::view::app::timeline::DEFAULT_SPAN_S;
 use crate::view::app::view_state::{ViewState, wrapped_longitude_deg};
 use crate::view::language::Language;
 use crate::view::language::choice::deserialize_language;
-use crate::view::window::placement::WindowPlacement;
+use crate::view::window::placement::{MIN_SIZE_POINTS, WindowPlacement};
 use serde::{Deserialize, Serialize};
 use std::io::Error;
 use std::ops::RangeInclusive;
@@ -25,8 +25,6 @@ use std::path::{Path, PathBuf};
 
 /// Range of the scale factor of text and controls.
 pub(crate) const UI_SCALE_RANGE: RangeInclusive<f32> = 0.6..=3.0;
-/// Smallest width and height of a window, in points of the scaled interface, at which the user can still scroll to each control of a panel.
-const MIN_SIZE_FOR_PANELS: [f32; 2] = [600.0, 340.0];
 /// Largest settings file, bytes; enough for thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
 /// Number of unusable settings files that are kept under other names (`.broken`).
@@ -154,7 +152,7 @@ pub struct Bookmark {
 /// The scale factor to use in a window of this width and height (points at scale 1). It is `ui_scale` of the settings, except that a scale above 1 that would
 /// leave no room for the panels is reduced, because the control that changes the scale is in a panel. It is not reduced below 1.
 pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
-    let [min_width, min_height] = MIN_SIZE_FOR_PANELS;
+    let [min_width, min_height] = MIN_SIZE_POINTS.map(|side| side as f32);
     ui_scale.min((width / min_width).min(height / min_height).max(1.0))
 }
 

@@ -181,6 +181,10 @@ impl Tour {
                 }
                 _ => stop.travel_s = 0.0,
             }
+            // Time runs during the stay, perhaps beyond the ephemeris.
+            if stop.time_rate != 0.0 && viewer_of(&stop.view, session).is_ok() {
+                viewer_of(&stop.final_view(), session).map_err(|why| error("time_rate", why))?;
+            }
             total_hold_s += stop.hold_s;
             total_travel_s += stop.travel_s;
             if total_hold_s + total_travel_s > MAX_LENGTH_S {

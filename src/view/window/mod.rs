@@ -264,7 +264,9 @@ impl App<'_> {
         let [width, height] = placement.size;
         // The window is created hidden, because accessibility must be set up before it is shown.
         let mut attributes = with_app_name(Window::default_attributes()).with_title("Orrery").with_visible(false);
-        attributes = attributes.with_inner_size(LogicalSize::new(width, height));
+        let [min_width, min_height] = placement.min_size();
+        attributes =
+            attributes.with_inner_size(LogicalSize::new(width, height)).with_min_inner_size(LogicalSize::new(min_width, min_height));
         if let Some([x, y]) = placement.corner_px {
             attributes = attributes.with_position(PhysicalPosition::new(x, y));
         }

@@ -32,8 +32,9 @@ pub(crate) struct Monitor {
     pub scale: f64,
 }
 
-/// Smallest useful width and height of a window.
-const MIN_SIZE_POINTS: [f64; 2] = [320.0, 240.0];
+/// Smallest width and height of a window, unless its monitor is smaller: in less, the bars wrap until little is left of the image, and the user can no longer
+/// scroll to each control of a panel.
+pub(crate) const MIN_SIZE_POINTS: [f64; 2] = [600.0, 340.0];
 /// Width and height reserved for a window's frame and a taskbar.
 const DECORATIONS_POINTS: [f64; 2] = [16.0, 64.0];
 /// Smallest side of a monitor whose reported size is used: a system without monitors may report one of a single pixel.
@@ -69,6 +70,11 @@ impl Monitor {
 }
 
 impl WindowPlacement {
+    /// The smallest size that the user can give to a window that opens here, points.
+    pub(crate) fn min_size(&self) -> [f64; 2] {
+        [0, 1].map(|axis| self.size[axis].min(MIN_SIZE_POINTS[axis]))
+    }
+
     /// The placement at which to open the window. If the middle of the title bar is on one of the monitors, the position is kept and the size fits that
     /// monitor; otherwise the position is dropped and the size fits the first monitor.
     pub(crate) fn fitted_to(&self, monitors: &[Monitor]) -> Self {
@@ -132,6 +138,9 @@ mod tests {
         assert_eq!(sized([9000.0, 700.0], None).fitted_to(&everywhere).size, [1484.0, 700.0]);
         assert_eq!(sized([-5.0, 0.0], None).fitted_to(&everywhere).size, MIN_SIZE_POINTS);
         assert_eq!(sized([f64::NAN, f64::INFINITY], None).fitted_to(&everywhere).size, [1280.0, 800.0]);
+        assert_eq!(sized([9000.0, 700.0], None).fitted_to(&everywhere).min_size(), MIN_SIZE_POINTS);
+        // A monitor with less room than that.
+        assert_eq!(sized([1000.0, 700.0], Some([0, 1200])).fitted_to(&everywhere).min_size(), [600.0, 296.0]);
         let unknown_size = Monitor { size_px: [1, 1], ..LEFT };
         assert_eq!(sized([1000.0, 700.0], None).fitted_to(&[unknown_size]).size, [1000.0, 700.0]);
         assert_eq!(sized([1000.0, 700.0], None).fitted_to(&[Monitor { scale: 0.0, ..LEFT }]).size, [1000.0, 700.0]);
