@@ -34,6 +34,7 @@ mod eclipse_table;
 mod ephemeris;
 mod ephemeris_table;
 mod explain;
+mod frame_rate;
 mod frames;
 mod inputs;
 mod interrupt;

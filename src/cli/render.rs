@@ -4,6 +4,7 @@
 //! taken. In a sequence, files that an earlier run completed for the same request are kept.
 
 use super::composition_args::CompositionArgs;
+use super::frame_rate::FrameRate;
 use super::frames::{FrameOutput, existing_frames, may_replace_animation, parse_shard, parse_step};
 use super::output::{print_message, print_result, print_to_stderr, progress};
 use super::render_views::Views;
@@ -91,9 +92,9 @@ pub(crate) struct RenderArgs {
     /// Write a per-pixel error bound relative to reference quality: .png (1 level = 1/255), .exr linear; repeat for both
     #[arg(long, value_name = "FILE", help_heading = OUTPUT_HEADING)]
     error: Vec<PathBuf>,
-    /// Frames per second of a y4m stream, an animation or a tour
-    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u32).range(1..), help_heading = OUTPUT_HEADING)]
-    rate: u32,
+    /// Frames per second of a y4m stream, an animation or a tour; 29.97, 23.976 and ratios such as 30000/1001 are for y4m streams and tours
+    #[arg(long, value_name = "N", default_value = "25", help_heading = OUTPUT_HEADING)]
+    rate: FrameRate,
     /// Print timings per stage and the time to the first frame as JSON (on standard error if the image goes to standard output)
     #[arg(long, help_heading = OUTPUT_HEADING)]
     time_report: bool,

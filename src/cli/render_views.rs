@@ -4,6 +4,7 @@
 //! file give the same requests, unless a time is `now` or a stop of a tour has none, which also means now.
 
 use super::CliError;
+use super::frame_rate::FrameRate;
 use crate::scene::request::{Composition, ViewRequest};
 use crate::scene::viewpoint::viewer;
 use crate::session::Session;
@@ -39,7 +40,7 @@ impl Views {
     pub(crate) fn along_tour(
         file: &Path,
         (width, height): (u32, u32),
-        rate: u32,
+        rate: FrameRate,
         session: &Session,
         options: &Composition,
     ) -> Result<Self, CliError> {
@@ -50,11 +51,11 @@ impl Views {
             |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
         let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| file_error(&e))?;
         let tour = Tour::parse(&text, session, parse_time_option("now")?).map_err(|e| file_error(&e))?;
-        let rate = f64::from(rate);
+        let (rate_text, rate) = (rate, rate.per_second());
         if tour.length_s() * rate > MAX_TOUR_FRAMES {
             // A tour lasts at most an hour, so only a rate above 60 frames per second can exceed the limit.
             return Err(CliError::Usage(format!(
-                "--rate {rate}: {:.0} frames, more than {MAX_TOUR_FRAMES}; this tour of {:.1} s can have --rate {:.0}",
+                "--rate {rate_text}: {:.0} frames, more than {MAX_TOUR_FRAMES}; this tour of {:.1} s can have --rate {:.0}",
                 (tour.length_s() * rate).ceil(),
                 tour.length_s(),
                 (MAX_TOUR_FRAMES / tour.length_s()).floor()
@@ -80,7 +81,7 @@ impl Views {
     pub(crate) fn along_tour(
         _file: &Path,
         _size: (u32, u32),
-        _rate: u32,
+        _rate: FrameRate,
         _session: &Session,
         _options: &Composition,
     ) -> Result<Self, CliError> {

@@ -4,6 +4,7 @@
 //! Always: an existing file is replaced only if the caller allows it; an interrupted run leaves no animation file. Not here: frames with files of their own.
 
 use super::CliError;
+use super::frame_rate::FrameRate;
 use super::frames::FrameOutput;
 use super::output::stdout_error;
 use super::output_file::check_may_be_written;
@@ -20,8 +21,7 @@ pub(crate) enum VideoOutput {
     ImageFiles,
     /// A y4m stream.
     Stream {
-        /// Frames per second.
-        rate: u32,
+        rate: FrameRate,
         /// Standard output, once the stream has begun. Not `std::io::Stdout`, which is line-buffered and would search all bytes for line breaks.
         out: Option<std::fs::File>,
         /// Buffer for the bytes of a frame.
@@ -53,11 +53,11 @@ fn unbuffered_stdout() -> std::io::Result<std::fs::File> {
 }
 
 impl VideoOutput {
-    /// Prepares the output. `size`: width and height of a frame, pixels; `frames`: number of frames; `rate`: frames per second.
+    /// Prepares the output. `size`: width and height of a frame, pixels; `frames`: number of frames; `rate`: of the frames.
     ///
     /// # Errors
     /// A folder that does not exist, a file that must not be replaced, or a size, number of frames or frame rate that the format does not support.
-    pub(crate) fn begin(output: &FrameOutput, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
+    pub(crate) fn begin(output: &FrameOutput, size: (u32, u32), frames: u32, rate: FrameRate, overwrite: bool) -> Result<Self, CliError> {
         match output {
             FrameOutput::One(_) | FrameOutput::Sequence(_) => Ok(Self::ImageFiles),
             FrameOutput::Stream => Ok(Self::Stream { rate, out: None, bytes: Vec::new() }),
@@ -71,9 +71,14 @@ impl VideoOutput {
                         MAX_ANIMATION_PIXELS / 1e6
                     )));
                 }
+                let whole_rate = rate.whole().ok_or_else(|| {
+                    CliError::Usage(format!(
+                        "--rate {rate}: an animation has a whole number of frames a second; a y4m stream (-o -) may have others"
+                    ))
+                })?;
                 let bytes = SharedBytes::default();
                 let writer =
-                    AnimationWriter::new(bytes.clone(), *format, size, frames, rate).map_err(|e| CliError::Usage(e.to_string()))?;
+                    AnimationWriter::new(bytes.clone(), *format, size, frames, whole_rate).map_err(|e| CliError::Usage(e.to_string()))?;
                 Ok(Self::File { path: path.clone(), overwrite, writer: Box::new(writer), has_texts: false, bytes })
             }
         }
@@ -92,7 +97,7 @@ impl VideoOutput {
                     None => {
                         let stdout = out.insert(unbuffered_stdout().map_err(|e| stdout_error(&e))?);
                         let mut header = Vec::new();
-                        write_y4m_header(&mut header, frame.width, frame.height, *rate).map_err(failed)?;
+                        write_y4m_header(&mut header, frame.width, frame.height, [rate.frames, rate.seconds]).map_err(failed)?;
                         stdout.write_all(&header).map_err(|e| stdout_error(&e))?;
                         stdout
                     }
@@ -137,7 +142,13 @@ mod tests {
     fn an_animation_without_a_folder_is_refused_at_the_start() {
         let folder = tempfile::tempdir().expect("a folder");
         let begin = |path: PathBuf, overwrite: bool| {
-            VideoOutput::begin(&FrameOutput::Animation(path, AnimationFormat::Gif), (4, 4), 2, 25, overwrite)
+            VideoOutput::begin(
+                &FrameOutput::Animation(path, AnimationFormat::Gif),
+                (4, 4),
+                2,
+                FrameRate { frames: 25, seconds: 1 },
+                overwrite,
+            )
         };
         for overwrite in [false, true] {
             for (name, message_part) in [("nowhere/a.gif", "there is no folder"), ("", "this is a folder")] {

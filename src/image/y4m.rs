@@ -7,10 +7,10 @@ use super::ImageError;
 use crate::units::LUMINANCE_WEIGHTS;
 use std::io::Write;
 
-/// Starts a YUV4MPEG2 stream with 4:4:4 chroma. It has no texts, because x264 and older versions of ffmpeg refuse a stream
-/// whose first line is longer than 80 bytes.
-pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, frames_per_s: u32) -> Result<(), ImageError> {
-    writeln!(out, "YUV4MPEG2 W{width} H{height} F{frames_per_s}:1 Ip A1:1 C444 XCOLORRANGE=LIMITED")
+/// Starts a YUV4MPEG2 stream with 4:4:4 chroma, with so many `frames` in so many `seconds`. It has no texts, because x264 and older versions of ffmpeg refuse a
+/// stream whose first line is longer than 80 bytes.
+pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, [frames, seconds]: [u32; 2]) -> Result<(), ImageError> {
+    writeln!(out, "YUV4MPEG2 W{width} H{height} F{frames}:{seconds} Ip A1:1 C444 XCOLORRANGE=LIMITED")
         .map_err(|e| ImageError::Write(e.to_string()))
 }
 

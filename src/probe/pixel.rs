@@ -12,6 +12,7 @@ use crate::render::software::{NamedValue, PixelValues};
 use crate::scene::draw::{BodyPart, Draw};
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{CameraFile, Purpose, ViewRequest};
+use crate::scene::{OutOfRange, RequestValue, SceneError};
 use crate::shader::ModuleId;
 use crate::time::Instant;
 use serde::Deserialize;
@@ -93,9 +94,23 @@ pub(super) fn view_request(
     let time = Instant::parse(time.unwrap_or("jd_tdb:2451545")).map_err(|e| format!("field \"time\": {e}"))?;
     let [width, height] = size.unwrap_or(SIZE);
     let mut request = ViewRequest { target: None, width, height, purpose: Purpose::LINEAR, ..ViewRequest::of(NaifId::EARTH, time) };
-    view.resolve(prober.catalog(), &mut request).map_err(|e| format!("field \"view\": {e}"))?;
-    request.check()?;
+    view.resolve(prober.catalog(), &mut request).map_err(|e| view_error(view, &e))?;
+    request.check().map_err(|e| view_error(view, &e))?;
     Ok(request)
+}
+
+/// The error of a view, which begins with the field of the query that has the invalid value.
+fn view_error(view: &CameraFile, error: &SceneError) -> String {
+    let in_view = match error {
+        SceneError::CameraField { field, why } => return format!("field `view.{field}`: {why}"),
+        SceneError::OutOfRange(OutOfRange { what: RequestValue::Size, .. }) => return format!("field `size`: {error}"),
+        SceneError::OutOfRange(OutOfRange { what, .. }) => view.field_of(*what),
+        _ => None,
+    };
+    match in_view {
+        Some(field) => format!("field `view.{field}`: {error}"),
+        None => format!("field `view`: {error}"),
+    }
 }
 
 /// The light of one pixel of an image, and the values from which its draws compute it, in the precision of the [`Prober`]'s renderer.

@@ -215,7 +215,7 @@ impl Provenance {
 
     /// The provenance of an animation of these frames: that of the first frame, the number and rate of all, and their digest.
     #[must_use]
-    pub fn of_animation(frames: impl IntoIterator<Item = Self>, frames_per_s: u32) -> Self {
+    pub fn of_animation(frames: impl IntoIterator<Item = Self>, frames_per_s: impl std::fmt::Display) -> Self {
         let (mut first, mut count) = (None, 0_u32);
         let texts = frames.into_iter().map(|frame| {
             count += 1;

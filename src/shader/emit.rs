@@ -66,7 +66,12 @@ pub fn emit_fragment(path: &str, base_feature: &str, feature_names: &[&str]) -> 
 }
 
 /// As [`emit_fragment`], from the given fragments.
-pub(super) fn emit_fragment_with(fragments: &Fragments, path: &str, base_feature: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
+pub(super) fn emit_fragment_with(
+    fragments: &Fragments,
+    path: &str,
+    base_feature: &str,
+    feature_names: &[&str],
+) -> Result<Emitted, ShaderError> {
     let mut emitter = Emitter { fragments, features: FeatureSet::of(feature_names), wgsl: String::new(), source_map: SourceMap::default() };
     let base_feature_index = emitter.source_map.feature_index(base_feature);
     let missing = || ShaderError::Fragment { path: path.to_owned(), line: 0, column: 0, what: "there is no such shader source".into() };

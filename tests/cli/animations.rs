@@ -84,9 +84,21 @@ fn an_animation_replaces_one_of_its_own_request_only() {
 fn unsupported_settings_are_reported_before_anything_is_drawn() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("a.gif");
-    for (extra_options, message_part) in [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 50")] {
+    for (extra_options, message_part) in
+        [(&["--shard", "0/2"][..], "--shard"), (&["--rate", "400"], "1 to 50"), (&["--rate", "29.97"], "whole number")]
+    {
         let out = draw(&path, extra_options);
         let message = stderr_text(&out);
         assert!(out.status.code() == Some(2) && message.contains(message_part) && !path.exists(), "{message}");
+    }
+}
+
+/// Film and television have rates that are no whole numbers.
+#[test]
+fn a_stream_may_have_any_rate() {
+    for (rate, in_header) in [("25", " F25:1 "), ("29.97", " F30000:1001 "), ("24000/1001", " F24000:1001 "), ("12.5", " F12500:1000 ")] {
+        let out = draw(Path::new("-"), &["--rate", rate]);
+        let header = String::from_utf8_lossy(out.stdout.split(|byte| *byte == b'\n').next().expect("a line")).into_owned();
+        assert!(out.status.success() && header.starts_with("YUV4MPEG2 ") && header.contains(in_header), "{rate}: {header}");
     }
 }

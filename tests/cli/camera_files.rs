@@ -100,3 +100,25 @@ fn a_camera_at_an_offset_of_zero_is_at_the_centre() {
     let out = orrery(&["explain", "--camera-json", path_text(&file)]);
     assert!(out.status.code() == Some(1) && stderr_text(&out).contains("inside Earth"), "{}", stderr_text(&out));
 }
+
+/// In a query the camera file is the field `view`. A value outside its range had no field.
+#[test]
+fn errors_in_the_view_of_a_query_name_its_field() {
+    let look = r#""look":{"at":"mars"}"#;
+    let position = r#""position":{"body":"mars","radii":[3,0,0]}"#;
+    for (view, size, message_part) in [
+        (format!(r#"{{{position},{look},"fov_deg":400}}"#), "[8,8]", "field `view.fov_deg`: field of view 400.0: must be "),
+        (format!(r#"{{"position":{{"body":"mrs","radii":[3,0,0]}},{look}}}"#), "[8,8]", "field `view.position.body`: no body"),
+        (
+            format!(r#"{{"position":{{"body":"mars","latitude_deg":91,"longitude_deg":0}},{look}}}"#),
+            "[8,8]",
+            "field `view.position.latitude_deg`: latitude 91.0: ",
+        ),
+        (format!(r#"{{{position},{look},"up":"sideways"}}"#), "[8,8]", "field `view`: up `sideways`: "),
+        (format!("{{{position},{look}}}"), "[0,8]", "field `size`: "),
+    ] {
+        let query = format!(r#"{{"q":"pixel","view":{view},"time":"2024-01-01","size":{size},"x":0,"y":0}}"#);
+        let out = orrery(&["probe", &query]);
+        assert!(!out.status.success() && stderr_text(&out).contains(message_part), "{query}: {}", stderr_text(&out));
+    }
+}

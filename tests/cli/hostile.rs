@@ -81,32 +81,6 @@ fn a_link_of_any_depth_and_length_is_answered() {
     assert!(stderr_text(&orrery(folder.path(), &["view", path_text(&nested)])).contains("recursion limit exceeded"));
 }
 
-/// The argument of `view` may be a file of data. It was read as the text of a view: "2 errors: features: no such field; ...".
-#[test]
-fn a_data_file_of_view_gets_an_error_about_its_data() {
-    if !crate::support::program::has_view() {
-        return;
-    }
-    let folder = tempfile::tempdir().expect("a folder");
-    let invalid: [(&str, &[u8], &str); 3] = [
-        ("wrong.csv", b"lat,lon\n95,140\n", "wrong.csv:2: field lat_deg: `95`"),
-        ("map.png", b"\x89PNG", "map.png: not a data layer: its name does not end in any of .csv"),
-        ("tour.json", br#"{"title":"T","stops":[]}"#, "tour.json: a tour has at least one stop"),
-    ];
-    let lines_of = |name: &str, content: &[u8]| {
-        let path = folder.path().join(name);
-        std::fs::write(&path, content).expect("written");
-        stderr_text(&orrery(folder.path(), &["view", path_text(&path)]))
-    };
-    for (name, content, message_part) in invalid {
-        // A second line reports that there is no display.
-        let lines = lines_of(name, content);
-        assert!(lines.contains(message_part) && lines.lines().count() == 2 && !lines.contains("orrery://"), "{lines}");
-    }
-    let lines = lines_of("own.geojson", br#"{"type":"Point","coordinates":[10,20]}"#);
-    assert!(lines.lines().count() == 1 && !lines.contains("own.geojson"), "{lines}");
-}
-
 /// Options that name files are given a pipe without a writer, and an endless device.
 #[cfg(unix)]
 #[test]

@@ -17,6 +17,7 @@ mod library_and_doctor;
 mod lunar_heights;
 mod measure;
 mod messages;
+mod opened_files;
 mod output_names;
 mod position_sources;
 mod readme;
