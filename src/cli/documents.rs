@@ -73,7 +73,7 @@ fn signed(names: &[&str]) -> Vec<String> {
 pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
     let mut command = Cli::command();
     // Without a command the options are those of `view`.
-    let of_view: Vec<clap::Arg> = command
+    let of_view: Vec<Arg> = command
         .find_subcommand("view")
         .map_or(Vec::new(), |view| view.get_arguments().filter(|arg| !arg.is_positional()).cloned().collect());
     command = command.args(of_view);

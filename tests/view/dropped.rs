@@ -4,6 +4,7 @@ use super::interface::{harness_of, interface, settle};
 use egui_kittest::kittest::Queryable as _;
 use orrery::catalog::NaifId;
 use orrery::session::{Session, Sources};
+use orrery::time::Instant;
 use orrery::view::opened_file::read;
 use orrery::view::panels::Interface;
 use std::path::{Path, PathBuf};
@@ -117,8 +118,8 @@ fn a_file_of_the_command_line_is_opened_in_the_first_frame() {
     let (session, mut harness) = window(folder.path());
     let mut open = |name: &str, text: &str| {
         let interface = harness.state_mut();
-        let (target, now) = (interface.viewer.view.target, interface.viewer.now());
-        let read = read(session, &write(folder.path(), name, text), Some(target), now);
+        let now = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
+        let read = read(session, &write(folder.path(), name, text), Some(interface.viewer.view.target), now);
         interface.open_file(read.unwrap_or_else(|unread| panic!("{unread:?}")));
         settle(&mut harness);
         let is_tour_open = harness.query_by_label_contains("One planet: 1 of 1").is_some();
