@@ -25,6 +25,12 @@ pub(crate) struct FrameRate {
 #[error("write a whole number of frames per second, as 25, a decimal number above 0.001, as 29.97, or a ratio, as 30000/1001")]
 pub(crate) struct FrameRateError;
 
+impl Default for FrameRate {
+    fn default() -> Self {
+        Self { frames: 25, seconds: 1 }
+    }
+}
+
 impl FrameRate {
     pub fn per_second(self) -> f64 {
         f64::from(self.frames) / f64::from(self.seconds)

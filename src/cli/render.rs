@@ -93,7 +93,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "FILE", help_heading = OUTPUT_HEADING)]
     error: Vec<PathBuf>,
     /// Frames per second of a y4m stream, an animation or a tour; 29.97, 23.976 and ratios such as 30000/1001 are for y4m streams and tours
-    #[arg(long, value_name = "N", default_value = "25", help_heading = OUTPUT_HEADING)]
+    #[arg(long, value_name = "N", default_value_t, help_heading = OUTPUT_HEADING)]
     rate: FrameRate,
     /// Print timings per stage and the time to the first frame as JSON (on standard error if the image goes to standard output)
     #[arg(long, help_heading = OUTPUT_HEADING)]
