@@ -196,6 +196,8 @@ fn the_sun_rises_smoothly_over_an_airless_horizon() {
             let offset_km: DVec3 = (-sun_direction * angle.cos() + sideways * angle.sin()) * (moon_radius_km + height_km);
             let request = ViewRequest {
                 position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf },
+                // Without relief: mountains are lit while the Sun is still below the horizon.
+                effects: EffectOverrides::parse("-glow,-corona,-planet-shine,-atmosphere,-clouds,-normal,-detail").expect("effects"),
                 ..view_from_behind(301, 1.5, 0.0, 0.0, 12.0, 48)
             };
             let sum = light(&SESSION, &request, 1).0[1];
