@@ -36,9 +36,9 @@ fn window(folder: &Path) -> (&'static Session, Window) {
 }
 
 /// Writes a file and returns its path.
-fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
+fn write(folder: &Path, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
     let path = folder.join(name);
-    std::fs::write(&path, text).expect("written");
+    std::fs::write(&path, content).expect("written");
     path
 }
 
@@ -59,19 +59,19 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     let dot_count =
         |window: &Window| window.state().shown().and_then(|rendered| rendered.scene.labels.as_ref()).map_or(0, |labels| labels.dots.len());
     assert_eq!(dot_count(&harness), 0);
-    let mut drop_file = |name: &str, text: &str| {
-        drop_files(&mut harness, &[write(folder.path(), name, text)]);
+    let mut drop_file = |name: &str, content: &[u8]| {
+        drop_files(&mut harness, &[write(folder.path(), name, content)]);
         (harness.state().reply_text().to_owned(), dot_count(&harness))
     };
-    let (message, dots) = drop_file("own.csv", "lat,lon\n0,135\n5,140\n");
+    let (message, dots) = drop_file("own.csv", b"lat,lon\n0,135\n5,140\n");
     assert_eq!((message.as_str(), dots), ("own.csv: 2 points and 0 lines on Earth", 2));
     // An invalid file changes nothing, and the message names its line and field.
-    let (message, dots) = drop_file("wrong.csv", "lat,lon\n0,135\n95,140\n");
+    let (message, dots) = drop_file("wrong.csv", b"lat,lon\n0,135\n95,140\n");
     assert!(message.contains("wrong.csv:3: field lat_deg: `95`") && dots == 2, "{message}");
-    let (message, dots) = drop_file("own.png", "");
+    let (message, dots) = drop_file("own.png", b"\x89PNG\r\n\x1a\n");
     assert!(message.contains("not a data layer") && dots == 2, "{message}");
     // A file of the same name replaces the layer; celestial coordinates give points in the sky.
-    let (message, _) = drop_file("own.csv", "ra,dec\n10,20\n");
+    let (message, _) = drop_file("own.csv", b"ra,dec\n10,20\n");
     assert_eq!(message, "own.csv: 1 point and 0 lines in the sky");
     assert_eq!(session.catalog().data_layers().len(), 1);
     // Of files dropped together, each has its message, the error first.
