@@ -32,6 +32,8 @@ impl Default for FrameRate {
 }
 
 impl FrameRate {
+    /// For tours, which only the window plays and `render --tour` draws.
+    #[cfg(any(test, feature = "view"))]
     pub fn per_second(self) -> f64 {
         f64::from(self.frames) / f64::from(self.seconds)
     }
