@@ -32,7 +32,7 @@ impl Default for FrameRate {
 }
 
 impl FrameRate {
-    /// For tours, which only the window plays and `render --tour` draws.
+    /// For tours, which need the feature `view`.
     #[cfg(any(test, feature = "view"))]
     pub fn per_second(self) -> f64 {
         f64::from(self.frames) / f64::from(self.seconds)

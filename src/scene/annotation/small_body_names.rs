@@ -20,7 +20,11 @@ const COLOUR: DVec3 = DVec3::new(0.6, 0.85, 0.65);
 
 /// Where the image shows a small body; `None` if it is outside the image, or behind one of `reports`.
 pub(crate) fn shown_px(image: &dyn ImageProjection, sight: &SmallBodySight<'_>, reports: &[BodyReport], body: &SmallBody) -> Option<DVec2> {
-    let apparent_km = sight.see(body)?.apparent_km;
+    px_of(image, reports, sight.see(body)?.apparent_km)
+}
+
+/// The same for an apparent position, relative to the camera.
+fn px_of(image: &dyn ImageProjection, reports: &[BodyReport], apparent_km: DVec3) -> Option<DVec2> {
     let px = image.pixel_of(apparent_km)?;
     let is_inside = px.cmpge(DVec2::ZERO).all() && px.cmple(image.size_px()).all();
     (is_inside && !data::is_hidden(reports, apparent_km.normalize(), apparent_km.length())).then_some(px)
@@ -40,7 +44,8 @@ pub(crate) fn small_body_names<'b>(
     let metrics = LabelMetrics::of_size(glyph_px);
     let mut named: Vec<(f64, String, DVec2)> = Vec::new();
     for body in bodies {
-        let Some((px, seen)) = shown_px(image, sight, reports, body).zip(sight.see(body)) else { continue };
+        let Some(seen) = sight.see(body) else { continue };
+        let Some(px) = px_of(image, reports, seen.apparent_km) else { continue };
         let brightness = body.brightness_at(sight.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY);
         let magnitude = total_magnitude(brightness, seen.apparent_km.length() / KM_PER_AU, seen.sun_distance_au, seen.phase_angle_rad);
         let magnitude = magnitude.unwrap_or(f64::INFINITY);

@@ -65,8 +65,7 @@ impl SceneBuilder<'_> {
 
     /// The comets of the frame, and the decision about them. `white`: the radiance displayed as white; `tints`: of the air around the camera.
     pub(super) fn comets(&self, white: f64, tints: &FrameTints<'_>) -> (Comets, Option<Decision>) {
-        let all = || self.catalog.small_bodies().comets.clone();
-        comets::comets(self.request, all, &self.viewer, self.sun_km(), white, tints)
+        comets::comets(self.request, || self.catalog.small_bodies(), &self.viewer, self.sun_km(), white, tints)
     }
 
     /// Diffuse light of the sky, and the decisions about it.

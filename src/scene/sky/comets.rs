@@ -10,7 +10,7 @@
 
 use super::comet_tails::{COMA_RGB, CometView, LightPatch, Sight, coma_radius_au, of_luminance_1, water_production};
 use super::minor_planets::MARKER_LEVEL;
-use crate::catalog::small_bodies::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, ORDINARY_DUST_TO_GAS, SmallBody};
+use crate::catalog::small_bodies::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, ORDINARY_DUST_TO_GAS, SmallBodies};
 use crate::ephemeris::conic::{ConicState, heliocentric_state};
 use crate::ephemeris::{State, angle_rad};
 use crate::message::{Reason, reason};
@@ -28,6 +28,7 @@ use crate::scene::request::view_request::ViewRequest;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S, luminance};
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Shares of an ordinary comet's light at 90 degrees in the tail of dust and in that of ions, for tails that are complete (see [`TAILS_AU`]). In photographs of
 /// dusty comets the dust tail is several times as bright as the ion tail over its first degrees. A comet with less dust in its coma has a smaller share in the
@@ -78,7 +79,7 @@ fn orbit_line(view: &CometView<'_>, state: &ConicState, sight: &Sight) -> Vec<Or
     conic.map_or_else(Vec::new, |conic| orbit_arcs::arcs(view.camera, &conic, apparent_km, ORBIT_OPACITY, of_luminance_1(COMA_RGB)))
 }
 
-/// The head: the sprite of the part of its light that is no coma, unless there is none. `is_marked`: whether the sprite is at least as bright as a marker.
+/// The head: the sprite of the part of its light that is no coma; `None` outside the frame or behind the camera. `is_marked`: whether the sprite is at least as bright as a marker.
 fn head(view: &CometView<'_>, sight: &Sight, irradiance: f64, is_marked: bool, white: f64) -> Option<StarSprite> {
     let clip = view.camera.clip(sight.direction).filter(|_| sight.depth < 1.0)?;
     let colour = of_luminance_1(COMA_RGB) * sight.transmittance;
@@ -111,7 +112,7 @@ fn state_at_emission(orbit: &HeliocentricOrbit, days: f64, camera_au: DVec3) -> 
 /// `white`: the radiance displayed as white. `tints`: of the air around the camera.
 pub(crate) fn comets(
     request: &ViewRequest,
-    catalog_comets: impl FnOnce() -> Vec<SmallBody>,
+    small_bodies: impl FnOnce() -> Arc<SmallBodies>,
     viewer: &Viewer,
     sun_position_km: Option<DVec3>,
     white: f64,
@@ -133,7 +134,7 @@ pub(crate) fn comets(
     let (start_au, complete_au) = TAILS_AU;
     let mut in_frame = Comets::default();
     let (mut brightest, mut shown_head_count, mut uncertain_count) = (None::<(f64, String)>, 0, 0);
-    for comet in catalog_comets() {
+    for comet in &small_bodies().comets {
         let orbit = comet.orbit_at(days);
         let (state, emission_days) = state_at_emission(orbit, days, camera_au);
         let Some(sight) = view.sight(state.position) else { continue };

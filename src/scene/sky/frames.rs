@@ -1,4 +1,4 @@
-//! Celestial coordinate frames: equatorial, ecliptic and galactic.
+//! Celestial coordinate frames: equatorial, ecliptic and galactic, and that of the built-in panorama.
 //!
 //! In: a frame's name. Out: [`SkyFrame`], with its rotation to ICRF. Always: the frames are those of J2000, without precession.
 
