@@ -79,7 +79,8 @@ fn orbit_line(view: &CometView<'_>, state: &ConicState, sight: &Sight) -> Vec<Or
     conic.map_or_else(Vec::new, |conic| orbit_arcs::arcs(view.camera, &conic, apparent_km, ORBIT_OPACITY, of_luminance_1(COMA_RGB)))
 }
 
-/// The head: the sprite of the part of its light that is no coma; `None` outside the frame or behind the camera. `is_marked`: whether the sprite is at least as bright as a marker.
+/// The head: the sprite of the part of its light that is no coma; `None` outside the frame or behind the camera. `is_marked`: whether the sprite is at least as
+/// bright as a marker.
 fn head(view: &CometView<'_>, sight: &Sight, irradiance: f64, is_marked: bool, white: f64) -> Option<StarSprite> {
     let clip = view.camera.clip(sight.direction).filter(|_| sight.depth < 1.0)?;
     let colour = of_luminance_1(COMA_RGB) * sight.transmittance;
